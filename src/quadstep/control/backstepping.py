@@ -1,0 +1,128 @@
+"""Adaptive neural backstepping, the paper's controller: Eqs 11-54 in the order of its Fig. 2."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.command_filter import Filtered, command_filter
+from quadstep.control.controller import Command
+from quadstep.control.inversion import invert_force
+from quadstep.control.networks import Net, basis, output, weight_rate
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Vector, sqrt, vector, where
+from quadstep.vehicle.state import State
+
+FORCE_INPUTS = 12
+"""chi_1 = (xi, r1, eta, eta_dot), after Eq. 22."""
+
+TORQUE_INPUTS = 9
+"""chi_2 = (eta, r1, r2), after Eq. 33."""
+
+
+class BacksteppingGains(NamedTuple):
+    """Design parameters; diagonal matrices as vectors, attitude entries in the order (psi, theta, phi).
+
+    mass [kg], gravity [m/s^2]: what the controller believes. slope_1, slope_2: Lambda_1, Lambda_2 [1/s].
+    gain_1: K_r1 [N s/m], integral_1: K_i1 [N/m], gain_2: K_r2 [N m s], integral_2: K_i2 [N m].
+    filter_frequency: of the command filter [rad/s]. force_net, torque_net: the nets of Eqs 23 and 34.
+    learning_start: when the nets switch on [s]; infinite for never. weights_1, weights_2: W_hat at that moment, (N, 3).
+    """
+
+    mass: Number
+    gravity: Number
+    slope_1: Vector
+    gain_1: Vector
+    integral_1: Vector
+    slope_2: Vector
+    gain_2: Vector
+    integral_2: Vector
+    filter_frequency: Number
+    force_net: Net
+    torque_net: Net
+    learning_start: Number
+    weights_1: Matrix
+    weights_2: Matrix
+
+
+class BacksteppingMemory(NamedTuple):
+    """integral_1, integral_2: integrals of r1 and r2. filtered: command filter of (theta, phi). weights: W_hat_1, W_hat_2."""
+
+    integral_1: Vector
+    integral_2: Vector
+    filtered: Filtered
+    weights_1: Matrix
+    weights_2: Matrix
+
+
+def wanted_force(
+    gains: BacksteppingGains, reference: Reference, e1: Vector, r1: Vector, integral: Vector, estimate: Vector
+) -> Vector:
+    """F_d_hat [N] (Eqs 19 and 24): m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + K_i1 int r1."""
+    m_g = vector(0.0, 0.0, -gains.mass * gains.gravity)
+    feedback = gains.gain_1 * r1 + gains.integral_1 * integral
+    return gains.mass * (reference.acceleration - gains.slope_1 * gains.slope_1 * e1) - m_g + estimate + feedback
+
+
+def wanted_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
+    """tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
+    return estimate + gains.gain_2 * r2 + gains.integral_2 * integral
+
+
+@dataclass(frozen=True)
+class Backstepping:
+    """The paper's adaptive controller, sampled. Yaw and its rate come from the path, theta_d and phi_d are filtered."""
+
+    def start(self, measured: State, gains: BacksteppingGains) -> BacksteppingMemory:
+        """Integrals at zero, the filter at the measured attitude, the nets at their initial weights."""
+        zero = vector(0.0, 0.0, 0.0)
+        tilt, tilt_rate = Vector(measured.attitude.entries[1:]), Vector(measured.rates.entries[1:])
+        return BacksteppingMemory(zero, zero, Filtered(tilt, tilt_rate), gains.weights_1, gains.weights_2)
+
+    def law(
+        self,
+        memory: BacksteppingMemory,
+        measured: State,
+        reference: Reference,
+        gains: BacksteppingGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, BacksteppingMemory]:
+        """One sample: outer position loop, inversion, inner attitude loop, learning."""
+        on = where(t >= gains.learning_start, 1.0, 0.0)
+
+        e1 = reference.position - measured.position  # Eq. 11
+        r1 = (reference.velocity - measured.velocity) + gains.slope_1 * e1  # Eq. 12
+        mu_1 = basis(gains.force_net, (*measured.position, *r1, *measured.attitude, *measured.rates))
+        estimate_1 = on * output(memory.weights_1, mu_1)  # Eq. 23
+        force = wanted_force(gains, reference, e1, r1, memory.integral_1, estimate_1)  # Eq. 24
+        u_d, theta_d, phi_d = invert_force(force)  # Eqs 40-52
+
+        desired = Vector((reference.yaw, *memory.filtered.value))
+        desired_rates = Vector((reference.yaw_rate, *memory.filtered.rate))
+        e2 = desired - measured.attitude  # Eq. 27
+        r2 = (desired_rates - measured.rates) + gains.slope_2 * e2  # Eq. 28
+        mu_2 = basis(gains.torque_net, (*measured.attitude, *r1, *r2))
+        estimate_2 = on * output(memory.weights_2, mu_2)  # Eq. 34
+        torque = wanted_torque(gains, r2, memory.integral_2, estimate_2)  # Eq. 35
+
+        error_norm = sqrt(r1 @ r1 + r2 @ r2)
+        rate_1 = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, error_norm)  # Eq. 54
+        rate_2 = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, error_norm)
+        following = BacksteppingMemory(
+            integral_1=memory.integral_1 + period * r1,
+            integral_2=memory.integral_2 + period * r2,
+            filtered=command_filter(memory.filtered, vector(theta_d, phi_d), gains.filter_frequency, period),
+            weights_1=memory.weights_1 + (on * period) * rate_1,
+            weights_2=memory.weights_2 + (on * period) * rate_2,
+        )
+        stored_1 = memory.integral_1 @ (gains.integral_1 * memory.integral_1)
+        stored_2 = memory.integral_2 @ (gains.integral_2 * memory.integral_2)
+        command = Command(
+            thrust=u_d,
+            torque=torque,
+            desired_attitude=vector(reference.yaw, theta_d, phi_d),
+            r1=r1,
+            r2=r2,
+            stored=0.5 * (stored_1 + stored_2),
+            weight_norms=vector(memory.weights_1.norm(), memory.weights_2.norm()),
+        )
+        return command, following

@@ -1,0 +1,100 @@
+"""Nested saturations, the controller of the paper's reference [11], tracking the same path.
+
+Castillo, Lozano, Dzul, "Stabilization of a mini rotorcraft having four rotors", IEEE Control Systems Magazine 25 (2005).
+Altitude and yaw are linear; y with roll and x with pitch are each stabilised by four nested saturations. It was made to
+hold the origin; here it is given the path's position and velocity errors, without acceleration feed-forward.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, clip, cos, vector
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.lagrange import coriolis_torque, effective_inertia
+from quadstep.vehicle.state import State
+
+
+class NestedSaturationGains(NamedTuple):
+    """mass [kg], inertia [kg m^2], gravity [m/s^2]: what the controller believes.
+
+    altitude: (a_z1 [1/s], a_z2 [1/s^2]). yaw: (a_psi1 [1/s], a_psi2 [1/s^2]).
+    bounds: (b_1, b_2, b_3, b_4) of the saturations; theory asks b_i > 2 b_(i+1).
+    slope_1, slope_2: Lambda_1, Lambda_2 [1/s], used only to log r1 and r2 on the scale of the paper's controller.
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    altitude: Vector
+    yaw: Vector
+    bounds: Vector
+    slope_1: Vector
+    slope_2: Vector
+
+
+class NoMemory(NamedTuple):
+    """A controller without memory."""
+
+
+def nested(bounds: Vector, rate: Number, angle: Number, speed: Number, offset: Number) -> Number:
+    """-s1(a_dot + s2(a + a_dot + s3(2a + a_dot + v + s4(a_dot + 3a + 3v + p)))) [rad/s^2]; s_i clips at +-b_i.
+
+    a: angle [rad], a_dot: its rate [rad/s], v: speed / g [s], p: offset / g [s^2]. Unsaturated it places four poles at -1.
+    """
+    inner = rate + 3.0 * angle + 3.0 * speed + offset
+    for bound, outside in zip(
+        reversed(bounds.entries),
+        (2.0 * angle + rate + speed, angle + rate, rate, 0.0),
+        strict=True,
+    ):
+        inner = outside + clip(inner, -bound, bound)
+    return -inner
+
+
+@dataclass(frozen=True)
+class NestedSaturation:
+    """[11]'s three loops. Its input change tau = C eta_dot + J tau~ compensates the attitude dynamics exactly."""
+
+    kinematics: Kinematics = Kinematics.STANDARD
+
+    def start(self, measured: State, gains: NestedSaturationGains) -> NoMemory:
+        """Nothing to remember."""
+        return NoMemory()
+
+    def law(
+        self,
+        memory: NoMemory,
+        measured: State,
+        reference: Reference,
+        gains: NestedSaturationGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, NoMemory]:
+        """One sample; thrust u = m (g - a_z1 z_dot - a_z2 z) / (cos theta cos phi) on path errors."""
+        position = measured.position - reference.position
+        velocity = measured.velocity - reference.velocity
+        (x, y, z), (x_dot, y_dot, z_dot) = position, velocity
+        psi, theta, phi = measured.attitude
+        psi_dot, theta_dot, phi_dot = measured.rates
+        g = gains.gravity
+        lift = gains.mass * (g - gains.altitude[0] * z_dot - gains.altitude[1] * z)
+        turn = -gains.yaw[0] * (psi_dot - reference.yaw_rate) - gains.yaw[1] * (psi - reference.yaw)
+        wanted = vector(
+            turn,
+            nested(gains.bounds, theta_dot, theta, -x_dot / g, -x / g),
+            nested(gains.bounds, phi_dot, phi, y_dot / g, y / g),
+        )
+        inertia = effective_inertia(measured.attitude, gains.inertia, self.kinematics)
+        coupling = coriolis_torque(measured.attitude, measured.rates, gains.inertia, self.kinematics)
+        desired = vector(reference.yaw, 0.0, 0.0)
+        e2 = desired - measured.attitude
+        command = Command(
+            thrust=lift / (cos(theta) * cos(phi)),
+            torque=coupling + inertia @ wanted,
+            desired_attitude=desired,
+            r1=-velocity - gains.slope_1 * position,
+            r2=vector(reference.yaw_rate, 0.0, 0.0) - measured.rates + gains.slope_2 * e2,
+        )
+        return command, memory

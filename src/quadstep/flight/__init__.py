@@ -1,0 +1,1 @@
+"""The closed loop, the engines that fly it, and the log."""

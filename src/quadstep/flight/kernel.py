@@ -1,0 +1,58 @@
+"""A traced loop as machine code of this computer."""
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import llvmlite
+from llvmlite import binding as llvm
+
+from quadstep.flight import code_cache
+from quadstep.flight.trace import BUFFERS, COUNTERS
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Compiled code. fly: a C function as described in `Trace`; engine: what keeps it in memory."""
+
+    engine: llvm.ExecutionEngine
+    fly: Any
+
+
+@lru_cache(maxsize=1)
+def host() -> tuple[str, str]:
+    """Name and features of this machine's processor; prepares LLVM for it."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def host_width(double: bool) -> int:
+    """Numbers in one vector register of this machine."""
+    _, features = host()
+    doubles = 8 if "+avx512f" in features else 4 if "+avx," in features else 2
+    return doubles if double else 2 * doubles
+
+
+def compile_module(text: str, double: bool) -> Kernel:
+    """Machine code of an LLVM module that defines `fly`; taken from the cache where it has been compiled before."""
+    cpu, features = host()
+    target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+    name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple)
+    code = code_cache.read(name)
+    if code is None:
+        module = llvm.parse_assembly(text)
+        module.verify()
+        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+        tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
+        passes = llvm.create_pass_builder(target, tuning)
+        passes.getModulePassManager().run(module, passes)
+        code = target.emit_object(module)
+        code_cache.write(name, code)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    number = ctypes.c_double if double else ctypes.c_float
+    kinds = [ctypes.c_int64] * len(COUNTERS) + [number] + [ctypes.c_void_p] * len(BUFFERS)
+    return Kernel(engine, ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address("fly")))

@@ -1,0 +1,102 @@
+"""The default engine: flights side by side in the lanes of compiled vector code, blocks of them on every core."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.flight.eager import Progress
+from quadstep.flight.kernel import Kernel, compile_module, host_width
+from quadstep.flight.log import COLUMNS, FlightLog, finished
+from quadstep.flight.loop import Loop, Parameters, Ticks
+from quadstep.flight.trace import Trace
+from quadstep.numbers import Table, flatten, in_matrix, rebuild
+from quadstep.vehicle.state import State
+
+SLICE = 100_000
+"""Ticks flown between looks at the keyboard (Ctrl-C) and the progress bar."""
+
+KERNELS: dict[Any, Kernel] = {}
+
+
+def fly_lanes(
+    loop: Loop,
+    parameters: Sequence[Parameters],
+    starts: Sequence[State],
+    ticks: Ticks,
+    progress: Progress | None = None,
+    double: bool = True,
+) -> list[FlightLog]:
+    """A batch of flights of one structure. A flight's result does not depend on the others, nor on the number of cores.
+
+    Tables (paths) must be the same in all flights.
+    """
+    width = host_width(double)
+    numbers = np.float64 if double else np.float32
+    leaves = [flatten(one) for one in parameters]
+    tables = [leaf for leaf in leaves[0] if isinstance(leaf, Table)]
+    shared = shared_leaves(parameters)
+    kernel = prepare(loop, parameters[0], starts[0], tuple(shared), double, width)
+
+    count = len(parameters)
+    members = np.minimum(np.arange(-(-count // width) * width), count - 1).reshape(-1, width)  # the last fills its block
+    cycles = [flatten(loop.start(start, one)) for start, one in zip(starts, parameters, strict=True)]
+    varying = [[leaf for leaf, common in zip(one, shared, strict=True) if not common] for one in leaves]
+    common = [leaf for leaf, is_common in zip(leaves[0], shared, strict=True) if is_common and not isinstance(leaf, Table)]
+
+    def blocks(values: Sequence[Sequence[float]]) -> NDArray[Any]:
+        return np.ascontiguousarray(np.array(values, dtype=numbers)[members].transpose(0, 2, 1))
+
+    cycle, changing = blocks(cycles), blocks(varying)
+    outcome = np.zeros((len(members), 2, width), dtype=numbers)
+    outcome[:, 1] = ticks.last
+    rows = np.zeros((len(members), ticks.last // ticks.log + 1, len(COLUMNS), width), dtype=numbers)
+    constant = np.array(common, dtype=numbers)
+    table = np.concatenate([table.array for table in tables] or [np.zeros(1)]).astype(numbers)
+
+    def fly(block: int, first: int, past: int) -> None:
+        buffers = (cycle[block], constant, changing[block], table, rows[block], outcome[block])
+        kernel.fly(first, past, ticks.last, ticks.control, ticks.log, ticks.step, *(b.ctypes.data for b in buffers))
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for first in range(0, ticks.last + 1, SLICE):
+            past = min(first + SLICE, ticks.last + 1)
+            list(pool.map(lambda block: fly(block, first, past), range(len(members))))  # noqa: B023 (used at once)
+            if progress:
+                progress(past - first)
+
+    def result(flight: int) -> FlightLog:
+        block, lane = divmod(flight, width)
+        final = rebuild(loop.start(starts[flight], parameters[flight]), iter(cycle[block, :, lane].astype(float).tolist()))
+        code, ended = outcome[block, :, lane]
+        return finished(rows[block, :, :, lane].astype(float), code, int(ended), ticks, final)
+
+    return [result(flight) for flight in range(count)]
+
+
+def shared_leaves(parameters: Sequence[Parameters]) -> list[bool]:
+    """For each parameter, whether the flights read it from one place: tables, and matrices (input weights) that agree.
+
+    Everything else is kept per flight even where it agrees, so that one compiled program serves them all.
+    """
+    columns = zip(*(flatten(one) for one in parameters), strict=True)
+    matrix = in_matrix(parameters[0])
+    return [
+        isinstance(column[0], Table) or (entry and all(value == column[0] for value in column))
+        for column, entry in zip(columns, matrix, strict=True)
+    ]
+
+
+def prepare(
+    loop: Loop, parameters: Parameters, start: State, shared: tuple[bool, ...], double: bool, width: int
+) -> Kernel:
+    """The kernel for flights of this structure, traced and compiled when first asked for."""
+    sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
+    key = (loop, sizes, shared, double)
+    if key not in KERNELS:
+        KERNELS[key] = compile_module(str(Trace(loop, parameters, start, list(shared), double, width).module), double)
+    return KERNELS[key]

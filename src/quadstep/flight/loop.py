@@ -1,0 +1,123 @@
+"""The closed loop: path, sampled controller, rotors and plant, composed at stated rates.
+
+Everything here is a law over numbers; the engines only decide which numbers, and count the ticks.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from quadstep.control.controller import Command, ControllerLaw
+from quadstep.flight.integrator import runge_kutta_4
+from quadstep.guidance.reference import PathLaw, Reference
+from quadstep.numbers import Condition, Number, absolute, maximum, where
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.lagrange import Vehicle, derivative
+from quadstep.vehicle.rotors import limit
+from quadstep.vehicle.state import State
+
+
+class Outcome(IntEnum):
+    """How a flight ended."""
+
+    COMPLETED = 0
+    NOT_FINITE = 1
+    OFF_PATH = 2
+    SINGULAR = 3
+    SPINNING = 4
+
+
+class Limits(NamedTuple):
+    """When a flight counts as diverged: distance from the path [m], an Euler rate [rad/s], |theta| [rad]."""
+
+    distance: Number
+    rate: Number
+    pitch: Number
+
+
+class Parameters(NamedTuple):
+    """Every number of a flight."""
+
+    vehicle: Vehicle
+    disturbance: Disturbance
+    path: Any
+    gains: Any
+    limits: Limits
+
+
+class Ticks(NamedTuple):
+    """Fixed-step clock. step: of the integrator [s]; control, log: steps between samples and rows; last: final step."""
+
+    step: float
+    control: int
+    log: int
+    last: int
+
+
+class Cycle(NamedTuple):
+    """What lives from step to step: the vehicle, the controller's memory, the command being held."""
+
+    state: State
+    memory: Any
+    command: Command
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The structure of a flight: which laws are composed. Numbers are in `Parameters`."""
+
+    path: PathLaw
+    controller: ControllerLaw
+    kinematics: Kinematics = Kinematics.STANDARD
+    rotor_limits: bool = False
+
+    def start(self, state: State, parameters: Parameters) -> Cycle:
+        """The cycle before the first sample, with a placeholder command of the right shape."""
+        memory = self.controller.start(state, parameters.gains)
+        return Cycle(state, memory, Command(thrust=0.0, torque=state.rates))
+
+    def sample(
+        self, cycle: Cycle, parameters: Parameters, t: Number, period: Number
+    ) -> tuple[Command, Any, Number]:
+        """Command and memory of a control sample at t [s], and the `Outcome` that ends the flight here (0: none)."""
+        reference = self.path.reference(t, parameters.path)
+        state, gains = cycle.state, parameters.gains
+        command, memory = self.controller.law(cycle.memory, state, reference, gains, t, period)
+        if self.rotor_limits:
+            thrust, torque = limit(parameters.vehicle.rotors, command.thrust, command.torque)
+            command = command._replace(thrust=thrust, torque=torque)
+        return command, memory, failure(state, command, reference, parameters.limits)
+
+    def advance(self, cycle: Cycle, parameters: Parameters, step: Number) -> State:
+        """The vehicle one integrator step [s] later, the command held (Eqs 9 and 10)."""
+
+        def rate(state: State) -> State:
+            return derivative(
+                parameters.vehicle,
+                parameters.disturbance,
+                self.kinematics,
+                state,
+                cycle.command.thrust,
+                cycle.command.torque,
+            )
+
+        return runge_kutta_4(rate, cycle.state, step)
+
+
+def failure(state: State, command: Command, reference: Reference, limits: Limits) -> Number:
+    """The `Outcome` a sample ends with, 0 while all is well. NaN fails every comparison, so it is caught first."""
+    _, theta, _ = state.attitude
+    offset = reference.position - state.position
+    distance = offset.norm()
+    spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
+    effort = absolute(command.thrust) + command.torque.norm()
+    code = where(absolute(theta) < limits.pitch, 0.0, float(Outcome.SINGULAR))
+    code = where(spin < limits.rate, code, float(Outcome.SPINNING))
+    code = where(distance < limits.distance, code, float(Outcome.OFF_PATH))
+    return where(finite(distance + spin + absolute(theta) + effort), code, float(Outcome.NOT_FINITE))
+
+
+def finite(x: Number) -> Condition:
+    """Whether a non-negative number is finite; false for NaN."""
+    return x < 1e300

@@ -1,0 +1,49 @@
+"""Point to point with the least jerk, Eqs 68-75; the end point is held afterwards."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, clip
+
+
+class MinimumJerkParameters(NamedTuple):
+    """start, end: xi_d at 0 and t_f [m]. yaw_start, yaw_end: psi_d there [rad]. duration: t_f [s]."""
+
+    start: Vector
+    end: Vector
+    yaw_start: Number
+    yaw_end: Number
+    duration: Number
+
+
+def blend(t: Number, duration: Number) -> tuple[Number, Number, Number]:
+    """Share of the way done at time t [s], with its first [1/s] and second [1/s^2] rate.
+
+    With a_3 = 10 d, a_4 = -15 d / t_f, a_5 = 6 d / t_f^2, the solution of Eqs 70 and 71, Eq. 72 is
+    x_d0 + (x_df - x_d0) (10 s^3 - 15 s^4 + 6 s^5) with s = t / t_f; this form ends exactly at rest.
+    """
+    s = clip(t / duration, 0.0, 1.0)
+    rest = 1.0 - s
+    share = s * s * s * (10.0 + s * (-15.0 + 6.0 * s))
+    rate = 30.0 * s * s * rest * rest / duration
+    change = 60.0 * s * rest * (1.0 - 2.0 * s) / (duration * duration)
+    return share, rate, change
+
+
+@dataclass(frozen=True)
+class MinimumJerk:
+    """Eqs 68, 69 and 72-74 along a straight line, yaw blended the same way."""
+
+    def reference(self, t: Number, parameters: MinimumJerkParameters) -> Reference:
+        """The wanted motion at time t [s]; before 0 and after t_f it rests at the ends."""
+        share, rate, change = blend(t, parameters.duration)
+        way = parameters.end - parameters.start
+        turn = parameters.yaw_end - parameters.yaw_start
+        return Reference(
+            position=parameters.start + share * way,
+            velocity=rate * way,
+            acceleration=change * way,
+            yaw=parameters.yaw_start + share * turn,
+            yaw_rate=rate * turn,
+        )

@@ -1,0 +1,85 @@
+"""Paths made of quintic pieces: waypoints with times, and recorded positions."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Table, Vector, maximum, where
+
+
+class PiecewiseParameters(NamedTuple):
+    """knots: start time of each piece [s], padded with infinity to a power of two.
+
+    coefficients: for x, y, z [m] and psi [rad], the six tables of Taylor coefficients at each piece's start.
+    """
+
+    knots: Table
+    coefficients: tuple[tuple[Table, ...], ...]
+
+
+def piecewise_parameters(knots: NDArray[np.float64], nodes: NDArray[np.float64]) -> PiecewiseParameters:
+    """Parameters of the path through nodes.
+
+    knots: (n,) increasing times [s]. nodes: (n, 3, 4), value, rate and second rate of (x, y, z, psi) at each knot.
+    After the last knot its value is held.
+    """
+    pieces = np.einsum("nij,nja->nia", hermite_to_taylor(np.diff(knots)), np.concatenate([nodes[:-1], nodes[1:]], axis=1))
+    hold = np.zeros((1, 6, 4))
+    hold[0, 0] = nodes[-1, 0]
+    pieces = np.concatenate([pieces, hold])
+    size = 1 << (len(knots) - 1).bit_length()
+    padding = size - len(knots)
+    padded = np.concatenate([pieces, np.zeros((padding, 6, 4))])
+    return PiecewiseParameters(
+        knots=Table(np.concatenate([knots, np.full(padding, np.inf)])),
+        coefficients=tuple(tuple(Table(padded[:, power, axis]) for power in range(6)) for axis in range(4)),
+    )
+
+
+def hermite_to_taylor(length: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrices, shape (n, 6, 6), from (p0, v0, a0, p1, v1, a1) to the Taylor coefficients of the quintic over `length`."""
+    h = length[:, None, None]
+    powers = np.array([0, 1, 2, 3, 4, 5])
+    unit = np.array(  # on a unit interval
+        [
+            [1, 0, 0, 0, 0, 0],
+            [0, 1, 0, 0, 0, 0],
+            [0, 0, 0.5, 0, 0, 0],
+            [-10, -6, -1.5, 10, -4, 0.5],
+            [15, 8, 1.5, -15, 7, -1],
+            [-6, -3, -0.5, 6, -3, 0.5],
+        ]
+    )
+    scale_in = h ** np.array([0, 1, 2, 0, 1, 2])[None, None, :]
+    result: NDArray[np.float64] = unit[None] * scale_in / h ** powers[None, :, None]
+    return result
+
+
+@dataclass(frozen=True)
+class Piecewise:
+    """Quintic pieces over any knots; the piece is found by bisection without a branch."""
+
+    def reference(self, t: Number, parameters: PiecewiseParameters) -> Reference:
+        """The wanted motion at time t [s]; before 0 and after the last knot it rests at the ends."""
+        time = maximum(t, 0.0)
+        index = 0.0 * time
+        step = parameters.knots.size // 2
+        while step:
+            index = where(time >= parameters.knots.at(index + step), index + step, index)
+            step //= 2
+        s = time - parameters.knots.at(index)
+        axes = [taylor([table.at(index) for table in tables], s) for tables in parameters.coefficients]
+        (yaw, yaw_rate, _) = axes[3]
+        position, velocity, acceleration = (Vector(axis[order] for axis in axes[:3]) for order in range(3))
+        return Reference(position, velocity, acceleration, yaw, yaw_rate)
+
+
+def taylor(c: list[Number], s: Number) -> tuple[Number, Number, Number]:
+    """Value, first and second derivative of a quintic with coefficients c_0 to c_5 at s."""
+    value = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+    first = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * (5.0 * c[5]))))
+    second = 2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * (20.0 * c[5])))
+    return value, first, second

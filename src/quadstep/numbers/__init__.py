@@ -1,0 +1,52 @@
+"""What a number can be.
+
+Every law of the package is a pure function over numbers, and a number is anything that adds, multiplies and has a sine:
+a Python float, a NumPy array (a batch by broadcasting) or a lane (an instruction of a compiled program).
+This folder holds the functions, vectors and named structures that work for all of them.
+"""
+
+from quadstep.numbers.functions import (
+    Condition,
+    Number,
+    absolute,
+    atan2,
+    clip,
+    cos,
+    exp,
+    maximum,
+    minimum,
+    sigmoid,
+    sin,
+    sqrt,
+    where,
+)
+from quadstep.numbers.linear import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
+from quadstep.numbers.structure import Table, flatten, in_matrix, leaf_names, rebuild
+
+__all__ = [
+    "Condition",
+    "Matrix",
+    "Number",
+    "Table",
+    "Vector",
+    "absolute",
+    "atan2",
+    "clip",
+    "cos",
+    "exp",
+    "flatten",
+    "in_matrix",
+    "leaf_names",
+    "matrix",
+    "maximum",
+    "minimum",
+    "outer",
+    "rebuild",
+    "sigmoid",
+    "sin",
+    "solve_symmetric",
+    "sqrt",
+    "total",
+    "vector",
+    "where",
+]

@@ -1,0 +1,131 @@
+"""The functions of a number, dispatched on what the number is.
+
+A law calls these and never `math` or `numpy`, and it never branches on a number: `where` chooses between two values.
+A kind of number joins in by carrying a class attribute `functions` with the methods of `Functions`.
+"""
+
+import math
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+Number: TypeAlias = float
+"""A number in a law. The type checker reads a law as if it were over floats; any other kind behaves the same."""
+
+Condition: TypeAlias = bool
+"""What comparing two numbers gives. Feed it to `where`; a lane's condition refuses `if`."""
+
+
+class Functions(Protocol):
+    """What a kind of number must provide."""
+
+    def sin(self, x: Any) -> Any: ...
+    def cos(self, x: Any) -> Any: ...
+    def exp(self, x: Any) -> Any: ...
+    def sqrt(self, x: Any) -> Any: ...
+    def atan2(self, y: Any, x: Any) -> Any: ...
+    def where(self, condition: Any, yes: Any, no: Any) -> Any: ...
+
+
+class Floats:
+    """Python floats, with IEEE results where `math` would raise: a diverging flight is an outcome, not an exception."""
+
+    def sin(self, x: float) -> float:
+        return math.sin(x) if math.isfinite(x) else math.nan
+
+    def cos(self, x: float) -> float:
+        return math.cos(x) if math.isfinite(x) else math.nan
+
+    def exp(self, x: float) -> float:
+        try:
+            return math.exp(x)
+        except OverflowError:
+            return math.inf
+
+    def sqrt(self, x: float) -> float:
+        return math.sqrt(x) if x >= 0.0 else math.nan
+
+    def atan2(self, y: float, x: float) -> float:
+        return math.atan2(y, x)
+
+    def where(self, condition: bool, yes: float, no: float) -> float:
+        return yes if condition else no
+
+
+class Arrays:
+    """NumPy arrays: one flight an element."""
+
+    sin = staticmethod(np.sin)
+    cos = staticmethod(np.cos)
+    exp = staticmethod(np.exp)
+    sqrt = staticmethod(np.sqrt)
+    atan2 = staticmethod(np.arctan2)
+    where = staticmethod(np.where)
+
+
+FLOATS = Floats()
+ARRAYS = Arrays()
+
+
+def functions_of(*values: Any) -> Any:
+    """The functions for these values: the first that is neither a float nor an int decides."""
+    for value in values:
+        if isinstance(value, float | int):
+            continue
+        return ARRAYS if isinstance(value, np.ndarray | np.bool_) else value.functions
+    return FLOATS
+
+
+def sin(x: Number) -> Number:
+    """Sine of an angle [rad]."""
+    return functions_of(x).sin(x)
+
+
+def cos(x: Number) -> Number:
+    """Cosine of an angle [rad]."""
+    return functions_of(x).cos(x)
+
+
+def exp(x: Number) -> Number:
+    """Exponential."""
+    return functions_of(x).exp(x)
+
+
+def sqrt(x: Number) -> Number:
+    """Square root; NaN below zero."""
+    return functions_of(x).sqrt(x)
+
+
+def atan2(y: Number, x: Number) -> Number:
+    """Angle of the point (x, y), in (-pi, pi] [rad]; zero at the origin."""
+    return functions_of(y, x).atan2(y, x)
+
+
+def where(condition: Condition, yes: Number, no: Number) -> Number:
+    """`yes` where the condition holds, else `no`. Both are computed."""
+    return functions_of(condition, yes, no).where(condition, yes, no)
+
+
+def minimum(a: Number, b: Number) -> Number:
+    """The smaller of two numbers."""
+    return where(a < b, a, b)
+
+
+def maximum(a: Number, b: Number) -> Number:
+    """The larger of two numbers."""
+    return where(a > b, a, b)
+
+
+def clip(x: Number, low: Number, high: Number) -> Number:
+    """`x` held between `low` and `high`."""
+    return minimum(maximum(x, low), high)
+
+
+def absolute(x: Number) -> Number:
+    """Magnitude."""
+    return where(x < 0.0, -x, x)
+
+
+def sigmoid(x: Number) -> Number:
+    """Logistic function 1 / (1 + exp(-x))."""
+    return 1.0 / (1.0 + exp(-x))

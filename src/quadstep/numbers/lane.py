@@ -1,0 +1,204 @@
+"""Lanes: numbers whose operators emit LLVM vector instructions, one flight a lane.
+
+Feed lanes to a law and what comes out is the machine code of that law. Constants fold (x * 0, x * 1, x + 0) and what has
+been computed in a block is not computed again, so matrix notation costs nothing once compiled. Operations may contract and
+reassociate, the same way in every lane; NaN and infinity keep their meaning, so that divergence is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+
+FLAGS = ("contract", "reassoc", "arcp", "nsz")
+
+
+class Emitter:
+    """Where lanes put their instructions: a builder, the vector type, and what the current block already holds."""
+
+    def __init__(self, builder: ir.IRBuilder, element: ir.Type, width: int) -> None:
+        self.builder = builder
+        self.element = element
+        self.width = width
+        self.vector = ir.VectorType(element, width)
+        self.double = isinstance(element, ir.DoubleType)
+        self.whole = ir.IntType(64 if self.double else 32)
+        self.wholes = ir.VectorType(self.whole, width)
+        self.known: dict[tuple[Any, ...], ir.Value] = {}
+        self.constants: dict[tuple[Any, float], ir.Constant] = {}
+
+    def enter(self, block: ir.Block) -> None:
+        """Continue at the end of `block`."""
+        self.builder.position_at_end(block)
+        self.known.clear()
+
+    def constant(self, value: float) -> ir.Constant:
+        """The same float in every lane."""
+        return self._constant(self.vector, self.element, float(value))
+
+    def whole_constant(self, value: int) -> ir.Constant:
+        """The same integer in every lane."""
+        return self._constant(self.wholes, self.whole, value)
+
+    def _constant(self, kind: ir.VectorType, element: ir.Type, value: float) -> ir.Constant:
+        key = (kind, value if value or isinstance(value, int) else str(value))
+        if key not in self.constants:
+            self.constants[key] = ir.Constant(kind, [ir.Constant(element, value)] * self.width)
+        return self.constants[key]
+
+    def value(self, number: Lane | float) -> ir.Value:
+        """The LLVM value of a lane or a Python number."""
+        return number.value if isinstance(number, Lane) else self.constant(number)
+
+    def once(self, key: tuple[Any, ...], emit: Callable[[], ir.Value]) -> ir.Value:
+        """What `emit` gives, or what it gave before in this block for the same operation and operands."""
+        name = tuple(part if isinstance(part, str) else id(part) for part in key)
+        if name not in self.known:
+            self.known[name] = emit()
+        return self.known[name]
+
+    def intrinsic(self, name: str, *values: ir.Value) -> ir.Value:
+        """A call of an LLVM intrinsic on vectors."""
+        full = f"llvm.{name}.v{self.width}f{64 if self.double else 32}"
+        module = self.builder.module
+        function = module.globals.get(full)
+        if function is None:
+            function = ir.Function(module, ir.FunctionType(self.vector, [self.vector] * len(values)), full)
+        return self.once((full, *values), lambda: self.builder.call(function, values))
+
+
+class Condition:
+    """What comparing lanes gives: one bit a lane."""
+
+    __slots__ = ("emitter", "value")
+
+    def __init__(self, emitter: Emitter, value: ir.Value) -> None:
+        self.emitter, self.value = emitter, value
+
+    @property
+    def functions(self) -> Any:
+        """The functions of lanes (used by `where`)."""
+        return Lane.functions
+
+    def __and__(self, other: Condition) -> Condition:
+        return Condition(self.emitter, self.emitter.builder.and_(self.value, other.value))
+
+    def __or__(self, other: Condition) -> Condition:
+        return Condition(self.emitter, self.emitter.builder.or_(self.value, other.value))
+
+    def __invert__(self) -> Condition:
+        return Condition(self.emitter, self.emitter.builder.not_(self.value))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a lane cannot decide a branch: a law chooses with `where`, never with `if`, `and` or `or`")
+
+
+class Lane:
+    """One number in many flights at once."""
+
+    __slots__ = ("emitter", "value")
+    functions: Any = None  # set by quadstep.numbers.lane_functions
+
+    def __init__(self, emitter: Emitter, value: ir.Value) -> None:
+        self.emitter, self.value = emitter, value
+
+    def _binary(self, operation: str, a: Lane | float, b: Lane | float) -> Lane:
+        emitter = self.emitter
+        x, y = emitter.value(a), emitter.value(b)
+        build = getattr(emitter.builder, operation)
+        return Lane(emitter, emitter.once((operation, x, y), lambda: build(x, y, flags=FLAGS)))
+
+    def __add__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        return self if is_constant(other, 0) else self._binary("fadd", self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        return self if is_constant(other, 0) else self._binary("fsub", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self if is_constant(other, 0) else self._binary("fsub", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        if is_constant(other, 0):
+            return 0.0
+        if is_constant(other, 1):
+            return self
+        return -self if is_constant(other, -1) else self._binary("fmul", self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return self if is_constant(other, 1) else self._binary("fdiv", self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return 0.0 if is_constant(other, 0) else self._binary("fdiv", other, self)
+
+    def __neg__(self) -> Any:
+        emitter = self.emitter
+        return Lane(emitter, emitter.once(("fneg", self.value), lambda: emitter.builder.fneg(self.value)))
+
+    def _compare(self, operation: str, other: Any) -> Any:
+        emitter = self.emitter
+        other_value = emitter.value(other)
+        key = ("fcmp" + operation, self.value, other_value)
+        compare = emitter.builder.fcmp_unordered if operation == "!=" else emitter.builder.fcmp_ordered
+        return Condition(emitter, emitter.once(key, lambda: compare(operation, self.value, other_value)))
+
+    def __lt__(self, other: Any) -> Any:
+        return self._compare("<", other)
+
+    def __le__(self, other: Any) -> Any:
+        return self._compare("<=", other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._compare(">", other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._compare(">=", other)
+
+    def __eq__(self, other: object) -> Any:
+        return self._compare("==", other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._compare("!=", other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __bool__(self) -> bool:
+        raise TypeError("a lane has no truth value: a law chooses with `where`, never with `if`, `and` or `or`")
+
+
+OPERANDS = (Lane, float, int)
+
+
+def is_constant(other: Any, value: int) -> bool:
+    """Whether an operand is this Python number (a lane is never one)."""
+    return isinstance(other, float | int) and other == value
+
+
+class LaneTable:
+    """A table in memory, looked up lane by lane."""
+
+    def __init__(self, emitter: Emitter, pointer: ir.Value, size: int) -> None:
+        self.emitter, self.pointer, self.size = emitter, pointer, size
+
+    def at(self, index: Lane | float) -> Lane:
+        """The entry at a whole index, a separate load for each lane."""
+        emitter, builder = self.emitter, self.emitter.builder
+        wanted = emitter.value(index)
+        whole = emitter.once(("fptoui", wanted), lambda: builder.fptoui(wanted, emitter.wholes))
+        result = ir.Constant(emitter.vector, ir.Undefined)
+        for lane in range(emitter.width):
+            place = ir.Constant(ir.IntType(32), lane)
+            address = builder.gep(self.pointer, [builder.extract_element(whole, place)])
+            result = builder.insert_element(result, builder.load(address), place)
+        return Lane(emitter, result)

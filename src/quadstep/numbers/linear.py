@@ -1,0 +1,150 @@
+"""Vectors and matrices of numbers.
+
+One form everywhere: frozen containers whose entries are any kind of number. A diagonal matrix (a gain, the inertia) is
+kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the inner, matrix-vector or matrix product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, overload
+
+from quadstep.numbers.functions import Number, sqrt
+
+
+def total(values: Iterable[Number]) -> Number:
+    """Sum without a leading zero, in the order given."""
+    iterator = iter(values)
+    result = next(iterator)
+    for value in iterator:
+        result = result + value
+    return result
+
+
+class Vector:
+    """A column of numbers; `+`, `-`, `*` and `/` act entry by entry or with a scalar, `@` is the inner product."""
+
+    __slots__ = ("entries",)
+    __array_ufunc__ = None  # an array times a vector asks the vector, not NumPy
+
+    def __init__(self, entries: Iterable[Number]) -> None:
+        self.entries = tuple(entries)
+
+    def __iter__(self) -> Iterator[Number]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def __getitem__(self, index: int) -> Number:
+        return self.entries[index]
+
+    def __repr__(self) -> str:
+        return f"Vector({list(self.entries)!r})"
+
+    def __add__(self, other: Vector) -> Vector:
+        return Vector([a + b for a, b in zip(self.entries, other.entries, strict=True)])
+
+    def __sub__(self, other: Vector) -> Vector:
+        return Vector([a - b for a, b in zip(self.entries, other.entries, strict=True)])
+
+    def __mul__(self, other: Vector | Number) -> Vector:
+        if isinstance(other, Vector):
+            return Vector([a * b for a, b in zip(self.entries, other.entries, strict=True)])
+        return Vector([a * other for a in self.entries])
+
+    def __rmul__(self, other: Number) -> Vector:
+        return Vector([other * a for a in self.entries])
+
+    def __truediv__(self, other: Number) -> Vector:
+        return Vector(a / other for a in self.entries)
+
+    def __neg__(self) -> Vector:
+        return Vector(-a for a in self.entries)
+
+    def __matmul__(self, other: Vector) -> Number:
+        return total([a * b for a, b in zip(self.entries, other.entries, strict=True)])
+
+    def norm(self) -> Number:
+        """Euclidean length."""
+        return sqrt(self @ self)
+
+
+class Matrix:
+    """Rows of numbers; `+`, `-` and scalar `*` act entry by entry, `@` is the matrix product."""
+
+    __slots__ = ("rows",)
+    __array_ufunc__ = None
+
+    def __init__(self, rows: Iterable[Vector]) -> None:
+        self.rows = tuple(rows)
+
+    def __iter__(self) -> Iterator[Vector]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, index: tuple[int, int]) -> Number:
+        return self.rows[index[0]].entries[index[1]]
+
+    def __repr__(self) -> str:
+        return f"Matrix({[list(row) for row in self.rows]!r})"
+
+    @property
+    def T(self) -> Matrix:  # noqa: N802 (the transpose is written so everywhere)
+        """Transpose."""
+        return Matrix(Vector(column) for column in zip(*(row.entries for row in self.rows), strict=True))
+
+    def __add__(self, other: Matrix) -> Matrix:
+        return Matrix([a + b for a, b in zip(self.rows, other.rows, strict=True)])
+
+    def __sub__(self, other: Matrix) -> Matrix:
+        return Matrix([a - b for a, b in zip(self.rows, other.rows, strict=True)])
+
+    def __mul__(self, other: Number) -> Matrix:
+        return Matrix(row * other for row in self.rows)
+
+    def __rmul__(self, other: Number) -> Matrix:
+        return Matrix(other * row for row in self.rows)
+
+    @overload
+    def __matmul__(self, other: Vector) -> Vector: ...
+    @overload
+    def __matmul__(self, other: Matrix) -> Matrix: ...
+    def __matmul__(self, other: Vector | Matrix) -> Vector | Matrix:
+        if isinstance(other, Vector):
+            return Vector([row @ other for row in self.rows])
+        columns = other.T.rows
+        return Matrix(Vector(row @ column for column in columns) for row in self.rows)
+
+    def norm(self) -> Number:
+        """Frobenius norm."""
+        return sqrt(total(entry * entry for row in self.rows for entry in row))
+
+
+def vector(*entries: Number) -> Vector:
+    """The vector with these entries."""
+    return Vector(entries)
+
+
+def matrix(*rows: Iterable[Number]) -> Matrix:
+    """The matrix with these rows."""
+    return Matrix(Vector(row) for row in rows)
+
+
+def outer(a: Vector, b: Vector) -> Matrix:
+    """a b^T, shape (len(a), len(b))."""
+    return Matrix(entry * b for entry in a)
+
+
+def solve_symmetric(m: Matrix, b: Vector) -> Vector:
+    """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
+    m11, m12, m13 = m.rows[0]
+    _, m22, m23 = m.rows[1]
+    m33: Any = m[2, 2]
+    a11, a12, a13 = m22 * m33 - m23 * m23, m13 * m23 - m12 * m33, m12 * m23 - m13 * m22
+    a22, a23, a33 = m11 * m33 - m13 * m13, m12 * m13 - m11 * m23, m11 * m22 - m12 * m12
+    determinant = m11 * a11 + m12 * a12 + m13 * a13
+    adjugate = matrix((a11, a12, a13), (a12, a22, a23), (a13, a23, a33))
+    return (adjugate @ b) * (1.0 / determinant)

@@ -1,0 +1,80 @@
+"""Frozen, named structures of numbers, and their flat form.
+
+State, memory, gains and parameters are `NamedTuple`s whose fields are numbers, vectors, matrices, tables or further
+structures. Engines see only the flat list of leaves; nothing else knows the layout.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.numbers.functions import Number
+from quadstep.numbers.linear import Matrix, Vector
+
+S = TypeVar("S")
+
+
+class Table:
+    """A row of constants that a law looks up by a computed index (knots of a path, coefficients of its pieces)."""
+
+    def __init__(self, values: Sequence[float] | NDArray[np.float64]) -> None:
+        self.array = np.asarray(values, dtype=np.float64)
+        self.values: list[float] = self.array.tolist()
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return len(self.values)
+
+    def at(self, index: Number) -> Number:
+        """The entry at a non-negative whole `index`, which may be any kind of number."""
+        if isinstance(index, np.ndarray):
+            return cast(Number, self.array[index.astype(np.int64)])
+        return self.values[int(index)]
+
+
+def flatten(structure: Any) -> list[Any]:
+    """The leaves of a structure (numbers and tables), depth first."""
+    if isinstance(structure, Vector):
+        return list(structure.entries)
+    if isinstance(structure, Matrix):
+        return [entry for row in structure for entry in row]
+    if isinstance(structure, tuple):
+        return [leaf for field in structure for leaf in flatten(field)]
+    return [structure]
+
+
+def in_matrix(structure: Any) -> list[bool]:
+    """For each leaf, in the order of `flatten`, whether it is an entry of a matrix."""
+    if isinstance(structure, tuple):
+        return [answer for field in structure for answer in in_matrix(field)]
+    return [isinstance(structure, Matrix)] * len(flatten(structure))
+
+
+def rebuild(like: S, leaves: Iterator[Any]) -> S:
+    """A structure shaped as `like`, filled from `leaves` in the order of `flatten`."""
+    shape: Any = like
+    result: Any
+    if isinstance(shape, Vector):
+        result = Vector([next(leaves) for _ in shape])
+    elif isinstance(shape, Matrix):
+        result = Matrix([rebuild(row, leaves) for row in shape])
+    elif isinstance(shape, tuple):
+        fields = [rebuild(field, leaves) for field in shape]
+        result = shape._make(fields) if hasattr(shape, "_make") else tuple(fields)
+    else:
+        result = next(leaves)
+    return cast(S, result)
+
+
+def leaf_names(structure: Any, prefix: str = "") -> list[str]:
+    """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`."""
+    if isinstance(structure, tuple):
+        fields: Any = zip(getattr(structure, "_fields", range(len(structure))), structure, strict=True)
+    elif isinstance(structure, Vector | Matrix):
+        fields = enumerate(structure)
+    else:
+        return [prefix]
+    return [name for key, field in fields for name in leaf_names(field, f"{prefix}.{key}" if prefix else str(key))]

@@ -1,0 +1,63 @@
+"""How the attitude turns rates and thrust: T_eta (after Eq. 4) and the thrust direction (Eq. 7)."""
+
+from enum import StrEnum
+
+from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
+
+
+class Kinematics(StrEnum):
+    """Which T_eta is meant. They differ only where the inertias are unequal.
+
+    STANDARD: the angle in rows 2 and 3 is roll, as Newton-Euler demands for R = Rz(psi) Ry(theta) Rx(phi).
+    PRINTED: it is yaw, as the paper prints.
+    """
+
+    STANDARD = "standard"
+    PRINTED = "printed"
+
+    @property
+    def angle(self) -> int:
+        """Place in eta = (psi, theta, phi) of the angle that stands in rows 2 and 3 of T_eta."""
+        return 2 if self is Kinematics.STANDARD else 0
+
+
+def euler_rate_matrix(attitude: Vector, kinematics: Kinematics) -> Matrix:
+    """T_eta of Eq. 4, shape (3, 3): body rates = T_eta @ (psi_dot, theta_dot, phi_dot)."""
+    theta, angle = attitude[1], attitude[kinematics.angle]
+    return matrix(
+        (-sin(theta), 0.0, 1.0),
+        (cos(theta) * sin(angle), cos(angle), 0.0),
+        (cos(theta) * cos(angle), -sin(angle), 0.0),
+    )
+
+
+def euler_rate_partials(attitude: Vector, kinematics: Kinematics) -> tuple[Matrix, Matrix, Matrix]:
+    """dT_eta/dpsi, dT_eta/dtheta, dT_eta/dphi, each of shape (3, 3)."""
+    theta, angle = attitude[1], attitude[kinematics.angle]
+    by_theta = matrix(
+        (-cos(theta), 0.0, 0.0),
+        (-sin(theta) * sin(angle), 0.0, 0.0),
+        (-sin(theta) * cos(angle), 0.0, 0.0),
+    )
+    by_angle = matrix(
+        (0.0, 0.0, 0.0),
+        (cos(theta) * cos(angle), -sin(angle), 0.0),
+        (-cos(theta) * sin(angle), -cos(angle), 0.0),
+    )
+    nothing = matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return (nothing, by_theta, by_angle) if kinematics.angle == 2 else (by_angle, by_theta, nothing)
+
+
+def euler_rate_matrix_dot(attitude: Vector, rates: Vector, kinematics: Kinematics) -> Matrix:
+    """T_eta_dot, shape (3, 3) [rad/s]: the partials times the Euler rates."""
+    by_psi, by_theta, by_phi = euler_rate_partials(attitude, kinematics)
+    return rates[0] * by_psi + rates[1] * by_theta + rates[2] * by_phi
+
+
+def thrust_direction(attitude: Vector) -> Vector:
+    """Unit vector of the thrust in the inertial frame (Eq. 7): (-sin theta, cos theta sin phi, cos theta cos phi).
+
+    The paper's form is free of yaw; it is R e3 for R = Rx(-phi) Ry(-theta) Rz(-psi), yaw innermost.
+    """
+    _, theta, phi = attitude
+    return vector(-sin(theta), cos(theta) * sin(phi), cos(theta) * cos(phi))
