@@ -63,7 +63,7 @@ def wanted_force(
 
 
 def wanted_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
-    """tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
+    """Tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
     return estimate + gains.gain_2 * r2 + gains.integral_2 * integral
 
 

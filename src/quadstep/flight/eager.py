@@ -18,9 +18,7 @@ Progress = Callable[[int], None]
 """Told how many ticks were flown since the last call."""
 
 
-def fly_floats(
-    loop: Loop, parameters: Parameters, start: State, ticks: Ticks, progress: Progress | None = None
-) -> FlightLog:
+def fly_floats(loop: Loop, parameters: Parameters, start: State, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
     """One flight on Python floats."""
     rows: list[list[float]] = []
     cycle, code, tick = loop.start(start, parameters), 0.0, 0
@@ -44,9 +42,7 @@ def fly_floats(
     return finished(np.array(rows).reshape(-1, len(COLUMNS)), code, tick, ticks, cycle)
 
 
-def fly_arrays(
-    loop: Loop, parameters: Sequence[Parameters], starts: Sequence[State], ticks: Ticks
-) -> list[FlightLog]:
+def fly_arrays(loop: Loop, parameters: Sequence[Parameters], starts: Sequence[State], ticks: Ticks) -> list[FlightLog]:
     """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
     stacked, start = stack(parameters), stack(starts)

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,14 +32,14 @@ def fly_lanes(
 ) -> list[FlightLog]:
     """A batch of flights of one structure. A flight's result does not depend on the others, nor on the number of cores.
 
-    Tables (paths) must be the same in all flights.
+    Tables (paths) and matrices (the nets' weights) must be the same in all flights.
     """
     width = host_width(double)
     numbers = np.float64 if double else np.float32
     leaves = [flatten(one) for one in parameters]
     tables = [leaf for leaf in leaves[0] if isinstance(leaf, Table)]
-    shared = shared_leaves(parameters)
-    kernel = prepare(loop, parameters[0], starts[0], tuple(shared), double, width)
+    shared = shared_leaves(parameters[0])
+    kernel = prepare(loop, parameters[0], starts[0], shared, double, width)
 
     count = len(parameters)
     members = np.minimum(np.arange(-(-count // width) * width), count - 1).reshape(-1, width)  # the last fills its block
@@ -78,22 +77,16 @@ def fly_lanes(
     return [result(flight) for flight in range(count)]
 
 
-def shared_leaves(parameters: Sequence[Parameters]) -> list[bool]:
-    """For each parameter, whether the flights read it from one place: tables, and matrices (input weights) that agree.
+def shared_leaves(parameters: Parameters) -> tuple[bool, ...]:
+    """For each parameter, whether all flights read it from one place: tables and matrices (the nets' input weights).
 
-    Everything else is kept per flight even where it agrees, so that one compiled program serves them all.
+    Everything else is kept per flight even where it agrees, so that one compiled program serves all such flights.
     """
-    columns = zip(*(flatten(one) for one in parameters), strict=True)
-    matrix = in_matrix(parameters[0])
-    return [
-        isinstance(column[0], Table) or (entry and all(value == column[0] for value in column))
-        for column, entry in zip(columns, matrix, strict=True)
-    ]
+    pairs = zip(flatten(parameters), in_matrix(parameters), strict=True)
+    return tuple(entry or isinstance(leaf, Table) for leaf, entry in pairs)
 
 
-def prepare(
-    loop: Loop, parameters: Parameters, start: State, shared: tuple[bool, ...], double: bool, width: int
-) -> Kernel:
+def prepare(loop: Loop, parameters: Parameters, start: State, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)

@@ -77,9 +77,7 @@ class Loop:
         memory = self.controller.start(state, parameters.gains)
         return Cycle(state, memory, Command(thrust=0.0, torque=state.rates))
 
-    def sample(
-        self, cycle: Cycle, parameters: Parameters, t: Number, period: Number
-    ) -> tuple[Command, Any, Number]:
+    def sample(self, cycle: Cycle, parameters: Parameters, t: Number, period: Number) -> tuple[Command, Any, Number]:
         """Command and memory of a control sample at t [s], and the `Outcome` that ends the flight here (0: none)."""
         reference = self.path.reference(t, parameters.path)
         state, gains = cycle.state, parameters.gains

@@ -78,32 +78,38 @@ def functions_of(*values: Any) -> Any:
 
 def sin(x: Number) -> Number:
     """Sine of an angle [rad]."""
-    return functions_of(x).sin(x)
+    result: Number = functions_of(x).sin(x)
+    return result
 
 
 def cos(x: Number) -> Number:
     """Cosine of an angle [rad]."""
-    return functions_of(x).cos(x)
+    result: Number = functions_of(x).cos(x)
+    return result
 
 
 def exp(x: Number) -> Number:
     """Exponential."""
-    return functions_of(x).exp(x)
+    result: Number = functions_of(x).exp(x)
+    return result
 
 
 def sqrt(x: Number) -> Number:
     """Square root; NaN below zero."""
-    return functions_of(x).sqrt(x)
+    result: Number = functions_of(x).sqrt(x)
+    return result
 
 
 def atan2(y: Number, x: Number) -> Number:
     """Angle of the point (x, y), in (-pi, pi] [rad]; zero at the origin."""
-    return functions_of(y, x).atan2(y, x)
+    result: Number = functions_of(y, x).atan2(y, x)
+    return result
 
 
 def where(condition: Condition, yes: Number, no: Number) -> Number:
     """`yes` where the condition holds, else `no`. Both are computed."""
-    return functions_of(condition, yes, no).where(condition, yes, no)
+    result: Number = functions_of(condition, yes, no).where(condition, yes, no)
+    return result
 
 
 def minimum(a: Number, b: Number) -> Number:

@@ -27,7 +27,7 @@ class Emitter:
         self.whole = ir.IntType(64 if self.double else 32)
         self.wholes = ir.VectorType(self.whole, width)
         self.known: dict[tuple[Any, ...], ir.Value] = {}
-        self.constants: dict[tuple[Any, float], ir.Constant] = {}
+        self.constants: dict[tuple[Any, str], ir.Constant] = {}
 
     def enter(self, block: ir.Block) -> None:
         """Continue at the end of `block`."""
@@ -43,7 +43,7 @@ class Emitter:
         return self._constant(self.wholes, self.whole, value)
 
     def _constant(self, kind: ir.VectorType, element: ir.Type, value: float) -> ir.Constant:
-        key = (kind, value if value or isinstance(value, int) else str(value))
+        key = (kind, repr(value))  # as text, 0.0 and -0.0 differ
         if key not in self.constants:
             self.constants[key] = ir.Constant(kind, [ir.Constant(element, value)] * self.width)
         return self.constants[key]

@@ -7,7 +7,7 @@ kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the i
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, overload
+from typing import overload
 
 from quadstep.numbers.functions import Number, sqrt
 
@@ -134,15 +134,15 @@ def matrix(*rows: Iterable[Number]) -> Matrix:
 
 
 def outer(a: Vector, b: Vector) -> Matrix:
-    """a b^T, shape (len(a), len(b))."""
+    """A b^T, shape (len(a), len(b))."""
     return Matrix(entry * b for entry in a)
 
 
 def solve_symmetric(m: Matrix, b: Vector) -> Vector:
-    """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
+    """X of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
     m11, m12, m13 = m.rows[0]
     _, m22, m23 = m.rows[1]
-    m33: Any = m[2, 2]
+    m33 = m[2, 2]
     a11, a12, a13 = m22 * m33 - m23 * m23, m13 * m23 - m12 * m33, m12 * m23 - m13 * m22
     a22, a23, a33 = m11 * m33 - m13 * m13, m12 * m13 - m11 * m23, m11 * m22 - m12 * m12
     determinant = m11 * a11 + m12 * a12 + m13 * a13

@@ -1,0 +1,1 @@
+"""What a flight shows: metrics of a log."""

@@ -1,0 +1,81 @@
+"""Metrics of a flight, computed from its log."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.flight.log import FlightLog
+
+POSITION, ATTITUDE = ("x", "y", "z"), ("psi", "theta", "phi")
+INPUTS = ("u", "tau_psi", "tau_theta", "tau_phi")
+
+SETTLING_BAND = 0.005
+"""Half-width of the band an angle must stay in to count as settled [rad]."""
+
+
+def rmse(errors: NDArray[np.float64]) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def position_errors(log: FlightLog) -> NDArray[np.float64]:
+    """e1 = xi_d - xi at each sample, shape (samples, 3) [m]."""
+    errors: NDArray[np.float64] = log.columns("x_d", "y_d", "z_d") - log.columns(*POSITION)
+    return errors
+
+
+def attitude_errors(log: FlightLog) -> NDArray[np.float64]:
+    """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
+    errors: NDArray[np.float64] = log.columns("psi_d", "theta_d", "phi_d") - log.columns(*ATTITUDE)
+    return errors
+
+
+def settling_time(t: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:
+    """Time from which |values| stays within SETTLING_BAND [s]; None if it is outside at the end."""
+    outside = np.flatnonzero(np.abs(values) > SETTLING_BAND)
+    if not len(outside):
+        return float(t[0])
+    return float(t[outside[-1] + 1]) if outside[-1] + 1 < len(t) else None
+
+
+def errors_of(errors: NDArray[np.float64], names: tuple[str, ...], unit: str) -> dict[str, Any]:
+    """RMSE, largest and final magnitude of each column."""
+    return {
+        name: {
+            f"rmse[{unit}]": rmse(errors[:, i]),
+            f"largest[{unit}]": float(np.abs(errors[:, i]).max()),
+            f"final[{unit}]": float(np.abs(errors[-1, i])),
+        }
+        for i, name in enumerate(names)
+    }
+
+
+def flight_metrics(log: FlightLog) -> dict[str, Any]:
+    """Everything the study reports of one flight, with units in the keys.
+
+    settling: of the angle's error against its command, and of the angle itself (towards level or its final yaw).
+    total variation: sum of |differences| of an input from one log row to the next.
+    """
+    result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
+    if len(log.rows) < 2:
+        return result
+    t, attitude = log.column("t"), log.columns(*ATTITUDE)
+    e1, e2 = position_errors(log), attitude_errors(log)
+    result["position"] = errors_of(e1, POSITION, "m")
+    result["position_rmse[m]"] = rmse(np.linalg.norm(e1, axis=1))
+    result["attitude"] = errors_of(e2, ATTITUDE, "rad")
+    for i, name in enumerate(ATTITUDE):
+        result["attitude"][name]["error_settling[s]"] = settling_time(t, e2[:, i])
+        result["attitude"][name]["angle_settling[s]"] = settling_time(t, attitude[:, i] - log.column(f"{name}_d")[-1])
+    result["largest_tilt[rad]"] = float(np.arccos(np.clip(np.cos(attitude[:, 1]) * np.cos(attitude[:, 2]), -1, 1)).max())
+    for name, unit in zip(INPUTS, ("N", "N m", "N m", "N m"), strict=True):
+        values = log.column(name)
+        result[name] = {
+            f"largest[{unit}]": float(np.abs(values).max()),
+            f"total_variation[{unit}]": float(np.abs(np.diff(values)).sum()),
+        }
+    forces = log.columns("f1", "f2", "f3", "f4")
+    result["rotors"] = {"least[N]": float(forces.min()), "largest[N]": float(forces.max())}
+    result["largest_weight_norm"] = {name: float(log.column(name).max()) for name in ("norm_W1", "norm_W2")}
+    return result

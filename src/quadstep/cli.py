@@ -1,0 +1,141 @@
+"""The command line."""
+
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from typer.exceptions import TyperException
+
+from quadstep import __version__
+from quadstep.errors import UserError
+from quadstep.flight.engines import Engine
+
+app = typer.Typer(
+    name="quadstep",
+    help="How well, and how surely, will this controller hold my quadrotor on its path?",
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+screen = Console(highlight=False)
+
+BAD_INPUT, DIVERGED, INTERRUPTED = 2, 3, 130
+
+EngineOption = Annotated[
+    Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
+]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results of another mission in the folder.")]
+
+
+def version(shown: bool) -> None:
+    """Print the version and stop."""
+    if shown:
+        screen.print(f"quadstep {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    shown: Annotated[bool, typer.Option("--version", callback=version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """Options of every command."""
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/paper"),
+    engine: EngineOption = Engine.LANES,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
+    from quadstep.study.reproduce import reproduce as run  # noqa: PLC0415 (each command loads what it needs)
+
+    claims = run(out, engine, overwrite)
+    table = Table("claim", "measured", "verdict", title="Section 6 of the paper, claim by claim", show_lines=True)
+    for claim in claims:
+        table.add_row(claim.name, claim.measured, claim.verdict)
+    screen.print(table)
+    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+
+
+@app.command()
+def fly(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML); `quadstep new` writes one.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; out/<mission's name> if left out.")] = None,
+    engine: EngineOption = Engine.LANES,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Fly a mission: writes flight.csv, metrics.json, figures/ and, with nets, weights.json; prints a summary.
+
+    Exit code 0: completed. 2: bad input. 3: the flight diverged; its log is kept up to then.
+    """
+    from quadstep.mission.fly import fly_mission  # noqa: PLC0415
+
+    folder = out or Path("out") / mission.stem
+    with Progress(
+        TextColumn("flying"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeRemainingColumn(),
+        console=Console(stderr=True), transient=True,
+    ) as bar:  # fmt: skip
+        task = bar.add_task("flying", total=None)
+        result = fly_mission(
+            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total)
+        )
+    for warning in result.warnings:
+        complain(f"warning: {mission}: {warning}")
+    table = Table("", *result.header, title=result.name)
+    for row in result.rows:
+        table.add_row(*row)
+    screen.print(table)
+    screen.print(result.ending)
+    screen.print(f"Results: {folder}", soft_wrap=True)
+    if not result.completed:
+        raise typer.Exit(DIVERGED)
+
+
+@app.command()
+def new(
+    mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
+) -> None:
+    """Write a commented mission file to start from."""
+    from quadstep.mission.template import write_template  # noqa: PLC0415
+
+    write_template(mission)
+    screen.print(f"Wrote {mission}. Fly it: quadstep fly {mission}", soft_wrap=True)
+
+
+def complain(line: str) -> None:
+    """One line on the error stream."""
+    print("quadstep: " + " ".join(line.split()), file=sys.stderr)  # noqa: T201
+
+
+def stop(_number: int, _frame: FrameType | None) -> None:
+    """A request to end counts as Ctrl-C, so that nothing half-written stays."""
+    raise KeyboardInterrupt
+
+
+def main() -> None:
+    """Run the command line; every error of the user is one line and exit code 2."""
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        code = app(standalone_mode=False)
+    except UserError as error:
+        complain(f"error: {error}")
+        code = BAD_INPUT
+    except TyperException as error:
+        complain(f"error: {error.format_message()} (see quadstep --help)")
+        code = BAD_INPUT
+    except (KeyboardInterrupt, typer.Abort):
+        complain("interrupted; nothing was written")
+        code = INTERRUPTED
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""The engines by name: one way to fly a plan, or many."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+from quadstep.flight.eager import Progress, fly_floats
+from quadstep.flight.log import FlightLog
+from quadstep.flight.loop import Loop, Parameters, Ticks
+from quadstep.numbers import Table, flatten, in_matrix, leaf_names
+from quadstep.vehicle.state import State
+
+
+class FlightPlan(NamedTuple):
+    """A flight as laws and numbers, ready for an engine. warnings: what the theory has against its gains."""
+
+    loop: Loop
+    parameters: Parameters
+    start: State
+    ticks: Ticks
+    warnings: tuple[str, ...] = ()
+
+
+class Engine(StrEnum):
+    """lanes: compiled vector code, the default. python: the same laws on Python floats, no compiler."""
+
+    LANES = "lanes"
+    PYTHON = "python"
+
+
+def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | None = None) -> FlightLog:
+    """The log of one flight."""
+    return fly_all([plan], engine, progress)[0]
+
+
+def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
+    """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
+    if engine is Engine.PYTHON:
+        return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
+    from quadstep.flight.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
+
+    groups: dict[object, list[int]] = defaultdict(list)
+    for i, plan in enumerate(plans):
+        pairs = zip(flatten(plan.parameters), in_matrix(plan.parameters), strict=True)
+        common = tuple(leaf for leaf, entry in pairs if entry or isinstance(leaf, Table))
+        groups[plan.loop, plan.ticks, tuple(leaf_names(plan.parameters)), common].append(i)
+    logs: dict[int, FlightLog] = {}
+    for members in groups.values():
+        first = plans[members[0]]
+        parameters, starts = [plans[i].parameters for i in members], [plans[i].start for i in members]
+        flown = fly_lanes(first.loop, parameters, starts, first.ticks, progress)
+        logs.update(zip(members, flown, strict=True))
+    return [logs[i] for i in range(len(plans))]

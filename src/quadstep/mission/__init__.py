@@ -1,0 +1,1 @@
+"""Mission files: what a user may write, checked, and turned into a flight."""

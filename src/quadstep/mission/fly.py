@@ -1,0 +1,83 @@
+"""`quadstep fly`: one mission from file to folder."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from quadstep import __version__
+from quadstep.analysis.metrics import flight_metrics
+from quadstep.control.backstepping import BacksteppingMemory
+from quadstep.flight.engines import Engine, fly
+from quadstep.flight.log import FlightLog
+from quadstep.flight.loop import Outcome
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.schema import Mission
+from quadstep.report.drawing import drawing_pool
+from quadstep.report.panels import flight_jobs
+from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.tables import write_csv
+
+REASONS = {
+    Outcome.NOT_FINITE: "a number was no longer finite",
+    Outcome.OFF_PATH: "farther from the path than limits.distance",
+    Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
+    Outcome.SPINNING: "an Euler rate above limits.rate",
+}
+
+
+class Summary(NamedTuple):
+    """What the command line says of a flight: a table and its last line."""
+
+    name: str
+    header: list[str]
+    rows: list[list[str]]
+    ending: str
+    completed: bool
+    warnings: tuple[str, ...]
+
+
+def fly_mission(
+    path: Path, folder: Path, engine: Engine, overwrite: bool, progress: Callable[[int, int], None] | None = None
+) -> Summary:
+    """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all."""
+    mission = read_mission(path)
+    plan = plan_mission(mission, path)
+    with drawing_pool() as pool, publishing(folder, fingerprint([plan]), overwrite) as out:
+        steps = plan.ticks.last
+        log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
+        metrics = flight_metrics(log)
+        (out / "figures").mkdir()
+        drawn = [pool.submit(job.draw, out / "figures") for job in flight_jobs(log, mission.name)] if len(log.rows) > 1 else []
+        write_csv(out / "flight.csv", log)
+        write_weights(out / "weights.json", mission, log)
+        about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": plan.warnings}
+        write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
+        for figure in drawn:
+            figure.result()
+    return summarise(mission.name, log, metrics, plan.warnings)
+
+
+def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
+    """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
+    memory = log.final.memory
+    if not isinstance(memory, BacksteppingMemory) or log.outcome is not Outcome.COMPLETED:
+        return
+    nets = mission.controller.model_dump()["nets"]
+    weights = {"W1": [list(row) for row in memory.weights_1], "W2": [list(row) for row in memory.weights_2]}
+    write_json(path, {"neurons": nets["neurons"], "seed": nets["seed"], **weights})
+
+
+def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tuple[str, ...]) -> Summary:
+    """The table of errors and the closing line."""
+    rows = [
+        [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
+        for group, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
+        for axis, values in metrics.get(group, {}).items()
+    ]
+    completed = log.outcome is Outcome.COMPLETED
+    if completed:
+        ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
+    else:
+        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to then is kept."
+    return Summary(name, ["RMSE", "largest", "final"], rows, ending, completed, warnings)

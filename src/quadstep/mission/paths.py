@@ -1,0 +1,154 @@
+"""The kinds of path a mission can name, and the law and numbers of each."""
+
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.guidance.orbit import Orbit, OrbitParameters
+from quadstep.guidance.piecewise import Piecewise
+from quadstep.guidance.reference import PathLaw
+from quadstep.guidance.spline import near_recording, through_waypoints
+from quadstep.mission.fields import Finite, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.recording import ANGLE_UNITS, read_recording
+from quadstep.numbers import Vector, vector
+
+
+class BuiltPath(NamedTuple):
+    """law and parameters as in `quadstep.guidance`; length: how long the path takes [s]."""
+
+    law: PathLaw
+    parameters: Any
+    length: float
+
+
+class MinimumJerkPath(Section):
+    """From rest to rest along a straight line with the least jerk (Eqs 68-75)."""
+
+    type: Literal["minimum-jerk"]
+    start: Triple = (0.0, 0.0, 0.0)
+    end: Triple
+    duration: Positive
+    yaw_start: Finite = 0.0
+    yaw_end: Finite = 0.0
+
+    def build(self, folder: Path) -> BuiltPath:
+        parameters = MinimumJerkParameters(Vector(self.start), Vector(self.end), self.yaw_start, self.yaw_end, self.duration)
+        return BuiltPath(MinimumJerk(), parameters, self.duration)
+
+
+class Waypoint(Section):
+    """A place to be at a time [s]."""
+
+    t: NonNegative
+    position: Triple
+    yaw: Finite = 0.0
+
+
+class WaypointsPath(Section):
+    """Least jerk through waypoints at their times, at rest at both ends."""
+
+    type: Literal["waypoints"]
+    waypoints: Annotated[tuple[Waypoint, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=200)]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "WaypointsPath":
+        times = [waypoint.t for waypoint in self.waypoints]
+        if times[0] != 0.0:
+            raise ValueError(f"the first waypoint must be at t = 0, not {times[0]:g}")
+        for before, after in pairwise(times):
+            if after - before < 1e-3:
+                raise ValueError(f"times of waypoints must rise by at least 1 ms: {before:g} is followed by {after:g}")
+        return self
+
+    def build(self, folder: Path) -> BuiltPath:
+        times = np.array([waypoint.t for waypoint in self.waypoints])
+        points = np.array([(*waypoint.position, waypoint.yaw) for waypoint in self.waypoints])
+        return BuiltPath(Piecewise(), through_waypoints(times, points), float(times[-1]))
+
+
+class CirclePath(Section):
+    """A horizontal circle, entered from rest over `ramp` seconds."""
+
+    type: Literal["circle"]
+    centre: Triple = (0.0, 0.0, 0.0)
+    radius: Positive
+    period: Positive
+    turns: Positive = 2.0
+    clockwise: bool = False
+    yaw: Finite = 0.0
+    yaw_rate: Finite = 0.0
+    ramp: NonNegative = 3.0
+
+    def build(self, folder: Path) -> BuiltPath:
+        rate = 2.0 * math.pi / self.period
+        parameters = OrbitParameters(
+            centre=Vector(self.centre),
+            amplitude=vector(self.radius, -self.radius if self.clockwise else self.radius, 0.0),
+            frequency=vector(rate, rate, rate),
+            phase=vector(math.pi / 2.0, 0.0, 0.0),
+            yaw=self.yaw,
+            yaw_rate=self.yaw_rate,
+            ramp=self.ramp,
+        )
+        return BuiltPath(Orbit(), parameters, self.turns * self.period + 0.5 * self.ramp)
+
+
+class FigureEightPath(Section):
+    """A figure eight, the second axis at twice the frequency of the first, entered from rest over `ramp` seconds."""
+
+    type: Literal["figure-eight"]
+    centre: Triple = (0.0, 0.0, 0.0)
+    length: Positive
+    width: Positive
+    period: Positive
+    turns: Positive = 2.0
+    plane: Literal["horizontal", "vertical"] = "horizontal"
+    yaw: Finite = 0.0
+    yaw_rate: Finite = 0.0
+    ramp: NonNegative = 3.0
+
+    def build(self, folder: Path) -> BuiltPath:
+        rate, second = 2.0 * math.pi / self.period, 0.5 * self.width
+        flat = self.plane == "horizontal"
+        parameters = OrbitParameters(
+            centre=Vector(self.centre),
+            amplitude=vector(0.5 * self.length, second if flat else 0.0, 0.0 if flat else second),
+            frequency=vector(rate, 2.0 * rate, 2.0 * rate),
+            phase=vector(0.0, 0.0, 0.0),
+            yaw=self.yaw,
+            yaw_rate=self.yaw_rate,
+            ramp=self.ramp,
+        )
+        return BuiltPath(Orbit(), parameters, self.turns * self.period + 0.5 * self.ramp)
+
+
+class Columns(Section):
+    """Which columns of the recording hold what."""
+
+    t: str = "t"
+    x: str = "x"
+    y: str = "y"
+    z: str = "z"
+    psi: str | None = None
+
+
+class RecordedPath(Section):
+    """Positions as recorded, smoothed to the least jerk near them, at rest at both ends."""
+
+    type: Literal["recorded"]
+    file: Annotated[str, Field(min_length=1)]
+    columns: Columns = Columns()
+    psi_unit: Literal["rad", "deg"] = "rad"
+    smoothing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.15
+
+    def build(self, folder: Path) -> BuiltPath:
+        times, points = read_recording(folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit])
+        return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))
+
+
+AnyPath = Annotated[MinimumJerkPath | WaypointsPath | CirclePath | FigureEightPath | RecordedPath, Field(discriminator="type")]

@@ -1,0 +1,122 @@
+"""A mission: everything a flight needs, as a user writes it. Every key but the path has a default: the paper's study."""
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from quadstep.errors import UserError
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Limits, Loop, Parameters, Ticks
+from quadstep.mission.controllers import AnyController, BacksteppingSection
+from quadstep.mission.fields import Finite, Positive, Section, Triple
+from quadstep.mission.paths import AnyPath
+from quadstep.mission.vehicles import VehicleSection
+from quadstep.numbers import Vector
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.state import State
+
+MOST_ROWS = 2_000_000
+MOST_STEPS = 200_000_000
+
+
+class StartSection(Section):
+    """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
+
+    position: Triple | None = None
+    velocity: Triple | None = None
+    attitude: Triple | None = None
+    rates: Triple = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _upright(self) -> "StartSection":
+        if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
+            raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
+        return self
+
+
+class DisturbanceSection(Section):
+    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
+
+    scale: Finite = 1.0
+    force: Triple = (0.0, 0.0, 0.0)
+    torque: Triple = (0.0, 0.0, 0.0)
+
+
+class SimulationSection(Section):
+    """Clock of the flight [s]. duration: the path's own length if left out."""
+
+    duration: Positive | None = None
+    step: Positive = 0.002
+    control_period: Positive = 0.002
+    log_period: Positive = 0.01
+
+    @model_validator(mode="after")
+    def _whole(self) -> "SimulationSection":
+        for key, period in (("control_period", self.control_period), ("log_period", self.log_period)):
+            ratio = period / self.step
+            if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+                raise ValueError(f"{key} = {period:g} s must be a whole multiple of step = {self.step:g} s")
+        return self
+
+    def ticks(self, length: float) -> Ticks:
+        """The clock of a flight along a path of `length` [s]. Raises UserError for a flight too long or too short."""
+        duration = self.duration or length
+        steps, rows = duration / self.step, duration / self.log_period
+        if not (1.0 - 1e-6 <= rows <= MOST_ROWS and steps <= MOST_STEPS):
+            raise UserError(
+                f"simulation.duration: {duration:g} s make {steps:.3g} steps and {rows:.3g} log rows; "
+                f"allowed are 1 to {MOST_ROWS:.0e} rows and at most {MOST_STEPS:.0e} steps"
+            )
+        return Ticks(self.step, round(self.control_period / self.step), round(self.log_period / self.step), round(steps))
+
+
+class LimitsSection(Section):
+    """When a flight counts as diverged: distance from the path [m], Euler rate [rad/s], |theta| short of 90 deg [rad]."""
+
+    distance: Positive = 100.0
+    rate: Positive = 100.0
+    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
+
+
+class Mission(Section):
+    """A mission file."""
+
+    name: Annotated[str, Field(max_length=200)] = "Flight"
+    vehicle: VehicleSection = VehicleSection()
+    path: AnyPath
+    controller: AnyController = BacksteppingSection(type="backstepping")
+    start: StartSection = StartSection()
+    disturbance: DisturbanceSection = DisturbanceSection()
+    simulation: SimulationSection = SimulationSection()
+    limits: LimitsSection = LimitsSection()
+
+    def plan(self, folder: Path = Path()) -> FlightPlan:
+        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError."""
+        path = self.path.build(folder)
+        controller = self.controller.build(self.vehicle, folder)
+        ticks = self.simulation.ticks(path.length)
+        disturbance = self.disturbance
+        loop = Loop(
+            path=path.law,
+            controller=controller.law,
+            kinematics=Kinematics(self.vehicle.kinematics),
+            rotor_limits=self.vehicle.rotors.limits is not None,
+        )
+        parameters = Parameters(
+            vehicle=self.vehicle.build(),
+            disturbance=Disturbance(disturbance.scale, Vector(disturbance.force), Vector(disturbance.torque)),
+            path=path.parameters,
+            gains=controller.gains,
+            limits=Limits(self.limits.distance, self.limits.rate, self.limits.pitch),
+        )
+        wanted = path.law.reference(0.0, path.parameters)
+        start = State(
+            position=Vector(self.start.position) if self.start.position else wanted.position,
+            velocity=Vector(self.start.velocity) if self.start.velocity else wanted.velocity,
+            attitude=Vector(self.start.attitude) if self.start.attitude else Vector((wanted.yaw, 0.0, 0.0)),
+            rates=Vector(self.start.rates),
+        )
+        return FlightPlan(loop, parameters, start, ticks, tuple(controller.warnings))

@@ -1,0 +1,111 @@
+"""The commented mission file that `quadstep new` writes."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from quadstep.errors import UserError
+
+TEMPLATE = """\
+# A quadstep mission. Fly it: quadstep fly THIS_FILE
+# SI units, angles in radians, z up; every commented line shows its default. Only [path] is needed.
+
+name = "My first flight"
+
+[path]
+# From rest to rest with the least jerk; the end point is held.
+type = "minimum-jerk"
+start = [0.0, 0.0, 0.0]     # m
+end = [20.0, 5.0, 10.0]     # m
+duration = 10.0             # s
+# yaw_start = 0.0           # rad
+# yaw_end = 0.0
+#
+# Other paths:
+# type = "waypoints"        # least jerk through waypoints, at rest at both ends
+# waypoints = [
+#   { t = 0.0, position = [0.0, 0.0, 0.0] },
+#   { t = 4.0, position = [2.0, 0.0, 1.5], yaw = 0.5 },
+#   { t = 9.0, position = [4.0, 3.0, 1.0] },
+# ]
+#
+# type = "circle"           # centre, radius [m], period [s], turns, clockwise = false, yaw, yaw_rate [rad/s], ramp [s]
+# type = "figure-eight"     # centre, length, width [m], period [s], turns, plane = "horizontal" or "vertical",
+#                           # yaw, yaw_rate [rad/s], ramp [s]
+#
+# type = "recorded"         # a CSV of t, x, y, z and perhaps psi, smoothed
+# file = "flight.csv"       # beside this file
+# columns = { t = "t", x = "x", y = "y", z = "z" }   # header names; psi = "..." for yaw
+# psi_unit = "rad"          # or "deg"
+# smoothing = 0.15          # s; faster motion is taken for noise
+
+[vehicle]                   # the paper's quadrotor
+# mass = 1.0                # kg
+# inertia = [5.0, 5.0, 5.0] # kg m^2
+# gravity = 9.81            # m/s^2
+# kinematics = "standard"   # T_eta of Newton-Euler; "printed" is the paper's
+# rotors.arm = 0.25         # l [m]
+# rotors.moment = 0.05      # c, torque per thrust [m]
+# rotors.limits = [0.0, 8.0]  # least and greatest thrust of one rotor [N]; no limits if left out
+
+[controller]
+type = "backstepping"       # the paper's; or "nested-saturation", its reference [11]
+# mass = 1.0                # what the controller believes [kg]; the vehicle's if left out
+# Lambda1 = 1.0             # 1/s; a gain is one number, or a list of three
+# K_r1 = 3.0                # N s/m; the theorem asks K_r1 > m Lambda1
+# K_i1 = 0.2                # N/m
+# Lambda2 = 15.0            # 1/s, in the order psi, theta, phi
+# K_r2 = 250.0              # N m s; the theorem asks K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)
+# K_i2 = 10.0               # N m
+# filter_frequency = 100.0  # command filter of theta_d and phi_d [rad/s]
+
+[controller.nets]
+# enabled = true
+# start = 0.0               # s; when they switch on
+# neurons = 10
+# seed = 1                  # of the fixed input weights
+# F1 = 5.0                  # learning rates
+# F2 = 5.0
+# kappa1 = 0.01             # damping of the weights
+# kappa2 = 0.01
+# weights = "weights.json"  # warm start from an earlier flight
+
+[start]                     # what is left out follows the path, or is zero
+# position = [0.0, 0.0, 0.0]   # m
+# velocity = [0.0, 0.0, 0.0]   # m/s
+# attitude = [0.0, 0.0, 0.0]   # psi, theta, phi [rad]
+# rates = [0.0, 0.0, 0.0]      # rad/s
+
+[disturbance]
+# scale = 1.0               # times the paper's (Eq. 67); 0 for none
+# force = [0.0, 0.0, 0.0]   # constant [N]
+# torque = [0.0, 0.0, 0.0]  # constant, on psi, theta, phi [N m]
+
+[simulation]
+# duration = 10.0           # s; the path's own length if left out
+# step = 0.002              # of the integrator (RK4) [s]
+# control_period = 0.002    # of the sampled controller [s], a multiple of step
+# log_period = 0.01         # s, a multiple of step
+
+[limits]                    # when a flight counts as diverged
+# distance = 100.0          # off the path [m]
+# rate = 100.0              # of an Euler angle [rad/s]
+# pitch = 1.57              # |theta| [rad], below pi/2
+"""
+
+
+def write_template(path: Path) -> None:
+    """Write the template to a new file. Raises UserError if it exists or cannot be written."""
+    if path.exists():
+        raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(TEMPLATE)
+            Path(temporary).chmod(0o644)
+            Path(temporary).rename(path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from None

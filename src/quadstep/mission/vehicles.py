@@ -1,0 +1,51 @@
+"""The vehicle section of a mission; defaults are the paper's vehicle (Section 6), rotors chosen where it is silent."""
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, model_validator
+
+from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Section, as_tuple
+from quadstep.numbers import Vector
+from quadstep.vehicle.lagrange import Vehicle
+from quadstep.vehicle.rotors import Rotors
+
+
+class RotorsSection(Section):
+    """arm l [m]; moment c, torque per thrust [m]; limits: least and greatest thrust of one rotor [N], none by default."""
+
+    arm: Positive = 0.25
+    moment: Positive = 0.05
+    limits: Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "RotorsSection":
+        if self.limits and self.limits[0] >= self.limits[1]:
+            raise ValueError(f"limits must be [least, greatest] thrust of one rotor, not {list(self.limits)}")
+        return self
+
+
+class VehicleSection(Section):
+    """mass m [kg], inertia diag(Sigma) [kg m^2], gravity g [m/s^2], which T_eta, and the rotors."""
+
+    mass: Positive = 1.0
+    inertia: PositiveDiagonal = (5.0, 5.0, 5.0)
+    gravity: Positive = 9.81
+    kinematics: Literal["standard", "printed"] = "standard"
+    rotors: RotorsSection = RotorsSection()
+
+    @model_validator(mode="after")
+    def _rigid(self) -> "VehicleSection":
+        for axis in range(3):
+            others = sum(self.inertia) - self.inertia[axis]
+            if self.inertia[axis] > others * (1.0 + 1e-12):
+                raise ValueError(
+                    f"inertia breaks the triangle inequality: {self.inertia[axis]:g} is more than the sum of the other two, "
+                    f"{others:g}; no rigid body has it"
+                )
+        return self
+
+    def build(self) -> Vehicle:
+        """The vehicle as numbers."""
+        least, greatest = self.rotors.limits or (-1e300, 1e300)
+        rotors = Rotors(self.rotors.arm, self.rotors.moment, least, greatest)
+        return Vehicle(self.mass, Vector(self.inertia), self.gravity, rotors)

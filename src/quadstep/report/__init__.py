@@ -1,0 +1,1 @@
+"""What a person gets: CSV files, figures, pages, tables on the screen."""

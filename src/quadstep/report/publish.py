@@ -1,0 +1,102 @@
+"""Writing results so that a folder holds a whole result or the one before, never half of one."""
+
+import contextlib
+import hashlib
+import json
+import shutil
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from quadstep.errors import UserError
+from quadstep.flight.engines import FlightPlan
+from quadstep.numbers import Table, flatten
+
+MANIFEST = "metrics.json"
+"""The file that is moved last and says whose results a folder holds."""
+
+
+def fingerprint(plans: list[FlightPlan]) -> str:
+    """A digest of everything that decides the flights: laws, every number, clock and start."""
+    digest = hashlib.sha256()
+    for plan in plans:
+        leaves = flatten((plan.parameters, plan.start, plan.ticks))
+        numbers = [leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]
+        digest.update(f"{plan.loop!r} {numbers!r}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def publishing(folder: Path, identity: str, overwrite: bool) -> Iterator[Path]:
+    """A temporary folder to write into, moved into `folder` when the block ends well, thrown away when it does not.
+
+    identity: digest of what is being flown. Raises UserError if `folder` cannot be written or holds something else.
+    """
+    made: list[Path] = []
+    try:
+        previous = files_to_replace(folder, identity, overwrite)
+        made = [path for path in (folder, *folder.parents) if not path.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
+    except OSError as error:
+        discard(made)
+        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+    try:
+        yield temporary
+        manifest = temporary / MANIFEST
+        files = sorted(path.relative_to(temporary) for path in temporary.rglob("*") if path.is_file())
+        content = json.loads(manifest.read_text(encoding="utf-8"))
+        write_json(manifest, {**content, "fingerprint": identity, "files": [path.as_posix() for path in files]})
+        move(temporary, folder, files, previous)
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        discard(made)
+
+
+def discard(made: list[Path]) -> None:
+    """Remove the folders that were made for this result, innermost first, as far as they are empty."""
+    for path in made:
+        with contextlib.suppress(OSError):
+            path.rmdir()
+
+
+def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]:
+    """The files of the result that `folder` holds. Raises UserError where replacing it was not asked for."""
+    if not folder.exists():
+        return []
+    if not folder.is_dir():
+        raise UserError(f"{folder}: is a file; --out needs a folder")
+    content: dict[str, Any] = {}
+    with contextlib.suppress(OSError, ValueError):
+        loaded = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        content = loaded if isinstance(loaded, dict) else {}
+    if not overwrite and content.get("fingerprint") != identity and any(folder.iterdir()):
+        what = f"results of another mission ({content['name']})" if content.get("name") else "files of another kind"
+        raise UserError(f"{folder}: holds {what}; choose another --out, or replace them with --overwrite")
+    names = [Path(str(name)) for name in content.get("files", [])]
+    return [name for name in names if not name.is_absolute() and ".." not in name.parts]
+
+
+def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path]) -> None:
+    """Move files into place, the manifest last, and remove those of the previous result; Ctrl-C waits for the end."""
+    main = signal.getsignal(signal.SIGINT)
+    with contextlib.suppress(ValueError):  # not in the main thread: nothing to hold back
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        for path in sorted(files, key=lambda path: path.name == MANIFEST):
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (temporary / path).replace(folder / path)
+        for path in set(previous) - set(files):
+            (folder / path).unlink(missing_ok=True)
+    finally:
+        with contextlib.suppress(ValueError):
+            signal.signal(signal.SIGINT, main)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """JSON with a fixed order and no NaN."""
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

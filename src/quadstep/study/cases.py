@@ -1,0 +1,126 @@
+"""The flights of the study as missions: the paper's cases, their variants, and the stress flights."""
+
+from typing import Any
+
+from quadstep.mission.schema import Mission
+
+CASE_TIME = 40.0
+"""t_f of every case [s]; the paper gives it for Case 1 only."""
+
+HOLD = 5.0
+"""How long a stress flight holds its end point before it is scored [s]."""
+
+STRESS_TIMES = (20.0, 10.0, 6.0, 5.0, 4.0, 3.0)
+STRESS_SCALES = (0.0, 1.0, 5.0)
+NEURONS, SEEDS = (8, 10, 12), tuple(range(1, 9))
+
+FIGURE_3_ENDS, FIGURE_3_TIME = (10.0, 20.0, 30.0, 40.0), 10.0
+
+CASE_3_START = {"position": [0.5, -0.5, 0.0], "attitude": [0.0, 0.1, -0.1]}
+"""Off the path by half a metre and tilted by 0.1 rad, because from rest on the path x, y, theta and phi stay zero for ever."""
+
+CASE_3_STARTS: dict[str, dict[str, Any]] = {
+    "at rest on the path": {},
+    "0.5 m off in x and y": {"position": [0.5, -0.5, 0.0]},
+    "tilted by 0.1 rad": {"attitude": [0.0, 0.1, -0.1]},
+    "off and tilted (Case 3)": CASE_3_START,
+    "5 m off in x and y": {"position": [5.0, -5.0, 0.0]},
+}
+
+NESTED_GAINS: dict[str, dict[str, Any]] = {
+    "a_z = (3, 0.5)": {"a_z": [3.0, 0.5]},
+    "a_z = (0.001, 0.002)": {"a_z": [0.001, 0.002]},
+}
+"""Altitude gains of [11] found in scripts that reproduce it; the second are hardware units that do not settle in SI."""
+
+
+def line(name: str, origin: list[float], target: list[float], **sections: Any) -> Mission:
+    """A mission along a straight line; `sections` as in a mission file, `duration` is t_f [s]."""
+    duration = sections.pop("duration", CASE_TIME)
+    path = {"type": "minimum-jerk", "start": origin, "end": target, "duration": duration}
+    return Mission.model_validate({"name": name, "path": path, **sections})
+
+
+def adaptive(**nets: Any) -> dict[str, Any]:
+    """The paper's controller with these net settings."""
+    return {"type": "backstepping", "nets": nets}
+
+
+def nested(**gains: Any) -> dict[str, Any]:
+    """The controller of [11]."""
+    return {"type": "nested-saturation", **gains}
+
+
+def case_1(**sections: Any) -> Mission:
+    """Case 1: to (20, 5, 10) from the origin."""
+    return line("Case 1: three position commands at once", [0.0, 0.0, 0.0], [20.0, 5.0, 10.0], **sections)
+
+
+def case_2(axis: str = "x") -> Mission:
+    """Case 2: one axis moves alone, y and z as in its last sentence."""
+    start = {"x": [0.0, 5.0, 10.0], "y": [20.0, 0.0, 10.0], "z": [20.0, 5.0, 0.0]}[axis]
+    return line(f"Case 2: {axis} command only", start, [20.0, 5.0, 10.0])
+
+
+def case_3(controller: dict[str, Any], start: dict[str, Any] | None = None) -> Mission:
+    """Case 3: altitude change from 0 to 10 m while x and y should stay at zero."""
+    begin = CASE_3_START if start is None else start
+    return line("Case 3: altitude change", [0.0, 0.0, 0.0], [0.0, 0.0, 10.0], controller=controller, start=begin)
+
+
+def stress(duration: float, scale: float, **nets: Any) -> Mission:
+    """Case 1's way in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
+    return case_1(
+        duration=duration,
+        disturbance={"scale": scale},
+        controller=adaptive(**nets),
+        simulation={"duration": duration + HOLD},
+    )
+
+
+def main_cases() -> dict[str, Mission]:
+    """The flights that get a CSV of their own, by file name."""
+    return {
+        "case1": case_1(),
+        "case2": case_2("x"),
+        "case2_y": case_2("y"),
+        "case2_z": case_2("z"),
+        "case3_adaptive": case_3(adaptive()),
+        "case3_nested": case_3(nested()),
+    }
+
+
+def further_flights() -> dict[str, Mission]:
+    """Flights that a claim needs beside the cases: the nets switched off."""
+    return {"case1 without nets": case_1(controller=adaptive(enabled=False)),
+            "case3 without nets": case_3(adaptive(enabled=False))}  # fmt: skip
+
+
+def neuron_flights() -> dict[tuple[str, int, int], Mission]:
+    """Case 1 and a stress flight by number of neurons and seed of the input weights."""
+    flights = {}
+    for count in NEURONS:
+        for seed in SEEDS:
+            flights["Case 1", count, seed] = case_1(controller=adaptive(neurons=count, seed=seed))
+            flights["t_f = 6 s, scale 1", count, seed] = stress(6.0, 1.0, neurons=count, seed=seed)
+    return flights
+
+
+def start_flights() -> dict[tuple[str, str], Mission]:
+    """Case 3 from several starts, by start and controller."""
+    controllers = {"adaptive": adaptive(), **{f"nested, {name}": nested(**gains) for name, gains in NESTED_GAINS.items()}}
+    return {
+        (where, name): case_3(controller, start)
+        for where, start in CASE_3_STARTS.items()
+        for name, controller in controllers.items()
+    }
+
+
+def stress_flights() -> dict[tuple[float, float, bool], Mission]:
+    """The stress flights by t_f [s], disturbance scale and nets on or off."""
+    return {
+        (duration, scale, nets): stress(duration, scale, enabled=nets)
+        for duration in STRESS_TIMES
+        for scale in STRESS_SCALES
+        for nets in (True, False)
+    }

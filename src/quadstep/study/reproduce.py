@@ -1,0 +1,145 @@
+"""`quadstep reproduce`: fly the study and write its folder."""
+
+import platform
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from quadstep import __version__
+from quadstep.flight.engines import Engine
+from quadstep.report import page
+from quadstep.report.drawing import drawing_pool
+from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.tables import write_csv
+from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
+from quadstep.study.choices import choices
+from quadstep.study.claims import Claim, Verdict, check_claims
+from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
+from quadstep.study.study import Metrics, Study, completed, fly_study
+
+NAME = "The paper's simulation study"
+
+
+def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False) -> list[Claim]:
+    """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
+    with drawing_pool() as pool:
+        study = fly_study(engine)
+        claims = check_claims(study)
+        with publishing(folder, fingerprint(study.plans), overwrite) as out:
+            write_results(out, study, claims, pool)
+    return claims
+
+
+def write_results(out: Path, study: Study, claims: list[Claim], pool: ProcessPoolExecutor) -> None:
+    """Every file of the study, into an empty folder; figures are drawn by the pool meanwhile."""
+    drawn = [pool.submit(job.draw, out) for job in figure_jobs(study.logs)]
+    for name, log in study.logs.items():
+        write_csv(out / f"{name}.csv", log)
+    write_json(out / MANIFEST, study_metrics(study))
+    write_json(out / "claims.json", [claim._asdict() for claim in claims])
+    for figure in drawn:
+        figure.result()
+    page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims))
+
+
+def study_metrics(study: Study) -> dict[str, Any]:
+    """The content of metrics.json."""
+    nets = case_1().controller.model_dump()["nets"]
+    return {
+        "name": NAME,
+        "version": __version__,
+        "python": platform.python_version(),
+        "seed": nets["seed"],
+        "choices": [choice._asdict() for choice in choices()],
+        "cases": study.cases,
+        "further": study.further,
+        "case3_by_start": keyed(study.starts),
+        "neurons": keyed(study.neurons),
+        "stress": [
+            {"t_f[s]": t, "scale": scale, "nets": nets_on, **metrics} for (t, scale, nets_on), metrics in study.stress.items()
+        ],
+    }
+
+
+def keyed(flights: Mapping[Any, Metrics]) -> dict[str, Metrics]:
+    """Text keys for JSON."""
+    return {"; ".join(map(str, key)): metrics for key, metrics in flights.items()}
+
+
+def stress_cell(metrics: Metrics) -> str:
+    """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
+    if completed(metrics):
+        return f"{1e3 * metrics['position_rmse[m]']:.3g} mm, {metrics['largest_tilt[rad]']:.2f} rad"
+    return f"diverged at {metrics['ended[s]']:.2f} s: {metrics['outcome'].replace('_', ' ')}"
+
+
+def stress_table(study: Study) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: t_f down, scale and nets across."""
+    columns = [(scale, nets) for scale in STRESS_SCALES for nets in (True, False)]
+    header = ["t_f", *(f"scale {scale:g}, nets {'on' if nets else 'off'}" for scale, nets in columns)]
+    return header, [
+        [f"{t:g} s", *(stress_cell(study.stress[t, scale, nets]) for scale, nets in columns)] for t in STRESS_TIMES
+    ]
+
+
+def start_table(claims: list[Claim]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: starts and gains of [11] down, the claims of Case 3 across."""
+    compared = [claim for claim in claims if "by_start" in claim.values]
+    starts = compared[0].values["by_start"]
+    return ["start; gains of [11]", *(claim.name for claim in compared)], [
+        [start, *(claim.values["by_start"][start] for claim in compared)] for start in starts
+    ]
+
+
+def case_rows(study: Study) -> list[list[str]]:
+    """The cases: errors, settling and effort."""
+    rows = []
+    for name, m in study.cases.items():
+        errors = ", ".join(f"{1e3 * v['rmse[m]']:.2g} / {1e3 * v['largest[m]']:.2g}" for v in m["position"].values())
+        settled = [m["attitude"][a]["angle_settling[s]"] for a in ("theta", "phi")]
+        settling = "never" if None in settled else f"{max(settled):.2f} s"
+        torque = max(m[f"tau_{a}"]["largest[N m]"] for a in ("psi", "theta", "phi"))
+        weights = max(m["largest_weight_norm"].values())
+        effort = [f"{m['u']['largest[N]']:.2f} N", f"{m['u']['total_variation[N]']:.2g} N", f"{torque:.3g} N m"]
+        rows.append([name, errors, settling, *effort, f"{weights:.2g}"])
+    return rows
+
+
+VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
+
+
+def report_sections(out: Path, study: Study, claims: list[Claim]) -> list[str]:
+    """The body of report.html."""
+    header, rows = stress_table(study)
+    start_header, start_rows = start_table(claims)
+    return [
+        '<nav><a href="#claims">Claims</a><a href="#figures">Figures</a><a href="#cases">Cases</a>'
+        '<a href="#starts">Case 3 by start</a><a href="#stress">Stress flights</a><a href="#choices">Choices</a></nav>',
+        page.paragraph(
+            "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
+            f"Section 6, flown again by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
+            "beside this page."
+        ),
+        page.heading("What the paper claims, and what was measured", "claims"),
+        page.table(
+            ["claim", "the paper's sentence", "measured", "verdict"],
+            ([c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])] for c in claims),
+        ),
+        page.heading("Figures", "figures"),
+        *(page.figure(out / f"{figure_name(n)}.svg", f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
+        page.heading("The cases in numbers", "cases"),
+        page.table(
+            ["flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust",
+             "total variation of u", "largest torque", "largest weight norm"],
+            case_rows(study),
+        ),
+        page.heading("Case 3 from other starts and with other gains of [11]", "starts"),
+        page.paragraph("Whether each sentence is true of the flight; the paper gives neither the start nor the gains."),
+        page.table(start_header, start_rows),
+        page.heading("Stress flights: Case 1's way in less time, under more disturbance", "stress"),
+        page.paragraph("Position RMSE and largest tilt, or the time and reason of divergence."),
+        page.table(header, rows),
+        page.heading("Choices made where the paper is silent", "choices"),
+        page.table(["what", "chosen", "why"], ([c.what, c.value, c.why] for c in choices())),
+    ]  # fmt: skip
