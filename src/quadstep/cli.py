@@ -24,7 +24,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-screen = Console(highlight=False)
+screen = Console(highlight=False, markup=False)  # names of missions are text, not markup
 
 BAD_INPUT, DIVERGED, INTERRUPTED = 2, 3, 130
 

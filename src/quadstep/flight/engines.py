@@ -2,9 +2,11 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from quadstep.control.controller import ControllerLaw
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop, Parameters, Ticks
@@ -20,6 +22,11 @@ class FlightPlan(NamedTuple):
     start: State
     ticks: Ticks
     warnings: tuple[str, ...] = ()
+
+    def with_controller(self, controller: ControllerLaw, gains: Any) -> "FlightPlan":
+        """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`."""
+        loop, parameters = replace(self.loop, controller=controller), self.parameters._replace(gains=gains)
+        return self._replace(loop=loop, parameters=parameters, warnings=())
 
 
 class Engine(StrEnum):

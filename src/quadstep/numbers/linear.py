@@ -7,13 +7,15 @@ kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the i
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import overload
+from typing import TypeVar, overload
 
 from quadstep.numbers.functions import Number, sqrt
 
+Summand = TypeVar("Summand", float, "Vector", "Matrix")
 
-def total(values: Iterable[Number]) -> Number:
-    """Sum without a leading zero, in the order given."""
+
+def total(values: Iterable[Summand]) -> Summand:
+    """Sum of numbers, vectors or matrices, without a leading zero, in the order given."""
     iterator = iter(values)
     result = next(iterator)
     for value in iterator:

@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -16,31 +16,30 @@ from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
-from quadstep.study.study import Metrics, Study, completed, fly_study
+from quadstep.study.study import Logs, Metrics, Study, completed, fly_study, plan_study
 
 NAME = "The paper's simulation study"
 
 
 def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False) -> list[Claim]:
     """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
-    with drawing_pool() as pool:
-        study = fly_study(engine)
+    plans = plan_study()
+    with drawing_pool() as pool, publishing(folder, fingerprint(plans.all()), overwrite) as out:
+        drawn: list[Future[None]] = []
+
+        def draw(logs: Logs) -> None:
+            drawn.extend(pool.submit(job.draw, out) for job in figure_jobs(logs))
+
+        study = fly_study(plans, engine, draw)
         claims = check_claims(study)
-        with publishing(folder, fingerprint(study.plans), overwrite) as out:
-            write_results(out, study, claims, pool)
+        for name, log in study.logs.items():
+            write_csv(out / f"{name}.csv", log)
+        write_json(out / MANIFEST, study_metrics(study))
+        write_json(out / "claims.json", [claim._asdict() for claim in claims])
+        for figure in drawn:
+            figure.result()
+        page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims))
     return claims
-
-
-def write_results(out: Path, study: Study, claims: list[Claim], pool: ProcessPoolExecutor) -> None:
-    """Every file of the study, into an empty folder; figures are drawn by the pool meanwhile."""
-    drawn = [pool.submit(job.draw, out) for job in figure_jobs(study.logs)]
-    for name, log in study.logs.items():
-        write_csv(out / f"{name}.csv", log)
-    write_json(out / MANIFEST, study_metrics(study))
-    write_json(out / "claims.json", [claim._asdict() for claim in claims])
-    for figure in drawn:
-        figure.result()
-    page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims))
 
 
 def study_metrics(study: Study) -> dict[str, Any]:

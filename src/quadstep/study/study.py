@@ -1,5 +1,6 @@
 """The whole study flown: logs of the cases, metrics of everything else."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quadstep.analysis.metrics import flight_metrics
@@ -8,13 +9,27 @@ from quadstep.flight.log import FlightLog
 from quadstep.study.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
 
 Metrics = dict[str, Any]
+Logs = dict[str, FlightLog]
+
+
+class StudyPlans(NamedTuple):
+    """What is to be flown, by family."""
+
+    cases: dict[str, FlightPlan]
+    further: dict[str, FlightPlan]
+    neurons: dict[tuple[str, int, int], FlightPlan]
+    starts: dict[tuple[str, str], FlightPlan]
+    stress: dict[tuple[float, float, bool], FlightPlan]
+
+    def all(self) -> list[FlightPlan]:
+        """Every flight, in order."""
+        return [plan for family in self for plan in family.values()]
 
 
 class Study(NamedTuple):
-    """plans: of all flights, in order. logs: of the flights with a CSV. The rest are metrics by what was varied."""
+    """What was flown. logs: of the cases, which get a CSV each. The rest are metrics by what was varied."""
 
-    plans: list[FlightPlan]
-    logs: dict[str, FlightLog]
+    logs: Logs
     cases: dict[str, Metrics]
     further: dict[str, Metrics]
     neurons: dict[tuple[str, int, int], Metrics]
@@ -22,14 +37,21 @@ class Study(NamedTuple):
     stress: dict[tuple[float, float, bool], Metrics]
 
 
-def fly_study(engine: Engine = Engine.LANES) -> Study:
-    """Fly everything."""
+def plan_study() -> StudyPlans:
+    """The flights of the study."""
     families: list[dict[Any, Any]] = [main_cases(), further_flights(), neuron_flights(), start_flights(), stress_flights()]
-    plans = [mission.plan() for family in families for mission in family.values()]
-    logs = iter(fly_all(plans, engine))
-    flown = [{key: next(logs) for key in family} for family in families]
-    metrics = [{key: flight_metrics(log) for key, log in family.items()} for family in flown]
-    return Study(plans, flown[0], *metrics)
+    return StudyPlans(*({key: mission.plan() for key, mission in family.items()} for family in families))
+
+
+def fly_study(plans: StudyPlans, engine: Engine = Engine.LANES, on_cases: Callable[[Logs], None] | None = None) -> Study:
+    """Fly everything, the cases first. on_cases: told their logs at once, so that figures can be drawn meanwhile."""
+    logs = dict(zip(plans.cases, fly_all(list(plans.cases.values()), engine), strict=True))
+    if on_cases:
+        on_cases(logs)
+    rest = plans[1:]
+    flown = iter(fly_all([plan for family in rest for plan in family.values()], engine))
+    metrics: list[dict[Any, Metrics]] = [{key: flight_metrics(next(flown)) for key in family} for family in rest]
+    return Study(logs, {name: flight_metrics(log) for name, log in logs.items()}, *metrics)
 
 
 def completed(metrics: Metrics) -> bool:

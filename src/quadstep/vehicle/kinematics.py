@@ -24,34 +24,18 @@ class Kinematics(StrEnum):
 def euler_rate_matrix(attitude: Vector, kinematics: Kinematics) -> Matrix:
     """T_eta of Eq. 4, shape (3, 3): body rates = T_eta @ (psi_dot, theta_dot, phi_dot)."""
     theta, angle = attitude[1], attitude[kinematics.angle]
-    return matrix(
-        (-sin(theta), 0.0, 1.0),
-        (cos(theta) * sin(angle), cos(angle), 0.0),
-        (cos(theta) * cos(angle), -sin(angle), 0.0),
-    )
+    s, c = sin(angle), cos(angle)
+    return matrix((-sin(theta), 0.0, 1.0), (cos(theta) * s, c, 0.0), (cos(theta) * c, -s, 0.0))
 
 
 def euler_rate_partials(attitude: Vector, kinematics: Kinematics) -> tuple[Matrix, Matrix, Matrix]:
     """dT_eta/dpsi, dT_eta/dtheta, dT_eta/dphi, each of shape (3, 3)."""
     theta, angle = attitude[1], attitude[kinematics.angle]
-    by_theta = matrix(
-        (-cos(theta), 0.0, 0.0),
-        (-sin(theta) * sin(angle), 0.0, 0.0),
-        (-sin(theta) * cos(angle), 0.0, 0.0),
-    )
-    by_angle = matrix(
-        (0.0, 0.0, 0.0),
-        (cos(theta) * cos(angle), -sin(angle), 0.0),
-        (-cos(theta) * sin(angle), -cos(angle), 0.0),
-    )
+    sin_theta, cos_theta, s, c = sin(theta), cos(theta), sin(angle), cos(angle)
+    by_theta = matrix((-cos_theta, 0.0, 0.0), (-sin_theta * s, 0.0, 0.0), (-sin_theta * c, 0.0, 0.0))
+    by_angle = matrix((0.0, 0.0, 0.0), (cos_theta * c, -s, 0.0), (-cos_theta * s, -c, 0.0))
     nothing = matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return (nothing, by_theta, by_angle) if kinematics.angle == 2 else (by_angle, by_theta, nothing)
-
-
-def euler_rate_matrix_dot(attitude: Vector, rates: Vector, kinematics: Kinematics) -> Matrix:
-    """T_eta_dot, shape (3, 3) [rad/s]: the partials times the Euler rates."""
-    by_psi, by_theta, by_phi = euler_rate_partials(attitude, kinematics)
-    return rates[0] * by_psi + rates[1] * by_theta + rates[2] * by_phi
 
 
 def thrust_direction(attitude: Vector) -> Vector:

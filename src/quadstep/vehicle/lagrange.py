@@ -7,7 +7,6 @@ from quadstep.vehicle.disturbance import Disturbance, disturb
 from quadstep.vehicle.kinematics import (
     Kinematics,
     euler_rate_matrix,
-    euler_rate_matrix_dot,
     euler_rate_partials,
     thrust_direction,
 )
@@ -62,12 +61,12 @@ def coriolis_torque(attitude: Vector, rates: Vector, inertia: Vector, kinematics
 
     With omega = T eta_dot this is T_dot^T Sigma omega + T^T Sigma T_dot eta_dot - (dT/deta_k eta_dot)^T Sigma omega.
     """
-    t = euler_rate_matrix(attitude, kinematics)
-    slopes = [partial @ rates for partial in euler_rate_partials(attitude, kinematics)]  # dT/deta_k eta_dot
+    t, partials = euler_rate_matrix(attitude, kinematics), euler_rate_partials(attitude, kinematics)
     momentum = inertia * (t @ rates)
-    t_dot = euler_rate_matrix_dot(attitude, rates, kinematics)
-    turning = t_dot.T @ momentum + t.T @ (inertia * (t_dot @ rates))
-    return turning - Vector(slope @ momentum for slope in slopes)
+    slopes = [partial @ rates for partial in partials]
+    t_dot_rates = total(rate * slope for rate, slope in zip(rates, slopes, strict=True))
+    t_dot_momentum = total(rate * (partial.T @ momentum) for rate, partial in zip(rates, partials, strict=True))
+    return t_dot_momentum + t.T @ (inertia * t_dot_rates) - Vector(slope @ momentum for slope in slopes)
 
 
 def acceleration(vehicle: Vehicle, attitude: Vector, thrust: Number, force: Vector) -> Vector:

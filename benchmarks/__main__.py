@@ -1,0 +1,37 @@
+"""`make bench`: speed, memory and size, each beside a yardstick run in the same session, accuracy beside speed."""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.flights import case_1_flight, compilation, throughput
+from benchmarks.processes import import_time, installed_size, reproduction
+
+Row = tuple[str, str, str, str, str]
+
+
+def main() -> None:
+    """Measure and print; nothing here fails a build."""
+    processor = next((line.partition(":")[2].strip() for line in cpu_lines() if line.startswith("model name")), "unknown")
+    columns = ("what", "measured", "target", "yardstick, same session", "accuracy")
+    table = Table(*columns, title=f"quadstep on {processor}", show_lines=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for measure in (import_time, compilation, case_1_flight, throughput, reproduction, installed_size):
+            table.add_row(*measure(Path(folder)))
+    Console(width=150, highlight=False).print(table)
+
+
+def cpu_lines() -> list[str]:
+    """What the system says of its processor."""
+    path = Path("/proc/cpuinfo")
+    if path.exists():
+        return path.read_text().splitlines()
+    answer = subprocess.run(["sysctl", "-n", "machdep.cpu.brand_string"], capture_output=True, text=True, check=False)
+    return [f"model name: {answer.stdout}"] if answer.stdout else []
+
+
+if __name__ == "__main__":
+    main()

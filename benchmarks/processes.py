@@ -1,0 +1,113 @@
+"""Whole processes: import, the study, and what an installation weighs."""
+
+import json
+import re
+import subprocess
+import sys
+import threading
+import time
+from importlib import metadata
+from pathlib import Path
+
+
+def run(*arguments: str) -> float:
+    """Seconds of a Python process."""
+    start = time.perf_counter()
+    subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+    return time.perf_counter() - start
+
+
+def import_time(_: Path) -> tuple[str, str, str, str, str]:
+    """Importing the package, and everything that a flight needs, beyond a bare interpreter."""
+    bare = min(run("-c", "") for _ in range(5))
+    package = min(run("-c", "import quadstep") for _ in range(5)) - bare
+    flight = min(run("-c", "from quadstep import fly, Mission; import quadstep.flight.lanes") for _ in range(5)) - bare
+    numpy = min(run("-c", "import numpy") for _ in range(5)) - bare
+    return (
+        "import quadstep",
+        f"{package:.3f} s; with all that a flight needs {flight:.2f} s",
+        "< 0.3 s",
+        f"import numpy {numpy:.2f} s ({flight / numpy:.1f} times less)",
+        "-",
+    )
+
+
+def tree_memory(root: int) -> int:
+    """Proportional memory of a process and its children [bytes], where the system tells (Linux)."""
+    parents: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        parents.setdefault(int(fields[1]), []).append(int(stat.parent.name))
+    total, waiting = 0, [root]
+    while waiting:
+        process = waiting.pop()
+        waiting += parents.get(process, [])
+        try:
+            rollup = Path(f"/proc/{process}/smaps_rollup").read_text()
+        except OSError:
+            continue
+        total += 1024 * int(re.search(r"^Pss:\s+(\d+)", rollup, re.M).group(1))  # type: ignore[union-attr]
+    return total
+
+
+def reproduction(folder: Path) -> tuple[str, str, str, str, str]:
+    """`quadstep reproduce` as a whole: time, memory of all its processes, and Case 1's largest error."""
+    out = folder / "paper"
+    start, peak = time.perf_counter(), 0
+    process = subprocess.Popen(
+        [sys.executable, "-m", "quadstep.cli", "reproduce", "--out", str(out)], stdout=subprocess.DEVNULL
+    )
+    done = threading.Event()
+
+    def watch() -> None:
+        nonlocal peak
+        while not done.wait(0.05):
+            peak = max(peak, tree_memory(process.pid))
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    process.wait()
+    took = time.perf_counter() - start
+    done.set()
+    watcher.join()
+    matplotlib = run("-c", "import matplotlib.figure, matplotlib.backends.backend_agg")
+    case = json.loads((out / "metrics.json").read_text())["cases"]["case1"]["position"]
+    largest = max(axis["largest[m]"] for axis in case.values())
+    return (
+        "quadstep reproduce",
+        f"{took:.1f} s, {peak / 1e6:.0f} MB in all processes",
+        "< 10 s, < 500 MB",
+        f"import matplotlib alone {matplotlib:.2f} s ({took / matplotlib:.1f} times less)",
+        f"Case 1: largest error {1e6 * largest:.0f} um",
+    )
+
+
+def installed_size(_: Path) -> tuple[str, str, str, str, str]:
+    """Files of the package and everything it requires."""
+    sizes: dict[str, int] = {}
+    waiting = ["quadstep"]
+    while waiting:
+        name = waiting.pop()
+        if name in sizes:
+            continue
+        try:
+            distribution = metadata.distribution(name)
+        except metadata.PackageNotFoundError:  # a requirement of another platform
+            continue
+        files = [Path(str(file.locate())) for file in distribution.files or []]
+        sizes[name] = sum(path.stat().st_size for path in files if path.exists())
+        for requirement in distribution.requires or []:
+            if "extra ==" not in requirement:
+                waiting.append(re.split(r"[ ;<>=!~\[(]", requirement, maxsplit=1)[0])
+    largest = max(sizes, key=lambda name: sizes[name])
+    total = sum(sizes.values())
+    return (
+        "installed core",
+        f"{total / 1e6:.0f} MB in {len(sizes)} packages",
+        "< 450 MB",
+        f"{largest} alone {sizes[largest] / 1e6:.0f} MB ({total / sizes[largest]:.1f} times less)",
+        "-",
+    )
