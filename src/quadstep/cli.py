@@ -24,7 +24,10 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-screen = Console(highlight=False, markup=False)  # names of missions are text, not markup
+PIPED_WIDTH = 120
+screen = Console(  # names of missions are text, not markup
+    highlight=False, markup=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+)
 
 BAD_INPUT, DIVERGED, INTERRUPTED = 2, 3, 130
 

@@ -41,8 +41,8 @@ LINES = (
 )
 """Told apart by dashes alone; colour only helps."""
 
-SAMPLES = 500
-"""Points drawn of a line; more cannot be seen."""
+BUCKETS = 400
+"""Stretches of a line of which the lowest and highest point are drawn; more cannot be seen, and no peak is lost."""
 
 
 def prefixed(unit: str, largest: float) -> tuple[str, float]:
@@ -55,13 +55,24 @@ def prefixed(unit: str, largest: float) -> tuple[str, float]:
     return "n" + unit, 1e9
 
 
+def thin(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The line with fewer points: first, last, and the extremes of each bucket, in order."""
+    size = len(values) // BUCKETS
+    if size < 3:
+        return t[: len(values)], values
+    buckets = values[: size * BUCKETS].reshape(BUCKETS, size)
+    starts = size * np.arange(BUCKETS)
+    ends = np.array([0, len(values) - 1])
+    kept = np.unique(np.concatenate([starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), ends]))
+    return t[kept], values[kept]
+
+
 def draw(axes: Axes, t: NDArray[np.float64], panel: Panel) -> None:
     """Fill one set of axes; entries may be shorter than t (a flight that ended early)."""
-    stride = max(1, len(t) // SAMPLES)
     largest = max((float(np.abs(values).max()) for values in panel.lines.values() if len(values)), default=0.0)
     unit, factor = prefixed(panel.unit, largest)
     for style, (name, values) in zip(LINES * 2, panel.lines.items(), strict=False):
-        axes.plot(t[: len(values)][::stride], factor * values[::stride], label=name, **style)  # type: ignore[arg-type]
+        axes.plot(*thin(t, factor * values), label=name, **style)  # type: ignore[arg-type]
     axes.set_ylabel(f"{panel.label} [{unit}]")
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.6)  # above the lines

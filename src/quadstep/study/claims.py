@@ -355,7 +355,7 @@ def neurons(study: Study) -> list[Claim]:
         errors = {n: [study.neurons[flight, n, seed]["position_rmse[m]"] for seed in SEEDS] for n in NEURONS}
         median[flight] = {n: float(np.median(values)) for n, values in errors.items()}
     text = "; ".join(
-        f"{flight}: " + ", ".join(f"{n}: {1e6 * value:.3g} um" for n, value in values.items())
+        f"{flight}: " + ", ".join(f"{n}: {1e3 * value:.2g} mm" for n, value in values.items())
         for flight, values in median.items()
     )
     values = {flight: {str(n): value for n, value in by_count.items()} for flight, by_count in median.items()}

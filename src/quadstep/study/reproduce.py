@@ -69,7 +69,7 @@ def keyed(flights: Mapping[Any, Metrics]) -> dict[str, Metrics]:
 def stress_cell(metrics: Metrics) -> str:
     """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
     if completed(metrics):
-        return f"{1e3 * metrics['position_rmse[m]']:.3g} mm, {metrics['largest_tilt[rad]']:.2f} rad"
+        return f"{short(1e3 * metrics['position_rmse[m]'])} mm, {metrics['largest_tilt[rad]']:.2f} rad"
     return f"diverged at {metrics['ended[s]']:.2f} s: {metrics['outcome'].replace('_', ' ')}"
 
 
@@ -91,16 +91,21 @@ def start_table(claims: list[Claim]) -> tuple[list[str], list[list[str]]]:
     ]
 
 
+def short(value: float) -> str:
+    """Three digits, without an exponent for large numbers."""
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+
+
 def case_rows(study: Study) -> list[list[str]]:
     """The cases: errors, settling and effort."""
     rows = []
     for name, m in study.cases.items():
-        errors = ", ".join(f"{1e3 * v['rmse[m]']:.2g} / {1e3 * v['largest[m]']:.2g}" for v in m["position"].values())
+        errors = ", ".join(f"{short(1e3 * v['rmse[m]'])} / {short(1e3 * v['largest[m]'])}" for v in m["position"].values())
         settled = [m["attitude"][a]["angle_settling[s]"] for a in ("theta", "phi")]
         settling = "never" if None in settled else f"{max(settled):.2f} s"
         torque = max(m[f"tau_{a}"]["largest[N m]"] for a in ("psi", "theta", "phi"))
         weights = max(m["largest_weight_norm"].values())
-        effort = [f"{m['u']['largest[N]']:.2f} N", f"{m['u']['total_variation[N]']:.2g} N", f"{torque:.3g} N m"]
+        effort = [f"{m['u']['largest[N]']:.2f} N", f"{m['u']['total_variation[N]']:.2g} N", f"{short(torque)} N m"]
         rows.append([name, errors, settling, *effort, f"{weights:.2g}"])
     return rows
 

@@ -1,0 +1,41 @@
+"""What the README shows works as shown."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+from quadstep.mission.read import check_mission
+
+ROOT = Path(__file__).parent.parent
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+
+
+def run(*arguments: str) -> str:
+    return subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
+def test_mission_of_the_readme_plans():
+    (text,) = blocks("toml")
+    assert check_mission(tomllib.loads(text), "README.md").plan().ticks.last > 0
+
+
+def test_python_of_the_readme_runs():
+    code = next(block for block in blocks("python") if "read_mission" in block)
+    assert run("-c", code).startswith("COMPLETED")
+
+
+def test_own_controller_of_the_readme_is_the_one_in_examples_and_flies():
+    shown = next(block for block in blocks("python") if "CascadedPD" in block)
+    example = (ROOT / "examples" / "own_controller.py").read_text()
+    body = [line.strip() for line in shown.splitlines() if "=" in line and "def " not in line]
+    assert len(body) > 4
+    assert all(line in example for line in body)
+    lines = run("examples/own_controller.py").splitlines()
+    errors = [float(re.search(r"RMSE ([0-9.e+-]+) mm", line).group(1)) for line in lines]
+    assert len(errors) == 2
+    assert max(errors) < 50.0
