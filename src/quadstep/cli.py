@@ -102,6 +102,61 @@ def fly(
         raise typer.Exit(DIVERGED)
 
 
+study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)
+app.add_typer(study, name="study")
+
+
+@study.command()
+def completion(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/completion"),
+    samples: Annotated[int, typer.Option(min=1, help="Random closed loops to check the theorem on.")] = 1_000_000,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Check the repaired theorem (docs/theory.md) on random states and fly the completed controller beside the paper's.
+
+    Exit code 1 if an inequality is broken.
+    """
+    from quadstep.theory.completion import sentences, study_completion  # noqa: PLC0415
+
+    found = study_completion(out, samples, overwrite)
+    table = Table("number", "statement", "worst margin", "", title="The theorem on random closed loops")
+    for margin in found.margins:
+        table.add_row(margin.number, margin.statement, f"{margin.worst:.2g}", "holds" if margin.holds else "BROKEN")
+    screen.print(table)
+    for sentence in sentences(found):
+        screen.print(sentence)
+    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+    if not all(margin.holds for margin in found.margins):
+        raise typer.Exit(1)
+
+
+@app.command()
+def certify(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) with the paper's controller.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; out/<mission's name>-certificate if left out.")
+    ] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Measure on one flight what Theorem 5.1 asks for and promises: writes certificate.json, a figure and metrics.json.
+
+    Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight diverged; the
+    certificate holds up to then.
+    """
+    from quadstep.certify.run import certify_mission  # noqa: PLC0415
+
+    folder = out or Path("out") / f"{mission.stem}-certificate"
+    result = certify_mission(mission, folder, overwrite)
+    table = Table("", "measured", "against", title=result.name)
+    for row in result.rows:
+        table.add_row(*row)
+    screen.print(table)
+    screen.print(f"Verdict: {result.verdict}", soft_wrap=True)
+    screen.print(f"Results: {folder}", soft_wrap=True)
+    if not result.completed:
+        raise typer.Exit(DIVERGED)
+
+
 @app.command()
 def new(
     mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],

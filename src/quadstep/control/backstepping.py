@@ -63,19 +63,107 @@ def wanted_force(
 
 
 def wanted_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
-    """Tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
+    """tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
     return estimate + gains.gain_2 * r2 + gains.integral_2 * integral
+
+
+class PositionLoop(NamedTuple):
+    """What the outer loop computes. r1 [m/s]; mu_1: the first net's basis; then u_d [N] and (theta_d, phi_d) [rad]."""
+
+    r1: Vector
+    mu_1: Vector
+    u_d: Number
+    tilt: Vector
+
+
+def position_loop(
+    gains: BacksteppingGains, memory: BacksteppingMemory, measured: State, reference: Reference, on: Number
+) -> PositionLoop:
+    """Outer loop: errors, net, wanted force, inversion (Eqs 11-24 and 40-52). on: 1 where the nets are switched on."""
+    e1 = reference.position - measured.position  # Eq. 11
+    r1 = (reference.velocity - measured.velocity) + gains.slope_1 * e1  # Eq. 12
+    mu_1 = basis(gains.force_net, (*measured.position, *r1, *measured.attitude, *measured.rates))
+    estimate_1 = on * output(memory.weights_1, mu_1)  # Eq. 23
+    force = wanted_force(gains, reference, e1, r1, memory.integral_1, estimate_1)  # Eq. 24
+    u_d, theta_d, phi_d = invert_force(force)  # Eqs 40-52
+    return PositionLoop(r1, mu_1, u_d, vector(theta_d, phi_d))
+
+
+def attitude_errors(
+    gains: BacksteppingGains, filtered: Filtered, measured: State, reference: Reference
+) -> tuple[Vector, Vector]:
+    """(e2 [rad], r2 [rad/s]) of Eqs 27 and 28. Yaw and its rate come from the path, theta_d and phi_d from the filter."""
+    desired = Vector((reference.yaw, *filtered.value))
+    desired_rates = Vector((reference.yaw_rate, *filtered.rate))
+    e2 = desired - measured.attitude  # Eq. 27
+    r2 = (desired_rates - measured.rates) + gains.slope_2 * e2  # Eq. 28
+    return e2, r2
+
+
+def torque_basis(gains: BacksteppingGains, measured: State, r1: Vector, r2: Vector) -> Vector:
+    """mu_2(chi_2) of Eq. 34."""
+    return basis(gains.torque_net, (*measured.attitude, *r1, *r2))
+
+
+def following_memory(
+    gains: BacksteppingGains,
+    memory: BacksteppingMemory,
+    outer: PositionLoop,
+    mu_2: Vector,
+    r2: Vector,
+    period: Number,
+    on: Number,
+) -> BacksteppingMemory:
+    """The memory one `period` [s] later: integrals, command filter, and the tuning laws of Eq. 54."""
+    r1, mu_1 = outer.r1, outer.mu_1
+    error_norm = sqrt(r1 @ r1 + r2 @ r2)
+    rate_1 = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, error_norm)  # Eq. 54
+    rate_2 = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, error_norm)
+    return BacksteppingMemory(
+        integral_1=memory.integral_1 + period * r1,
+        integral_2=memory.integral_2 + period * r2,
+        filtered=command_filter(memory.filtered, outer.tilt, gains.filter_frequency, period),
+        weights_1=memory.weights_1 + (on * period) * rate_1,
+        weights_2=memory.weights_2 + (on * period) * rate_2,
+    )
+
+
+def command_of(
+    gains: BacksteppingGains,
+    memory: BacksteppingMemory,
+    outer: PositionLoop,
+    reference: Reference,
+    torque: Vector,
+    r2: Vector,
+) -> Command:
+    """The command with what the log wants to know."""
+    stored_1 = memory.integral_1 @ (gains.integral_1 * memory.integral_1)
+    stored_2 = memory.integral_2 @ (gains.integral_2 * memory.integral_2)
+    return Command(
+        thrust=outer.u_d,
+        torque=torque,
+        desired_attitude=Vector((reference.yaw, *outer.tilt)),
+        r1=outer.r1,
+        r2=r2,
+        stored=0.5 * (stored_1 + stored_2),
+        weight_norms=vector(memory.weights_1.norm(), memory.weights_2.norm()),
+    )
+
+
+def start_memory(measured: State, gains: BacksteppingGains) -> BacksteppingMemory:
+    """Integrals at zero, the filter at the measured attitude, the nets at their initial weights."""
+    zero = vector(0.0, 0.0, 0.0)
+    tilt, tilt_rate = Vector(measured.attitude.entries[1:]), Vector(measured.rates.entries[1:])
+    return BacksteppingMemory(zero, zero, Filtered(tilt, tilt_rate), gains.weights_1, gains.weights_2)
 
 
 @dataclass(frozen=True)
 class Backstepping:
-    """The paper's adaptive controller, sampled. Yaw and its rate come from the path, theta_d and phi_d are filtered."""
+    """The paper's adaptive controller, sampled."""
 
     def start(self, measured: State, gains: BacksteppingGains) -> BacksteppingMemory:
-        """Integrals at zero, the filter at the measured attitude, the nets at their initial weights."""
-        zero = vector(0.0, 0.0, 0.0)
-        tilt, tilt_rate = Vector(measured.attitude.entries[1:]), Vector(measured.rates.entries[1:])
-        return BacksteppingMemory(zero, zero, Filtered(tilt, tilt_rate), gains.weights_1, gains.weights_2)
+        """The memory before the first sample."""
+        return start_memory(measured, gains)
 
     def law(
         self,
@@ -86,43 +174,12 @@ class Backstepping:
         t: Number,
         period: Number,
     ) -> tuple[Command, BacksteppingMemory]:
-        """One sample: outer position loop, inversion, inner attitude loop, learning."""
+        """One sample: outer position loop, inner attitude loop, learning."""
         on = where(t >= gains.learning_start, 1.0, 0.0)
-
-        e1 = reference.position - measured.position  # Eq. 11
-        r1 = (reference.velocity - measured.velocity) + gains.slope_1 * e1  # Eq. 12
-        mu_1 = basis(gains.force_net, (*measured.position, *r1, *measured.attitude, *measured.rates))
-        estimate_1 = on * output(memory.weights_1, mu_1)  # Eq. 23
-        force = wanted_force(gains, reference, e1, r1, memory.integral_1, estimate_1)  # Eq. 24
-        u_d, theta_d, phi_d = invert_force(force)  # Eqs 40-52
-
-        desired = Vector((reference.yaw, *memory.filtered.value))
-        desired_rates = Vector((reference.yaw_rate, *memory.filtered.rate))
-        e2 = desired - measured.attitude  # Eq. 27
-        r2 = (desired_rates - measured.rates) + gains.slope_2 * e2  # Eq. 28
-        mu_2 = basis(gains.torque_net, (*measured.attitude, *r1, *r2))
+        outer = position_loop(gains, memory, measured, reference, on)
+        _, r2 = attitude_errors(gains, memory.filtered, measured, reference)
+        mu_2 = torque_basis(gains, measured, outer.r1, r2)
         estimate_2 = on * output(memory.weights_2, mu_2)  # Eq. 34
         torque = wanted_torque(gains, r2, memory.integral_2, estimate_2)  # Eq. 35
-
-        error_norm = sqrt(r1 @ r1 + r2 @ r2)
-        rate_1 = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, error_norm)  # Eq. 54
-        rate_2 = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, error_norm)
-        following = BacksteppingMemory(
-            integral_1=memory.integral_1 + period * r1,
-            integral_2=memory.integral_2 + period * r2,
-            filtered=command_filter(memory.filtered, vector(theta_d, phi_d), gains.filter_frequency, period),
-            weights_1=memory.weights_1 + (on * period) * rate_1,
-            weights_2=memory.weights_2 + (on * period) * rate_2,
-        )
-        stored_1 = memory.integral_1 @ (gains.integral_1 * memory.integral_1)
-        stored_2 = memory.integral_2 @ (gains.integral_2 * memory.integral_2)
-        command = Command(
-            thrust=u_d,
-            torque=torque,
-            desired_attitude=vector(reference.yaw, theta_d, phi_d),
-            r1=r1,
-            r2=r2,
-            stored=0.5 * (stored_1 + stored_2),
-            weight_norms=vector(memory.weights_1.norm(), memory.weights_2.norm()),
-        )
-        return command, following
+        following = following_memory(gains, memory, outer, mu_2, r2, period, on)
+        return command_of(gains, memory, outer, reference, torque, r2), following

@@ -7,7 +7,7 @@ from quadstep.vehicle.state import State
 
 
 def along(state: State, step: Number, rate: State) -> State:
-    """State + step * rate, part by part."""
+    """state + step * rate, part by part."""
     return State(*(part + step * change for part, change in zip(state, rate, strict=True)))
 
 

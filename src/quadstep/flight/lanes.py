@@ -39,6 +39,12 @@ def fly_lanes(
     leaves = [flatten(one) for one in parameters]
     tables = [leaf for leaf in leaves[0] if isinstance(leaf, Table)]
     shared = shared_leaves(parameters[0])
+    for one in leaves[1:]:
+        if any(
+            is_shared and mine is not first and mine != first
+            for mine, first, is_shared in zip(one, leaves[0], shared, strict=True)
+        ):
+            raise ValueError("flights of one batch must share their paths' tables and their nets' weights")
     kernel = prepare(loop, parameters[0], starts[0], shared, double, width)
 
     count = len(parameters)
@@ -48,7 +54,8 @@ def fly_lanes(
     common = [leaf for leaf, is_common in zip(leaves[0], shared, strict=True) if is_common and not isinstance(leaf, Table)]
 
     def blocks(values: Sequence[Sequence[float]]) -> NDArray[Any]:
-        return np.ascontiguousarray(np.array(values, dtype=numbers)[members].transpose(0, 2, 1))
+        with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
+            return np.ascontiguousarray(np.array(values).astype(numbers)[members].transpose(0, 2, 1))
 
     cycle, changing = blocks(cycles), blocks(varying)
     outcome = np.zeros((len(members), 2, width), dtype=numbers)

@@ -87,6 +87,8 @@ def finished(rows: NDArray[np.float64], code: float, tick: int, ticks: Ticks, fi
     outcome = Outcome(int(code))
     if outcome is not Outcome.COMPLETED:
         rows = rows[: -(-tick // ticks.log)]
-        broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-        rows = rows[: broken[0]] if len(broken) else rows
+    broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if len(broken):
+        outcome = Outcome.NOT_FINITE if outcome is Outcome.COMPLETED else outcome
+        rows = rows[: broken[0]]
     return FlightLog(rows, outcome, tick * ticks.step, final)

@@ -82,10 +82,11 @@ class Loop:
         reference = self.path.reference(t, parameters.path)
         state, gains = cycle.state, parameters.gains
         command, memory = self.controller.law(cycle.memory, state, reference, gains, t, period)
+        code = failure(state, command, reference, parameters.limits)  # of what was asked for: a limit would hide NaN
         if self.rotor_limits:
             thrust, torque = limit(parameters.vehicle.rotors, command.thrust, command.torque)
             command = command._replace(thrust=thrust, torque=torque)
-        return command, memory, failure(state, command, reference, parameters.limits)
+        return command, memory, code
 
     def advance(self, cycle: Cycle, parameters: Parameters, step: Number) -> State:
         """The vehicle one integrator step [s] later, the command held (Eqs 9 and 10)."""
@@ -104,16 +105,16 @@ class Loop:
 
 
 def failure(state: State, command: Command, reference: Reference, limits: Limits) -> Number:
-    """The `Outcome` a sample ends with, 0 while all is well. NaN fails every comparison, so it is caught first."""
+    """The `Outcome` a sample ends with, 0 while all is well; a number that is not finite goes before all else."""
     _, theta, _ = state.attitude
-    offset = reference.position - state.position
-    distance = offset.norm()
+    distance = (reference.position - state.position).norm()
     spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
-    effort = absolute(command.thrust) + command.torque.norm()
     code = where(absolute(theta) < limits.pitch, 0.0, float(Outcome.SINGULAR))
     code = where(spin < limits.rate, code, float(Outcome.SPINNING))
     code = where(distance < limits.distance, code, float(Outcome.OFF_PATH))
-    return where(finite(distance + spin + absolute(theta) + effort), code, float(Outcome.NOT_FINITE))
+    everything = distance + state.velocity.norm() + state.attitude.norm() + state.rates.norm()
+    everything = everything + absolute(command.thrust) + command.torque.norm()
+    return where(finite(everything), code, float(Outcome.NOT_FINITE))
 
 
 def finite(x: Number) -> Condition:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
+from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
 from quadstep.control.controller import ControllerLaw
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
 from quadstep.control.networks import Net, random_input_weights
@@ -102,11 +103,15 @@ class BacksteppingSection(Section):
     nets: NetsSection = NetsSection()
 
     def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
+        return BuiltController(Backstepping(), self.gains(vehicle, folder), self.theorem_warnings(vehicle))
+
+    def gains(self, vehicle: VehicleSection, folder: Path) -> BacksteppingGains:
+        """The numbers of the paper's law."""
         nets, mass = self.nets, self.mass or vehicle.mass
         weights_1, weights_2 = nets.initial_weights(folder)
         force_inputs = random_input_weights(nets.seed, 1, nets.neurons, FORCE_INPUTS)
         torque_inputs = random_input_weights(nets.seed, 2, nets.neurons, TORQUE_INPUTS)
-        gains = BacksteppingGains(
+        return BacksteppingGains(
             mass=mass,
             gravity=vehicle.gravity,
             slope_1=Vector(self.Lambda1),
@@ -122,14 +127,13 @@ class BacksteppingSection(Section):
             weights_1=weights_1,
             weights_2=weights_2,
         )
-        return BuiltController(Backstepping(), gains, self.theorem_warnings(mass, vehicle))
 
-    def theorem_warnings(self, mass: float, vehicle: VehicleSection) -> list[str]:
+    def theorem_warnings(self, vehicle: VehicleSection) -> list[str]:
         """The gain conditions of Theorem 5.1, corrected: K_r1 > m Lambda_1, K_r2 > J_M max(Lambda_2).
 
         J_M = 2 max(Sigma) bounds J = T^T Sigma T at every attitude, as the largest eigenvalue of T^T T is 1 + |sin theta|.
         """
-        found = []
+        found, mass = [], self.mass or vehicle.mass
         for axis, gain, slope in zip("xyz", self.K_r1, self.Lambda1, strict=True):
             if gain <= mass * slope:
                 found.append(f"controller.K_r1 ({axis}) = {gain:g} is not above m Lambda1 = {mass * slope:g}")
@@ -140,14 +144,42 @@ class BacksteppingSection(Section):
         return [f"{line} (condition of Theorem 5.1)" for line in found]
 
 
+Pair = Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)]
+
+
+class CompletedSection(BacksteppingSection):
+    """The paper's controller completed (docs/theory.md): the same keys, and what the completion needs.
+
+    P [N m/rad]: 4 s^-2 times the inertia if left out; inertia: what the controller believes, the vehicle's if left out.
+    """
+
+    type: Literal["completed-backstepping"]  # type: ignore[assignment]
+    P: PositiveDiagonal | None = None
+    inertia: PositiveDiagonal | None = None
+    weight_bounds: Pair = (20.0, 50.0)
+    integral_bounds: Pair = (50.0, 50.0)
+
+    def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
+        inertia = Vector(self.inertia or vehicle.inertia)
+        gains = CompletedGains(
+            paper=self.gains(vehicle, folder),
+            coupling=Vector(self.P) if self.P else 4.0 * inertia,
+            inertia=inertia,
+            weight_bounds=Vector(self.weight_bounds),
+            integral_bounds=Vector(self.integral_bounds),
+        )
+        law = CompletedBackstepping(Kinematics(vehicle.kinematics))
+        return BuiltController(law, gains, self.theorem_warnings(vehicle))
+
+
 class NestedSaturationSection(Section):
     """The controller of the paper's reference [11], tracking the same path."""
 
     type: Literal["nested-saturation"]
     mass: Positive | None = None
     inertia: PositiveDiagonal | None = None
-    a_z: Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] = (3.0, 0.5)
-    a_psi: Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] = (2.374, 0.08)
+    a_z: Pair = (3.0, 0.5)
+    a_psi: Pair = (2.374, 0.08)
     bounds: Annotated[tuple[Positive, Positive, Positive, Positive], BeforeValidator(as_tuple)] = (2.0, 1.0, 0.2, 0.1)
 
     def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
@@ -169,4 +201,4 @@ class NestedSaturationSection(Section):
         return BuiltController(NestedSaturation(Kinematics(vehicle.kinematics)), gains, warnings)
 
 
-AnyController = Annotated[BacksteppingSection | NestedSaturationSection, Field(discriminator="type")]
+AnyController = Annotated[BacksteppingSection | CompletedSection | NestedSaturationSection, Field(discriminator="type")]

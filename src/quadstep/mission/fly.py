@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from quadstep import __version__
 from quadstep.analysis.metrics import flight_metrics
 from quadstep.control.backstepping import BacksteppingMemory
+from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.flight.engines import Engine, fly
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Outcome
@@ -61,6 +62,7 @@ def fly_mission(
 def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
     """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
     memory = log.final.memory
+    memory = memory.paper if isinstance(memory, CompletedMemory) else memory
     if not isinstance(memory, BacksteppingMemory) or log.outcome is not Outcome.COMPLETED:
         return
     nets = mission.controller.model_dump()["nets"]

@@ -49,7 +49,7 @@ duration = 10.0             # s
 # rotors.limits = [0.0, 8.0]  # least and greatest thrust of one rotor [N]; no limits if left out
 
 [controller]
-type = "backstepping"       # the paper's; or "nested-saturation", its reference [11]
+type = "backstepping"       # the paper's; or "completed-backstepping", or "nested-saturation", its reference [11]
 # mass = 1.0                # what the controller believes [kg]; the vehicle's if left out
 # Lambda1 = 1.0             # 1/s; a gain is one number, or a list of three
 # K_r1 = 3.0                # N s/m; the theorem asks K_r1 > m Lambda1
@@ -58,6 +58,13 @@ type = "backstepping"       # the paper's; or "nested-saturation", its reference
 # K_r2 = 250.0              # N m s; the theorem asks K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)
 # K_i2 = 10.0               # N m
 # filter_frequency = 100.0  # command filter of theta_d and phi_d [rad/s]
+# Only of completed-backstepping (docs/theory.md):
+# P = 20.0                  # N m/rad; 4 times the inertia if left out
+# inertia = [5.0, 5.0, 5.0] # what the controller believes [kg m^2]; the vehicle's if left out
+# weight_bounds = [20.0, 50.0]
+# integral_bounds = [50.0, 50.0]
+#
+# Only of nested-saturation: a_z = [3.0, 0.5], a_psi = [2.374, 0.08], bounds = [2.0, 1.0, 0.2, 0.1]
 
 [controller.nets]
 # enabled = true

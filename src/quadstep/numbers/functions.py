@@ -46,7 +46,7 @@ class Floats:
         return math.sqrt(x) if x >= 0.0 else math.nan
 
     def atan2(self, y: float, x: float) -> float:
-        return math.atan2(y, x)
+        return math.atan2(y + 0.0, x + 0.0)  # -0.0 counts as 0.0, as in lanes
 
     def where(self, condition: bool, yes: float, no: float) -> float:
         return yes if condition else no
@@ -59,8 +59,10 @@ class Arrays:
     cos = staticmethod(np.cos)
     exp = staticmethod(np.exp)
     sqrt = staticmethod(np.sqrt)
-    atan2 = staticmethod(np.arctan2)
     where = staticmethod(np.where)
+
+    def atan2(self, y: Any, x: Any) -> Any:
+        return np.arctan2(y + 0.0, x + 0.0)
 
 
 FLOATS = Floats()
@@ -72,8 +74,19 @@ def functions_of(*values: Any) -> Any:
     for value in values:
         if isinstance(value, float | int):
             continue
-        return ARRAYS if isinstance(value, np.ndarray | np.bool_) else value.functions
+        if isinstance(value, np.ndarray | np.bool_):
+            return ARRAYS
+        return value.functions if hasattr(value, "functions") else foreign_functions(value)
     return FLOATS
+
+
+def foreign_functions(value: Any) -> Any:
+    """The functions for a number of another package, which need not be installed: SymPy."""
+    if type(value).__module__.partition(".")[0] == "sympy":
+        from quadstep.numbers.symbols import SYMBOLS  # noqa: PLC0415 (loaded only where it is used)
+
+        return SYMBOLS
+    raise TypeError(f"{type(value).__name__} is not a number that a law can take")
 
 
 def sin(x: Number) -> Number:

@@ -135,7 +135,7 @@ def nearest(x: Lane) -> tuple[Lane, ir.Value]:
 
 
 def reduce(x: Lane, count: Lane, pieces: list[float]) -> Lane:
-    """X - count * sum(pieces), piece by piece so that little is lost."""
+    """x - count * sum(pieces), piece by piece so that little is lost."""
     emitter = x.emitter
     value, negative = x.value, (-count).value
     for piece in pieces:
@@ -163,7 +163,7 @@ def pick_odd(emitter: Emitter, quarter: ir.Value, odd: Lane, even: Lane) -> Lane
 
 
 def signed(emitter: Emitter, x: Lane, quarter: ir.Value, ahead: int) -> Lane:
-    """X with its sign changed where quarter + ahead has its second bit set."""
+    """x with its sign changed where quarter + ahead has its second bit set."""
     builder, sign = emitter.builder, 62 if emitter.double else 30
     moved = builder.add(quarter, emitter.whole_constant(ahead)) if ahead else quarter
     bit = builder.shl(builder.and_(moved, emitter.whole_constant(2)), emitter.whole_constant(sign))

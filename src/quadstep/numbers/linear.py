@@ -136,12 +136,12 @@ def matrix(*rows: Iterable[Number]) -> Matrix:
 
 
 def outer(a: Vector, b: Vector) -> Matrix:
-    """A b^T, shape (len(a), len(b))."""
+    """a b^T, shape (len(a), len(b))."""
     return Matrix(entry * b for entry in a)
 
 
 def solve_symmetric(m: Matrix, b: Vector) -> Vector:
-    """X of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
+    """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
     m11, m12, m13 = m.rows[0]
     _, m22, m23 = m.rows[1]
     m33 = m[2, 2]

@@ -1,0 +1,154 @@
+"""The paper's controller completed, so that its theorem holds: see docs/theory.md.
+
+The proof of Theorem 5.1 drops the force that is missing while the attitude is not yet the wanted one. Three terms are added to
+the paper's law, none is taken away: a counter-rate that cancels that force in the Lyapunov function, with the attitude error's
+own place there; the rigid-body torque of the wanted motion, which the paper leaves to its second net; and bounds on weights
+and integrals by projection.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.backstepping import (
+    BacksteppingGains,
+    BacksteppingMemory,
+    attitude_errors,
+    command_of,
+    following_memory,
+    position_loop,
+    start_memory,
+    torque_basis,
+    wanted_torque,
+)
+from quadstep.control.command_filter import Filtered, command_filter
+from quadstep.control.controller import Command
+from quadstep.control.networks import output
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Vector, absolute, cos, sin, vector, where
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.lagrange import coriolis, effective_inertia
+from quadstep.vehicle.state import State
+
+
+class CompletedGains(NamedTuple):
+    """paper: the gains of the paper's law. coupling: P, diagonal over (psi, theta, phi) [N m/rad].
+
+    inertia: the Sigma that the controller believes [kg m^2]. weight_bounds: of |W_hat_1|, |W_hat_2| (Frobenius).
+    integral_bounds: of |int r1| [m], |int r2| [rad].
+    """
+
+    paper: BacksteppingGains
+    coupling: Vector
+    inertia: Vector
+    weight_bounds: Vector
+    integral_bounds: Vector
+
+
+class CompletedMemory(NamedTuple):
+    """paper: the memory of the paper's law. counter: the counter-rate of (theta, phi) and its rate, filtered."""
+
+    paper: BacksteppingMemory
+    counter: Filtered
+
+
+def half_sine_ratio(x: Number) -> Number:
+    """sin(x/2) / (x/2), in [-0.22, 1]."""
+    half = 0.5 * x
+    small = absolute(half) < 1e-4
+    return where(small, 1.0 - half * half / 6.0, sin(half) / where(small, 1.0, half))
+
+
+def coupling_columns(tilt: Vector, wanted: Vector) -> tuple[Vector, Vector]:
+    """Columns (b_theta, b_phi) of B, each of length at most 1, for tilt = (theta, phi) and the wanted one [rad].
+
+    Exactly, n(wanted) - n(tilt) = b_theta (theta_w - theta) + b_phi (phi_w - phi), n the thrust direction of Eq. 7.
+    """
+    (theta, phi), (theta_w, phi_w) = tilt, wanted
+    theta_mean, phi_mean = 0.5 * (theta_w + theta), 0.5 * (phi_w + phi)
+    by_theta, by_phi = half_sine_ratio(theta_w - theta), cos(theta_w) * half_sine_ratio(phi_w - phi)
+    b_theta = -by_theta * vector(cos(theta_mean), sin(phi) * sin(theta_mean), cos(phi) * sin(theta_mean))
+    return b_theta, vector(0.0, by_phi * cos(phi_mean), -by_phi * sin(phi_mean))
+
+
+def counter_rate(gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vector, r1: Vector) -> Vector:
+    """P^-1 u_d B^T r1 of (theta, phi) [rad/s]: turning so, the attitude error's part of L cancels r1^T u_d B e2."""
+    b_theta, b_phi = coupling_columns(tilt, wanted)
+    return vector(u_d * (b_theta @ r1) / gains.coupling[1], u_d * (b_phi @ r1) / gains.coupling[2])
+
+
+def project(entries: Vector, bound: Number) -> Vector:
+    """The nearest vector of length at most `bound`."""
+    return _shrink(entries.norm(), bound) * entries
+
+
+def project_weights(weights: Matrix, bound: Number) -> Matrix:
+    """The nearest matrix of Frobenius norm at most `bound`."""
+    return _shrink(weights.norm(), bound) * weights
+
+
+def _shrink(length: Number, bound: Number) -> Number:
+    return where(length > bound, bound / where(length > bound, length, 1.0), 1.0)
+
+
+def confine(gains: CompletedGains, memory: BacksteppingMemory) -> BacksteppingMemory:
+    """Weights and integrals within their bounds."""
+    return memory._replace(
+        integral_1=project(memory.integral_1, gains.integral_bounds[0]),
+        integral_2=project(memory.integral_2, gains.integral_bounds[1]),
+        weights_1=project_weights(memory.weights_1, gains.weight_bounds[0]),
+        weights_2=project_weights(memory.weights_2, gains.weight_bounds[1]),
+    )
+
+
+def with_yaw(yaw: Number, tilt: Vector) -> Vector:
+    """(psi, theta, phi) from yaw and (theta, phi)."""
+    return Vector((yaw, *tilt))
+
+
+@dataclass(frozen=True)
+class CompletedBackstepping:
+    """The completed controller. With c the filtered counter-rate, r2 = e2_dot + Lambda_2 e2 + c and
+
+    tau = Eq. 35 + P e2 + J (eta_d_dd - Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c).
+    """
+
+    kinematics: Kinematics = Kinematics.STANDARD
+
+    def start(self, measured: State, gains: CompletedGains) -> CompletedMemory:
+        """The memory before the first sample."""
+        return CompletedMemory(start_memory(measured, gains.paper), Filtered(vector(0.0, 0.0), vector(0.0, 0.0)))
+
+    def law(
+        self,
+        memory: CompletedMemory,
+        measured: State,
+        reference: Reference,
+        gains: CompletedGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, CompletedMemory]:
+        """One sample, in the paper's order."""
+        paper, before = gains.paper, memory.paper
+        on = where(t >= paper.learning_start, 1.0, 0.0)
+        outer = position_loop(paper, before, measured, reference, on)
+        tilt = Vector(measured.attitude.entries[1:])
+        wanted = counter_rate(gains, outer.u_d, tilt, before.filtered.value, outer.r1)
+        counter = command_filter(memory.counter, wanted, paper.filter_frequency, period)
+
+        e2, r2 = attitude_errors(paper, before.filtered, measured, reference)
+        c = with_yaw(0.0, memory.counter.value)
+        r2 = r2 + c
+        mu_2 = torque_basis(paper, measured, outer.r1, r2)
+        estimate_2 = on * output(before.weights_2, mu_2)
+        following = following_memory(paper, before, outer, mu_2, r2, period, on)
+
+        # mean rates over the sample: what the held torque has to make
+        acceleration = with_yaw(0.0, (following.filtered.rate - before.filtered.rate) / period)
+        c_dot = with_yaw(0.0, (counter.value - memory.counter.value) / period)
+        rates = with_yaw(reference.yaw_rate, before.filtered.rate) + paper.slope_2 * e2 + c
+        j = effective_inertia(measured.attitude, gains.inertia, self.kinematics)
+        coupling = coriolis(measured.attitude, measured.rates, gains.inertia, self.kinematics)
+        rigid = j @ (acceleration - paper.slope_2 * (paper.slope_2 * e2 + c) + c_dot) + coupling @ rates
+        torque = wanted_torque(paper, r2, before.integral_2, estimate_2) + gains.coupling * e2 + rigid
+        command = command_of(paper, before, outer, reference, torque, r2)
+        return command, CompletedMemory(confine(gains, following), counter)

@@ -1,0 +1,165 @@
+"""L and its rate along the closed loop of the shipped plant and the shipped laws, and the bounds of docs/theory.md."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from quadstep.control.backstepping import Backstepping, PositionLoop, attitude_errors, position_loop, torque_basis
+from quadstep.control.completed_backstepping import CompletedBackstepping, counter_rate, coupling_columns, with_yaw
+from quadstep.control.networks import Net, output, weight_rate
+from quadstep.numbers import Matrix, Number, Vector, total
+from quadstep.theory.samples import PERIOD, Sample
+from quadstep.vehicle.kinematics import Kinematics, thrust_direction
+from quadstep.vehicle.lagrange import (
+    acceleration,
+    angular_acceleration,
+    coriolis,
+    effective_inertia,
+    effective_inertia_partials,
+)
+
+STANDARD = Kinematics.STANDARD
+
+
+class Rate(NamedTuple):
+    """L_dot as flown, the same by the theorem's identity, its bound, and the size of the terms that make it."""
+
+    flown: Number
+    identity: Number
+    bound: Number
+    scale: Number
+
+
+def least(values: Vector) -> Any:
+    """Smallest entry, batch by batch."""
+    return np.min(np.stack(np.broadcast_arrays(*values)), axis=0)
+
+
+def greatest(values: Vector) -> Any:
+    """Largest entry, batch by batch."""
+    return np.max(np.stack(np.broadcast_arrays(*values)), axis=0)
+
+
+def inner(a: Matrix, b: Matrix) -> Number:
+    """trace(a^T b)."""
+    return total(x @ y for x, y in zip(a, b, strict=True))
+
+
+def learning(net: Net, ideal: Matrix, weights: Matrix, mu: Vector, error: Vector, error_norm: Number) -> Number:
+    """-trace(W_tilde^T F^-1 W_hat_dot): what learning adds to L_dot (Eqs 54-57)."""
+    return -inner(ideal - weights, weight_rate(net, weights, mu, error, error_norm)) / net.learning_rate
+
+
+class Motion(NamedTuple):
+    """Errors and their rates in closed loop. raw_counter, counter: before and behind its filter, zero for the paper's law."""
+
+    outer: PositionLoop
+    e2: Vector
+    r2: Vector
+    mu_2: Vector
+    raw_counter: Vector
+    counter: Vector
+    e2_dot: Vector
+    r1_dot: Vector
+    r2_dot: Vector
+    j: Matrix
+    j_dot: Matrix
+
+
+def closed_loop(sample: Sample, completed: bool) -> Motion:
+    """The shipped law's command put into the shipped plant.
+
+    The disturbance is made so that Eqs 22 and 33 hold exactly with the sample's ideal weights and residuals. (The completed
+    law makes the rigid-body part of Eq. 33 itself, so that only -A_eta is left to its net.)
+    """
+    state, reference, memory = sample.state, sample.reference, sample.memory
+    paper, before, inertia = sample.gains.paper, memory.paper, sample.vehicle.inertia
+    j = effective_inertia(state.attitude, inertia, STANDARD)
+    c = coriolis(state.attitude, state.rates, inertia, STANDARD)
+    partials = effective_inertia_partials(state.attitude, inertia, STANDARD)
+    outer = position_loop(paper, before, state, reference, 1.0)
+    e2, r2 = attitude_errors(paper, before.filtered, state, reference)
+    wanted_rates, slope_2 = state.rates + r2 - paper.slope_2 * e2, paper.slope_2  # eta_d_dot
+    raw_counter = counter = counter_dot = Vector((0.0, 0.0, 0.0))
+    if completed:
+        command, after = CompletedBackstepping(STANDARD).law(memory, state, reference, sample.gains, 0.0, PERIOD)
+        following, tilt = after.paper, Vector(state.attitude.entries[1:])
+        raw_counter = with_yaw(0.0, counter_rate(sample.gains, outer.u_d, tilt, before.filtered.value, outer.r1))
+        counter = with_yaw(0.0, memory.counter.value)
+        counter_dot = with_yaw(0.0, (after.counter.value - memory.counter.value) / PERIOD)
+    else:
+        command, following = Backstepping().law(before, state, reference, paper, 0.0, PERIOD)
+    r2 = r2 + counter
+    mu_2 = torque_basis(paper, state, outer.r1, r2)
+    wanted_acceleration = with_yaw(0.0, (following.filtered.rate - before.filtered.rate) / PERIOD)
+    bent = wanted_acceleration - slope_2 * (slope_2 * e2 + counter) + counter_dot
+    rigid = j @ bent + c @ (wanted_rates + slope_2 * e2 + counter)
+
+    force = -(output(sample.ideal[0], outer.mu_1) + sample.residual[0])  # A_xyz of Eq. 22
+    target_2 = output(sample.ideal[1], mu_2) + sample.residual[1]  # Eq. 33
+    torque = command.torque - target_2 if completed else command.torque + rigid - target_2  # tau + A_eta
+    xi_dd = acceleration(sample.vehicle, state.attitude, command.thrust, force)
+    eta_dd = angular_acceleration(sample.vehicle, state.attitude, state.rates, torque, STANDARD)
+    e2_dot = wanted_rates - state.rates
+    return Motion(
+        outer, e2, r2, mu_2, raw_counter, counter, e2_dot,
+        r1_dot=reference.acceleration - xi_dd + paper.slope_1 * (reference.velocity - state.velocity),
+        r2_dot=wanted_acceleration + slope_2 * e2_dot + counter_dot - eta_dd,
+        j=j,
+        j_dot=total(rate * partial for rate, partial in zip(state.rates, partials, strict=True)),
+    )  # fmt: skip
+
+
+def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
+    """The terms of L_dot, L being Eq. 55 extended by 1/2 e2^T P e2."""
+    paper, before = sample.gains.paper, sample.memory.paper
+    r1, r2, e2 = motion.outer.r1, motion.r2, motion.e2
+    error_norm = (r1 @ r1 + r2 @ r2) ** 0.5
+    return [
+        sample.vehicle.mass * (r1 @ motion.r1_dot),
+        r2 @ (motion.j @ motion.r2_dot),
+        0.5 * (r2 @ (motion.j_dot @ r2)),
+        e2 @ (p * motion.e2_dot),
+        before.integral_1 @ (paper.integral_1 * r1),
+        before.integral_2 @ (paper.integral_2 * r2),
+        learning(paper.force_net, sample.ideal[0], before.weights_1, motion.outer.mu_1, r1, error_norm),
+        learning(paper.torque_net, sample.ideal[1], before.weights_2, motion.mu_2, r2, error_norm),
+    ]
+
+
+def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
+    """L_dot of the closed loop, with the identity and the bound of docs/theory.md. For the paper's law P = p I, any p > 0."""
+    motion, paper, before = closed_loop(sample, completed), sample.gains.paper, sample.memory.paper
+    p = sample.gains.coupling if completed else Vector([sample.gains.coupling[0]] * 3)
+    terms = rate_terms(sample, motion, p)
+    r1, r2, e2, u_d, slope_2 = motion.outer.r1, motion.r2, motion.e2, motion.outer.u_d, paper.slope_2
+    n1, n2, ne, error_norm = r1.norm(), r2.norm(), e2.norm(), (r1 @ r1 + r2 @ r2) ** 0.5
+    wanted = before.filtered.value
+    lag_1 = u_d * (thrust_direction(with_yaw(0.0, motion.outer.tilt)) - thrust_direction(with_yaw(0.0, wanted)))  # delta_f
+    lag_2 = p * (motion.raw_counter - motion.counter) if completed else 0.0 * e2
+
+    pairs = list(zip(sample.ideal, (before.weights_1, before.weights_2), strict=True))
+    kappa = paper.force_net.damping
+    forgetting = kappa * error_norm * total(inner(w - w_hat, w_hat) for w, w_hat in pairs)
+    error = total(sum_squares(w - w_hat) for w, w_hat in pairs) ** 0.5
+    ideal = total(sum_squares(w) for w in sample.ideal) ** 0.5
+    residual = total(e @ e for e in sample.residual) ** 0.5
+
+    surplus_1 = r1 @ ((paper.gain_1 - sample.vehicle.mass * paper.slope_1) * r1)
+    surplus_2 = r2 @ (paper.gain_2 * r2) - r2 @ (motion.j @ (slope_2 * r2))
+    identity = -surplus_1 - surplus_2 - e2 @ (p * (slope_2 * e2)) + forgetting
+    identity = identity + r1 @ (sample.residual[0] + lag_1) + r2 @ sample.residual[1] + e2 @ lag_2
+    k1 = least(paper.gain_1 - sample.vehicle.mass * paper.slope_1)
+    k2 = least(paper.gain_2) - 2.0 * greatest(sample.vehicle.inertia) * greatest(slope_2)  # J_M = 2 max Sigma
+    bound = -k1 * n1 * n1 - k2 * n2 * n2 - least(p * slope_2) * ne * ne + n1 * lag_1.norm() + ne * lag_2.norm()
+    bound = bound + error_norm * (residual + kappa * (error * ideal - error * error))
+    if not completed:  # what the printed proof drops
+        b_theta, b_phi = coupling_columns(Vector(sample.state.attitude.entries[1:]), wanted)
+        identity = identity + u_d * (r1 @ (b_theta * e2[1] + b_phi * e2[2])) + e2 @ (p * r2)
+        bound = bound + u_d * n1 * ne + p[0] * ne * n2
+    return Rate(total(terms), identity, bound, total(abs(term) for term in terms))
+
+
+def sum_squares(m: Matrix) -> Number:
+    """Square of the Frobenius norm."""
+    return inner(m, m)

@@ -1,0 +1,148 @@
+"""Small builders shared by the tests: vehicles, gains, flights, and laws pushed through lanes."""
+
+import ctypes
+
+import numpy as np
+from llvmlite import binding as llvm
+from llvmlite import ir
+
+from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
+from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
+from quadstep.control.networks import Net, random_input_weights
+from quadstep.flight.kernel import host
+from quadstep.flight.loop import Limits, Loop, Parameters, Ticks
+from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.numbers import Matrix, Vector, vector
+from quadstep.numbers.lane import Emitter, Lane, LaneTable
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.lagrange import Vehicle
+from quadstep.vehicle.rotors import Rotors
+from quadstep.vehicle.state import State
+
+CASE_1 = Loop(MinimumJerk(), Backstepping())
+NESTED = Loop(MinimumJerk(), NestedSaturation())
+CASE_1_TICKS = Ticks(0.002, 2, 10, 20000)
+
+
+def same(value):
+    return vector(value, value, value)
+
+
+def column(values):
+    return Vector([float(value) for value in values])
+
+
+def array(thing):
+    """A vector or matrix of floats as a NumPy array."""
+    if isinstance(thing, Matrix):
+        return np.array([list(row) for row in thing])
+    return np.array(list(thing))
+
+
+def state(position=(0, 0, 0), velocity=(0, 0, 0), attitude=(0, 0, 0), rates=(0, 0, 0)):
+    return State(column(position), column(velocity), column(attitude), column(rates))
+
+
+def random_state(rng, tilt=1.2):
+    attitude = rng.uniform((-3, -tilt, -3), (3, tilt, 3))
+    return state(rng.normal(size=3), rng.normal(size=3), attitude, rng.normal(size=3))
+
+
+def vehicle(inertia=(5, 5, 5), mass=1.0, gravity=9.81, rotors=None):
+    return Vehicle(mass, column(inertia), gravity, rotors or Rotors(0.25, 0.02, -1e9, 1e9))
+
+
+def gains(neurons=10, start=0.0, seed=1, **changes):
+    """What worked in the trials of reading.md."""
+    zeros = Matrix([same(0.0)] * neurons)
+    force_net = Net(random_input_weights(seed, 1, neurons, FORCE_INPUTS), 5.0, 0.01)
+    torque_net = Net(random_input_weights(seed, 2, neurons, TORQUE_INPUTS), 5.0, 0.01)
+    result = BacksteppingGains(
+        mass=1.0,
+        gravity=9.81,
+        slope_1=same(1.0),
+        gain_1=same(3.0),
+        integral_1=same(0.2),
+        slope_2=same(15.0),
+        gain_2=same(250.0),
+        integral_2=same(10.0),
+        filter_frequency=100.0,
+        force_net=force_net,
+        torque_net=torque_net,
+        learning_start=start,
+        weights_1=zeros,
+        weights_2=zeros,
+    )
+    return result._replace(**changes)
+
+
+def nested_gains(**changes):
+    result = NestedSaturationGains(
+        mass=1.0,
+        inertia=same(5.0),
+        gravity=9.81,
+        altitude=vector(3.0, 0.5),
+        yaw=vector(2.374, 0.08),
+        bounds=vector(2.0, 1.0, 0.2, 0.1),
+        slope_1=same(1.0),
+        slope_2=same(15.0),
+    )
+    return result._replace(**changes)
+
+
+def parameters(duration=40.0, end=(20, 5, 10), **changes):
+    """Case 1 of the paper, or what is left of it after `changes`."""
+    path = MinimumJerkParameters(same(0.0), column(end), 0.0, 0.0, duration)
+    disturbance = Disturbance(1.0, same(0.0), same(0.0))
+    result = Parameters(vehicle(), disturbance, path, None, Limits(100.0, 100.0, 1.5707))._replace(**changes)
+    return result if result.gains is not None else result._replace(gains=gains())
+
+
+def through_lanes(law, *columns, double=True, table=None, width=4):
+    """What `law` gives, column by column, when it is compiled over lanes and run on columns of numbers."""
+    numbers = np.float64 if double else np.float32
+    element = ir.DoubleType() if double else ir.FloatType()
+    module = ir.Module("probe")
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [element.as_pointer()] * 3), "probe")
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    emitter = Emitter(builder, element, width)
+    source, target = (builder.bitcast(a, emitter.vector.as_pointer()) for a in function.args[:2])
+
+    def load(place):
+        return Lane(emitter, builder.load(builder.gep(source, [ir.IntType(64)(place)]), align=8 if double else 4))
+
+    lanes = [load(place) for place in range(len(columns))]
+    if table is not None:
+        lanes.append(LaneTable(emitter, function.args[2], table.size))
+    results = law(*lanes)
+    results = results if isinstance(results, list | tuple) else [results]
+    for place, result in enumerate(results):
+        address = builder.gep(target, [ir.IntType(64)(place)])
+        builder.store(emitter.value(result), address, align=8 if double else 4)
+    builder.ret_void()
+    call, _engine = compiled(str(module))
+
+    columns = np.array([np.asarray(values, dtype=numbers) for values in columns])
+    count = columns.shape[1]
+    padded = np.concatenate([columns, np.repeat(columns[:, -1:], -count % width, axis=1)], axis=1)
+    blocks = np.ascontiguousarray(padded.reshape(len(columns), -1, width).transpose(1, 0, 2))
+    answers = np.empty((len(blocks), len(results), width), dtype=numbers)
+    constants = np.zeros(1, dtype=numbers) if table is None else table.array.astype(numbers)
+    for block, answer in zip(blocks, answers, strict=True):
+        call(block.ctypes.data, answer.ctypes.data, constants.ctypes.data)
+    answers = answers.transpose(1, 0, 2).reshape(len(results), -1)[:, :count]
+    return answers if len(results) > 1 else answers[0]
+
+
+def compiled(text):
+    """Optimised machine code of a module with one function `probe` of three pointers."""
+    cpu, features = host()
+    target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+    module = llvm.parse_assembly(text)
+    module.verify()
+    passes = llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(speed_level=2))
+    passes.getModulePassManager().run(module, passes)
+    engine = llvm.create_mcjit_compiler(module, target)
+    engine.finalize_object()
+    kinds = [ctypes.c_void_p] * 3
+    return ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address("probe")), engine

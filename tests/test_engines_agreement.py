@@ -1,0 +1,208 @@
+"""Floats, arrays and lanes fly the same flight; a flight does not depend on its batch; the integrator against SciPy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from quadstep.control.backstepping import Backstepping
+from quadstep.control.nested_saturation import NestedSaturation
+from quadstep.flight.eager import fly_arrays, fly_floats
+from quadstep.flight.engines import Engine, FlightPlan, fly, fly_all
+from quadstep.flight.lanes import fly_lanes
+from quadstep.flight.log import COLUMNS
+from quadstep.flight.loop import Loop, Outcome, Ticks
+from quadstep.guidance.orbit import Orbit, OrbitParameters
+from quadstep.guidance.piecewise import Piecewise
+from quadstep.guidance.spline import through_waypoints
+from quadstep.numbers import Table, flatten, rebuild, vector
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.lagrange import derivative
+from quadstep.vehicle.rotors import Rotors
+from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
+
+TICKS = Ticks(0.004, 1, 5, 10000)
+SHORT = Ticks(0.004, 1, 5, 500)
+UNEQUAL = vehicle((5, 8, 12), mass=1.2, rotors=Rotors(0.25, 0.02, 0.0, 6.0))
+WAYPOINTS = through_waypoints(
+    np.array([0.0, 0.5, 1.0, 1.8]),
+    np.array([[0, 0, 0, 0], [0.2, 0, 0.1, 0.1], [0.3, 0.2, 0.1, 0.0], [0, 0.1, 0.2, 0.3]]),
+)
+ORBIT = OrbitParameters(same(0.0), vector(1.0, 1.0, 0.1), same(0.7), vector(0.0, 1.57, 0.3), 0.2, 0.3, 1.0)
+TILTED = state((0.01, -0.02, 0.03), (0.01, 0.02, -0.03), (0.1, 0.05, -0.05), (0.1, -0.05, 0.05))
+
+
+def agree(log, other, scale=1.0):
+    """The same to 1e-9 in every column, times `scale` of it (a column of thousands of N m has that much more round-off)."""
+    assert log.outcome is other.outcome
+    assert log.ended == other.ended
+    off = np.abs(log.rows - other.rows).max(axis=0) / scale
+    assert {name: value for name, value in zip(COLUMNS, off, strict=True) if not value <= 1e-9} == {}
+    final = [np.array(flatten(one.final), dtype=float) for one in (log, other)]
+    np.testing.assert_allclose(*final, rtol=1e-8, atol=1e-8)
+
+
+def magnitude(log):
+    return np.maximum(np.abs(log.rows).max(axis=0), 1.0)
+
+
+@pytest.fixture(scope="module")
+def case_1_on_floats():
+    return fly_floats(CASE_1, parameters(), state(), TICKS)
+
+
+@pytest.mark.slow
+def test_lanes_agree_with_floats_in_every_column_of_case_1(case_1_on_floats):
+    assert case_1_on_floats.outcome is Outcome.COMPLETED
+    assert case_1_on_floats.rows.shape == (2001, len(COLUMNS))
+    agree(fly_lanes(CASE_1, [parameters()], [state()], TICKS)[0], case_1_on_floats)
+
+
+@pytest.mark.slow
+def test_arrays_agree_with_floats_in_every_column_of_case_1(case_1_on_floats):
+    agree(fly_arrays(CASE_1, [parameters()], [state()], TICKS)[0], case_1_on_floats)
+
+
+FLIGHTS = {
+    "backstepping": (CASE_1, parameters(6.0, vehicle=UNEQUAL), TILTED),
+    "printed kinematics": (
+        Loop(CASE_1.path, CASE_1.controller, Kinematics.PRINTED),
+        parameters(6.0, vehicle=UNEQUAL),
+        TILTED,
+    ),
+    "rotor limits": (Loop(CASE_1.path, CASE_1.controller, rotor_limits=True), parameters(6.0, vehicle=UNEQUAL), state()),
+    "late learning": (CASE_1, parameters(6.0, gains=gains(start=1.0)), TILTED),
+    "disturbed": (CASE_1, parameters(disturbance=Disturbance(0.7, vector(0.1, 0.2, 0.3), same(-0.2))), TILTED),
+    "nested saturation": (NESTED, parameters(5.0, gains=nested_gains()), TILTED),
+    "nested saturation, printed": (
+        Loop(NESTED.path, NestedSaturation(Kinematics.PRINTED), Kinematics.PRINTED),
+        parameters(5.0, vehicle=UNEQUAL, gains=nested_gains(inertia=UNEQUAL.inertia)),
+        TILTED,
+    ),
+    "waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=WAYPOINTS), state()),
+    "orbit": (Loop(Orbit(), Backstepping()), parameters(path=ORBIT), state((0.0, 1.0, 0.0))),
+}
+
+
+@pytest.mark.parametrize("name", FLIGHTS)
+def test_engines_agree_on_other_laws_and_paths(name):
+    loop, numbers, start = FLIGHTS[name]
+    floats = fly_floats(loop, numbers, start, SHORT)
+    assert len(floats.rows) > 20
+    agree(fly_lanes(loop, [numbers], [start], SHORT)[0], floats, magnitude(floats))
+    ticks = SHORT._replace(last=60)
+    agree(fly_arrays(loop, [numbers, numbers], [start, start], ticks)[1], fly_floats(loop, numbers, start, ticks))
+
+
+@pytest.mark.parametrize("ticks", [Ticks(0.002, 2, 10, 300), Ticks(0.002, 5, 3, 100), Ticks(0.001, 1, 7, 50)])
+def test_engines_agree_whatever_the_clock(ticks):
+    start = TILTED
+    floats = fly_floats(CASE_1, parameters(), start, ticks)
+    assert len(floats.rows) == ticks.last // ticks.log + 1
+    np.testing.assert_allclose(floats.column("t"), np.arange(len(floats.rows)) * ticks.step * ticks.log, atol=1e-12)
+    agree(fly_lanes(CASE_1, [parameters()], [start], ticks)[0], floats, magnitude(floats))
+    agree(fly_arrays(CASE_1, [parameters()], [start], ticks)[0], floats, magnitude(floats))
+
+
+def test_single_precision_lanes_stay_near_double():
+    double, single = (fly_lanes(CASE_1, [parameters()], [state()], TICKS, double=d)[0] for d in (True, False))
+    assert single.outcome is Outcome.COMPLETED
+    places = [log.columns("x", "y", "z", "theta", "phi") for log in (double, single)]
+    np.testing.assert_allclose(*places, atol=1e-4)
+
+
+def batch_of_seven():
+    rng = np.random.default_rng(81)
+    numbers = [
+        parameters(
+            float(rng.uniform(3, 8)),
+            end=rng.normal(size=3),
+            vehicle=vehicle(rng.uniform(4, 8, 3), mass=float(rng.uniform(0.8, 1.2))),
+            gains=gains(start=float(rng.uniform(0, 1)), mass=float(rng.uniform(0.8, 1.2))),
+            disturbance=Disturbance(float(rng.uniform()), same(float(rng.normal() / 10)), same(0.0)),
+        )
+        for _ in range(7)
+    ]
+    starts = [state(position=rng.normal(size=3) / 10, attitude=rng.normal(size=3) / 10) for _ in range(7)]
+    return numbers, starts
+
+
+def same_bits(one, other):
+    assert one.outcome is other.outcome
+    assert one.ended == other.ended
+    assert one.rows.tobytes() == other.rows.tobytes()
+    assert flatten(one.final) == flatten(other.final)
+
+
+@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
+def test_a_flight_on_lanes_is_the_same_to_the_bit_alone_in_a_batch_and_in_any_order(double):
+    numbers, starts = batch_of_seven()
+    together = fly_lanes(CASE_1, numbers, starts, SHORT, double=double)
+    assert len({log.rows.tobytes() for log in together}) == 7
+    for i, log in enumerate(together):
+        same_bits(fly_lanes(CASE_1, [numbers[i]], [starts[i]], SHORT, double=double)[0], log)
+    order = [4, 0, 6, 3, 5, 1, 2]
+    shuffled = fly_lanes(CASE_1, [numbers[i] for i in order], [starts[i] for i in order], SHORT, double=double)
+    for place, i in enumerate(order):
+        same_bits(shuffled[place], together[i])
+
+
+def test_plans_of_different_structure_fly_together_and_come_back_in_order():
+    other_path = rebuild(WAYPOINTS, iter([Table(2.0 * leaf.array[::1]) for leaf in flatten(WAYPOINTS)]))
+    numbers = {
+        "seed 1": (CASE_1, parameters(gains=gains(seed=1)), SHORT),
+        "nested": (NESTED, parameters(gains=nested_gains()), SHORT),
+        "seed 2": (CASE_1, parameters(gains=gains(seed=2)), SHORT),
+        "eight neurons": (CASE_1, parameters(gains=gains(neurons=8)), SHORT),
+        "waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=WAYPOINTS), SHORT),
+        "other waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=other_path), SHORT),
+        "other clock": (CASE_1, parameters(gains=gains(seed=1)), SHORT._replace(last=400)),
+    }
+    plans = [FlightPlan(loop, one, TILTED, ticks) for loop, one, ticks in numbers.values()]
+    together = fly_all(plans)
+    assert len({log.rows.tobytes() for log in together}) == len(plans)
+    for plan, log in zip(plans, together, strict=True):
+        same_bits(fly(plan), log)
+    for plan, log in zip(plans[1:4], fly_all(plans[1:4], Engine.PYTHON), strict=True):
+        agree(fly(plan), log, magnitude(log))
+
+
+def test_closed_loop_agrees_with_scipy_on_the_same_held_commands():
+    numbers = parameters(6.0, vehicle=vehicle((5, 8, 12)))
+    log = fly_lanes(CASE_1, [numbers], [TILTED], Ticks(0.001, 4, 4, 1600))[0]
+    names = ["x", "y", "z", "x_dot", "y_dot", "z_dot", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot"]
+    states, commands = log.columns(*names), log.columns("u", "tau_psi", "tau_theta", "tau_phi")
+    now = states[0]
+    for tick in range(400):
+        u, *tau = commands[tick].tolist()
+
+        def rate(_, leaves, u=u, tau=tau):
+            motion = rebuild(TILTED, iter(leaves.tolist()))
+            return flatten(derivative(numbers.vehicle, numbers.disturbance, Kinematics.STANDARD, motion, u, vector(*tau)))
+
+        now = solve_ivp(rate, (0, 0.004), now, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+        np.testing.assert_allclose(states[tick + 1], now, atol=1e-9)
+
+
+@pytest.mark.parametrize("duration", [40.0, 5.0])
+def test_halving_the_step_of_the_integrator_moves_case_1_by_less_than_a_micrometre(duration):
+    coarse, fine = (
+        fly_lanes(CASE_1, [parameters(duration)], [state()], ticks)[0]
+        for ticks in (Ticks(0.002, 2, 10, 20000), Ticks(0.001, 4, 20, 40000))
+    )
+    places = [log.columns("x", "y", "z") for log in (coarse, fine)]
+    assert np.abs(places[0] - places[1]).max() < 1e-6
+
+
+@pytest.mark.parametrize(("duration", "error"), [(10.0, 0.9e-3), (6.0, 1.2e-2), (5.0, 4e-2), (4.0, 12.5e-2)])
+def test_error_on_the_way_grows_with_haste_as_in_the_reading(duration, error):
+    log = fly_lanes(CASE_1, [parameters(duration)], [state()], Ticks(0.002, 2, 10, round(duration * 500)))[0]
+    off = log.columns("x", "y", "z") - log.columns("x_d", "y_d", "z_d")
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) == pytest.approx(error, rel=0.06)
+
+
+def test_case_1_is_tracked_to_micrometres():
+    log = fly_lanes(CASE_1, [parameters()], [state()], Ticks(0.002, 2, 10, 20000))[0]
+    off = log.columns("x", "y", "z") - log.columns("x_d", "y_d", "z_d")
+    assert np.sqrt(np.mean(off**2)) < 3e-6
+    np.testing.assert_allclose(log.columns("x", "y", "z")[-1], [20, 5, 10], atol=1e-5)

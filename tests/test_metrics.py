@@ -1,0 +1,123 @@
+"""Metrics of hand-made logs, whose errors, settling times and variations are known."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from quadstep.analysis.metrics import attitude_errors, flight_metrics, position_errors, rmse, settling_time
+from quadstep.flight.log import COLUMNS, FlightLog
+from quadstep.flight.loop import Outcome
+
+
+def log_of(samples, outcome=Outcome.COMPLETED, **columns):
+    """A log of zeros, a row each second, with these columns."""
+    rows = np.zeros((samples, len(COLUMNS)))
+    rows[:, 0] = np.arange(samples)
+    for name, values in columns.items():
+        rows[:, list(COLUMNS).index(name)] = values
+    return FlightLog(rows, outcome, float(samples - 1), None)
+
+
+def test_the_root_mean_square_of_three_four_is_root_of_twelve_and_a_half():
+    assert rmse(np.array([3.0, -4.0])) == pytest.approx(math.sqrt(12.5))
+    assert rmse(np.zeros(4)) == 0.0
+
+
+def test_errors_are_wanted_minus_actual():
+    log = log_of(2, x=[1.0, 2.0], x_d=[3.0, 5.0], phi=[0.1, 0.2], phi_d=[0.0, 0.0])
+    assert position_errors(log).tolist() == [[2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
+    assert attitude_errors(log)[:, 2].tolist() == [-0.1, -0.2]
+
+
+def test_position_errors_axis_by_axis_and_together():
+    log = log_of(4, x=[0, 3, 0, -4], y_d=[1, 1, 1, 1], z=[2, 2, 2, 2], z_d=[2, 2, 2, 2])
+    metrics = flight_metrics(log)
+    assert metrics["position"]["x"] == pytest.approx({"rmse[m]": 2.5, "largest[m]": 4.0, "final[m]": 4.0})
+    assert metrics["position"]["y"] == pytest.approx({"rmse[m]": 1.0, "largest[m]": 1.0, "final[m]": 1.0})
+    assert metrics["position"]["z"] == {"rmse[m]": 0.0, "largest[m]": 0.0, "final[m]": 0.0}
+    assert metrics["position_rmse[m]"] == pytest.approx(math.sqrt(2.5**2 + 1.0))
+
+
+def test_attitude_errors_by_angle():
+    attitude = flight_metrics(log_of(2, theta=[0.3, -0.1], theta_d=[0.0, 0.3]))["attitude"]["theta"]
+    assert attitude["rmse[rad]"] == pytest.approx(math.sqrt((0.09 + 0.16) / 2))
+    assert attitude["largest[rad]"] == pytest.approx(0.4)
+    assert attitude["final[rad]"] == pytest.approx(0.4)
+
+
+SETTLING = {
+    "at once": ([0.0, 0.004, -0.005, 0.001], 0.0),
+    "later": ([0.1, -0.02, 0.004, 0.0], 2.0),
+    "after coming back": ([0.1, 0.0, -0.1, 0.0], 3.0),
+    "never": ([0.1, 0.0, 0.0, 0.006], None),
+    "never, outside all along": ([1.0, 1.0, 1.0, 1.0], None),
+    "negative outside counts": ([-0.1, 0.0, 0.0, 0.0], 1.0),
+}
+
+
+@pytest.mark.parametrize("case", SETTLING)
+def test_settling_is_when_the_band_of_5_mrad_is_entered_for_good(case):
+    values, expected = SETTLING[case]
+    assert settling_time(np.arange(4.0), np.array(values)) == expected
+
+
+def test_settling_starts_from_the_time_of_the_log():
+    assert settling_time(np.array([2.0, 3.0]), np.zeros(2)) == 2.0
+
+
+def test_an_error_may_settle_before_its_angle_does():
+    metrics = flight_metrics(log_of(5, phi=[0.2, 0.2, 0.2, 0.0, 0.0], phi_d=[0.0, 0.2, 0.2, 0.0, 0.0]))
+    assert metrics["attitude"]["phi"]["error_settling[s]"] == 1.0
+    assert metrics["attitude"]["phi"]["angle_settling[s]"] == 3.0
+
+
+def test_an_angle_settles_towards_its_last_command():
+    metrics = flight_metrics(log_of(4, psi=[0.0, 0.5, 1.0, 1.0], psi_d=[0.0, 0.5, 1.0, 1.0]))
+    assert metrics["attitude"]["psi"]["error_settling[s]"] == 0.0
+    assert metrics["attitude"]["psi"]["angle_settling[s]"] == 2.0
+
+
+def test_largest_input_and_total_variation():
+    metrics = flight_metrics(log_of(4, u=[9, 11, 8, 8], tau_phi=[0, -5, 0, 0]))
+    assert metrics["u"] == {"largest[N]": 11.0, "total_variation[N]": 5.0}
+    assert metrics["tau_phi"] == {"largest[N m]": 5.0, "total_variation[N m]": 10.0}
+    assert metrics["tau_psi"] == {"largest[N m]": 0.0, "total_variation[N m]": 0.0}
+
+
+def test_rotors_least_and_largest_over_all_four():
+    metrics = flight_metrics(log_of(2, f1=[1, 2], f2=[3, 4], f3=[-1, 5], f4=[2, 2]))
+    assert metrics["rotors"] == {"least[N]": -1.0, "largest[N]": 5.0}
+
+
+def test_largest_weight_norms():
+    metrics = flight_metrics(log_of(3, norm_W1=[0, 2, 1], norm_W2=[3, 0, 0]))
+    assert metrics["largest_weight_norm"] == {"norm_W1": 2.0, "norm_W2": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("theta", "phi", "tilt"),
+    [(0.3, 0.0, 0.3), (0.0, -0.4, 0.4), (0.0, math.pi, math.pi), (0.3, 0.4, math.acos(math.cos(0.3) * math.cos(0.4)))],
+)
+def test_tilt_is_the_angle_between_thrust_and_vertical(theta, phi, tilt):
+    metrics = flight_metrics(log_of(2, theta=[0.0, theta], phi=[0.0, phi]))
+    assert metrics["largest_tilt[rad]"] == pytest.approx(tilt)
+
+
+def test_outcome_and_time_are_told():
+    metrics = flight_metrics(log_of(3, outcome=Outcome.OFF_PATH))
+    assert (metrics["outcome"], metrics["ended[s]"]) == ("off_path", 2.0)
+    assert "position" in metrics
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_a_flight_without_two_rows_has_only_its_end(samples):
+    log = log_of(samples, outcome=Outcome.SINGULAR)._replace(ended=0.0)
+    assert flight_metrics(log) == {"outcome": "singular", "ended[s]": 0.0}
+
+
+def test_metrics_are_plain_json():
+    rng = np.random.default_rng(0)
+    log = log_of(20, **{name: rng.normal(size=20) for name in COLUMNS if name != "t"})
+    assert json.loads(json.dumps(flight_metrics(log), allow_nan=False)) == flight_metrics(log)

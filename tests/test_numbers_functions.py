@@ -1,0 +1,113 @@
+"""The functions of a number on Python floats and NumPy arrays, against `math` and IEEE 754."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quadstep.numbers import absolute, atan2, clip, cos, exp, maximum, minimum, sigmoid, sin, sqrt, where
+
+ANY = st.floats(allow_nan=False)
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+PAIRS = [(sin, math.sin), (cos, math.cos), (exp, math.exp), (sqrt, math.sqrt)]
+
+
+@pytest.mark.parametrize(("function", "reference"), PAIRS)
+def test_floats_are_those_of_math(function, reference):
+    for x in (0.0, 1e-300, 0.3, 1.0, 2.5, 100.0, 700.0):
+        assert function(x) == reference(x)
+
+
+@pytest.mark.parametrize(("function", "reference"), PAIRS)
+def test_arrays_agree_with_math_entry_by_entry(function, reference):
+    x = np.concatenate([np.random.default_rng(1).uniform(0, 700, 500), [0.0]])
+    np.testing.assert_allclose(function(x), [reference(value) for value in x], rtol=2e-15, atol=2e-16)
+
+
+@pytest.mark.parametrize("bad", [math.inf, -math.inf, math.nan])
+def test_sine_and_cosine_of_what_is_not_finite_are_nan_and_raise_nothing(bad):
+    assert math.isnan(sin(bad))
+    assert math.isnan(cos(bad))
+
+
+def test_float_exponential_overflows_to_infinity_and_underflows_to_zero():
+    assert exp(1e4) == math.inf
+    assert exp(math.inf) == math.inf
+    assert exp(-1e4) == 0.0
+    assert math.isnan(exp(math.nan))
+
+
+def test_float_square_root_below_zero_is_nan():
+    assert math.isnan(sqrt(-1.0))
+    assert math.isnan(sqrt(math.nan))
+    assert sqrt(math.inf) == math.inf
+
+
+def test_float_products_overflow_to_infinity_without_raising():
+    assert sigmoid(-1e4) == 0.0
+    assert sigmoid(1e4) == 1.0
+    assert sigmoid(0.0) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("y", "x", "angle"),
+    [
+        (0.0, 0.0, 0.0),
+        (0.0, 2.0, 0.0),
+        (0.0, -2.0, math.pi),
+        (3.0, 0.0, math.pi / 2),
+        (-3.0, 0.0, -math.pi / 2),
+        (1.0, 1.0, math.pi / 4),
+        (1.0, -1.0, 3 * math.pi / 4),
+        (-1.0, -1.0, -3 * math.pi / 4),
+        (-1.0, 1.0, -math.pi / 4),
+    ],
+)
+def test_angle_of_a_point_in_every_quadrant_and_on_the_axes(y, x, angle):
+    assert atan2(y, x) == pytest.approx(angle, abs=1e-15)
+    assert atan2(np.array([y]), np.array([x]))[0] == pytest.approx(angle, abs=1e-15)
+    assert atan2(np.array([y]), x)[0] == pytest.approx(angle, abs=1e-15)
+    assert atan2(y, np.array([x]))[0] == pytest.approx(angle, abs=1e-15)
+
+
+@given(ANY, ANY)
+def test_minimum_and_maximum_are_those_of_python(a, b):
+    assert minimum(a, b) == min(a, b)
+    assert maximum(a, b) == max(a, b)
+    assert absolute(a) == abs(a)
+
+
+@given(FINITE, FINITE, FINITE)
+def test_a_clipped_number_lies_between_its_bounds_and_a_number_within_is_untouched(x, a, b):
+    low, high = min(a, b), max(a, b)
+    clipped = clip(x, low, high)
+    assert low <= clipped <= high
+    assert clipped == (x if low <= x <= high else low if x < low else high)
+
+
+@given(st.floats(-700, 700))
+def test_sigmoid_is_the_logistic_function_and_its_values_at_plus_and_minus_x_add_to_one(x):
+    assert sigmoid(x) == pytest.approx(0.5 * (1.0 + math.tanh(0.5 * x)), rel=1e-9, abs=1e-15)
+    assert sigmoid(x) + sigmoid(-x) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_where_chooses_entry_by_entry_whatever_is_an_array():
+    x = np.array([-1.0, 2.0])
+    assert where(True, 1.0, 2.0) == 1.0
+    assert where(False, 1.0, 2.0) == 2.0
+    assert where(x > 0.0, 1.0, 2.0).tolist() == [2.0, 1.0]
+    assert where(x > 0.0, x, -x).tolist() == [1.0, 2.0]
+    assert where(True, x, 0.0).tolist() == [-1.0, 2.0]
+    assert where(False, x, 0.0).tolist() == [0.0, 0.0]
+    assert where(np.float64(1.0) > 0.0, 1.0, 2.0) == 1.0
+
+
+def test_array_helpers_act_entry_by_entry():
+    x, y = np.array([-2.0, 0.5, 3.0]), np.array([1.0, -1.0, 2.0])
+    assert minimum(x, y).tolist() == [-2.0, -1.0, 2.0]
+    assert maximum(x, y).tolist() == [1.0, 0.5, 3.0]
+    assert clip(x, -1.0, 1.0).tolist() == [-1.0, 0.5, 1.0]
+    assert absolute(x).tolist() == [2.0, 0.5, 3.0]
+    np.testing.assert_allclose(sigmoid(x), 1 / (1 + np.exp(-x)), rtol=1e-15)

@@ -1,0 +1,100 @@
+"""T_eta (after Eq. 4) and the thrust direction (Eq. 7), derived here from finite rotations."""
+
+import numpy as np
+import pytest
+
+from quadstep.numbers import vector
+from quadstep.vehicle.kinematics import (
+    Kinematics,
+    euler_rate_matrix,
+    euler_rate_partials,
+    thrust_direction,
+)
+from tests.flights import array, column
+
+ATTITUDES = np.random.default_rng(11).uniform((-3, -1.4, -3), (3, 1.4, 3), (25, 3))
+RATES = np.random.default_rng(12).normal(size=(25, 3))
+
+
+def about_x(a):
+    return np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+
+
+def about_y(a):
+    return np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+
+
+def about_z(a):
+    return np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+
+
+def rotation(attitude):
+    """R = Rz(psi) Ry(theta) Rx(phi), body to inertial."""
+    psi, theta, phi = attitude
+    return about_z(psi) @ about_y(theta) @ about_x(phi)
+
+
+def papers_rotation(attitude):
+    """R = Rx(-phi) Ry(-theta) Rz(-psi), whose third column is Eq. 7's direction."""
+    psi, theta, phi = attitude
+    return about_x(-phi) @ about_y(-theta) @ about_z(-psi)
+
+
+def axis(skew):
+    return np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+
+
+def body_rates(attitude, rates, h=1e-5):
+    """The vector of R^T R_dot, by a central difference."""
+    slope = (rotation(attitude + h * rates) - rotation(attitude - h * rates)) / (2 * h)
+    return axis(rotation(attitude).T @ slope)
+
+
+@pytest.mark.parametrize("case", range(25))
+def test_standard_matrix_gives_the_body_rates_of_yaw_pitch_roll_rotations(case):
+    attitude, rates = ATTITUDES[case], RATES[case]
+    got = array(euler_rate_matrix(column(attitude), Kinematics.STANDARD) @ column(rates))
+    np.testing.assert_allclose(got, body_rates(attitude, rates), atol=1e-8)
+
+
+def test_printed_matrix_does_not_give_the_body_rates():
+    attitude, rates = np.array([0.3, 0.4, -0.2]), np.array([0.5, -0.7, 0.9])
+    got = array(euler_rate_matrix(column(attitude), Kinematics.PRINTED) @ column(rates))
+    assert np.abs(got - body_rates(attitude, rates)).max() > 0.1
+
+
+def test_printed_matrix_is_the_papers_entry_by_entry():
+    psi, theta, phi = 0.3, 0.4, -0.2
+    s, c = np.sin, np.cos
+    wanted = [[-s(theta), 0, 1], [c(theta) * s(psi), c(psi), 0], [c(theta) * c(psi), -s(psi), 0]]
+    got = array(euler_rate_matrix(vector(psi, theta, phi), Kinematics.PRINTED))
+    np.testing.assert_allclose(got, wanted, rtol=1e-15)
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+@pytest.mark.parametrize("axis_number", range(3))
+def test_partials_are_the_slopes_of_the_matrix(kinematics, axis_number):
+    h = 1e-5 * np.eye(3)[axis_number]
+    for attitude in ATTITUDES:
+        ahead, behind = (array(euler_rate_matrix(column(a), kinematics)) for a in (attitude + h, attitude - h))
+        got = array(euler_rate_partials(column(attitude), kinematics)[axis_number])
+        np.testing.assert_allclose(got, (ahead - behind) / 2e-5, atol=1e-9)
+
+
+def test_thrust_points_along_the_third_axis_of_the_papers_rotation():
+    for attitude in ATTITUDES:
+        got = array(thrust_direction(column(attitude)))
+        np.testing.assert_allclose(got, papers_rotation(attitude)[:, 2], atol=1e-15)
+        assert np.linalg.norm(got) == pytest.approx(1, abs=1e-15)
+
+
+def test_thrust_direction_by_hand():
+    np.testing.assert_allclose(array(thrust_direction(vector(1.0, 0.0, 0.0))), [0, 0, 1])
+    np.testing.assert_allclose(array(thrust_direction(vector(1.0, np.pi / 6, 0.0))), [-0.5, 0, np.sqrt(3) / 2], atol=1e-16)
+    np.testing.assert_allclose(array(thrust_direction(vector(1.0, 0.0, np.pi / 6))), [0, 0.5, np.sqrt(3) / 2], atol=1e-16)
+
+
+def test_thrust_direction_is_free_of_yaw_and_not_that_of_yaw_pitch_roll():
+    attitude = np.array([0.9, 0.4, -0.3])
+    assert array(thrust_direction(column(attitude))).tolist() == array(thrust_direction(vector(-2.0, 0.4, -0.3))).tolist()
+    assert np.abs(array(thrust_direction(column(attitude))) - rotation(attitude)[:, 2]).max() > 0.1
