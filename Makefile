@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-.PHONY: help setup reproduce test lint types bench golden clean
+.PHONY: help setup reproduce test lint types bench golden errata clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
@@ -12,6 +12,7 @@ help:
 	@echo "make lint types check style and types"
 	@echo "make bench      speed and memory, accuracy beside them"
 	@echo "make golden     accept the present results of the study as the committed ones"
+	@echo "make errata     write docs/errata.md from the rows of quadstep verify"
 
 setup: $(READY)
 
@@ -40,6 +41,9 @@ bench: $(READY)
 
 golden: $(READY)
 	$(BIN)/python -m tests.golden
+
+errata: $(READY)
+	$(BIN)/python -m quadstep.verify.errata
 
 clean:
 	rm -rf $(VENV) out

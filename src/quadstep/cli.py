@@ -2,6 +2,7 @@
 
 import signal
 import sys
+import time
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
@@ -29,7 +30,7 @@ screen = Console(  # names of missions are text, not markup
     highlight=False, markup=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
 
-BAD_INPUT, DIVERGED, INTERRUPTED = 2, 3, 130
+FAILED, BAD_INPUT, DIVERGED, INTERRUPTED = 1, 2, 3, 130
 
 EngineOption = Annotated[
     Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
@@ -84,7 +85,7 @@ def fly(
     folder = out or Path("out") / mission.stem
     with Progress(
         TextColumn("flying"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True,
+        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
     ) as bar:  # fmt: skip
         task = bar.add_task("flying", total=None)
         result = fly_mission(
@@ -166,6 +167,46 @@ def new(
 
     write_template(mission)
     screen.print(f"Wrote {mission}. Fly it: quadstep fly {mission}", soft_wrap=True)
+
+
+@app.command()
+def verify(
+    json: Annotated[Path | None, typer.Option(help="File for all rows, their checks and numbers.", show_default=False)] = None,
+    only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).", show_default=False)] = None,
+) -> None:
+    """Hold every equation of the paper against the code that flies; one row each.
+
+    Exit code 0: all evidence holds. 1: some row's evidence fails. 2: bad input.
+    """
+    try:
+        from quadstep.verify import registry, report  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("sympy", "mpmath"):
+            raise
+        raise UserError("`quadstep verify` needs SymPy; install it: pip install quadstep[verify]") from None
+
+    if json:
+        report.check_target(json)
+    rows, started = registry.chosen(only), time.perf_counter()
+    with Progress(
+        TextColumn("verifying"), BarColumn(), TextColumn("{task.completed}/{task.total}"),
+        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
+    ) as bar:  # fmt: skip
+        task = bar.add_task("verifying", total=len(rows))
+        results = registry.verify(rows, lambda: bar.update(task, advance=1))
+    seconds = time.perf_counter() - started
+    table = Table(title="The paper against the code", show_lines=True)
+    for name, width in zip(report.HEADER, report.WIDTHS, strict=True):
+        table.add_column(name, width=width, overflow="fold")
+    for result in results:
+        table.add_row(*report.cells(result))
+    screen.print(table)
+    screen.print(report.closing(results, seconds), soft_wrap=True)
+    if json:
+        report.write_document(json, results, seconds)
+        screen.print(f"Wrote {json}", soft_wrap=True)
+    if not all(result.passed for result in results):
+        raise typer.Exit(FAILED)
 
 
 def complain(line: str) -> None:

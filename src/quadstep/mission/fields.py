@@ -39,6 +39,9 @@ def positive(values: tuple[float, ...]) -> tuple[float, ...]:
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Duration = Annotated[float, Field(ge=1e-3, le=1e6)]
+"""Seconds that something takes; shorter or longer is a slip of the pen, and its powers leave the range of numbers."""
+
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_tuple)]

@@ -13,7 +13,7 @@ from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.reference import PathLaw
 from quadstep.guidance.spline import near_recording, through_waypoints
-from quadstep.mission.fields import Finite, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.fields import Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
 
@@ -32,7 +32,7 @@ class MinimumJerkPath(Section):
     type: Literal["minimum-jerk"]
     start: Triple = (0.0, 0.0, 0.0)
     end: Triple
-    duration: Positive
+    duration: Duration
     yaw_start: Finite = 0.0
     yaw_end: Finite = 0.0
 
@@ -77,7 +77,7 @@ class CirclePath(Section):
     type: Literal["circle"]
     centre: Triple = (0.0, 0.0, 0.0)
     radius: Positive
-    period: Positive
+    period: Duration
     turns: Positive = 2.0
     clockwise: bool = False
     yaw: Finite = 0.0
@@ -105,7 +105,7 @@ class FigureEightPath(Section):
     centre: Triple = (0.0, 0.0, 0.0)
     length: Positive
     width: Positive
-    period: Positive
+    period: Duration
     turns: Positive = 2.0
     plane: Literal["horizontal", "vertical"] = "horizontal"
     yaw: Finite = 0.0

@@ -18,6 +18,9 @@ from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.state import State
 
+Step = Annotated[float, Field(ge=1e-6, le=100.0)]
+"""Seconds between two ticks of a clock."""
+
 MOST_ROWS = 2_000_000
 MOST_STEPS = 200_000_000
 
@@ -49,9 +52,9 @@ class SimulationSection(Section):
     """Clock of the flight [s]. duration: the path's own length if left out."""
 
     duration: Positive | None = None
-    step: Positive = 0.002
-    control_period: Positive = 0.002
-    log_period: Positive = 0.01
+    step: Step = 0.002
+    control_period: Step = 0.002
+    log_period: Step = 0.01
 
     @model_validator(mode="after")
     def _whole(self) -> "SimulationSection":

@@ -12,13 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-
-class Panel(NamedTuple):
-    """One set of axes over time: what is drawn, its unit, and the lines by legend entry."""
-
-    label: str
-    unit: str
-    lines: dict[str, NDArray[np.float64]]
+from quadstep.report.panel import Panel
 
 
 class FigureJob(NamedTuple):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from quadstep.report.drawing import Panel
+from quadstep.report.panel import Panel
 
 STYLE: Any = {
     "font.family": "sans-serif",
@@ -42,7 +42,7 @@ LINES = (
 """Told apart by dashes alone; colour only helps."""
 
 BUCKETS = 400
-"""Stretches of a line of which the lowest and highest point are drawn; more cannot be seen, and no peak is lost."""
+"""At least so many stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
 
 
 def prefixed(unit: str, largest: float) -> tuple[str, float]:
@@ -60,10 +60,11 @@ def thin(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[n
     size = len(values) // BUCKETS
     if size < 3:
         return t[: len(values)], values
-    buckets = values[: size * BUCKETS].reshape(BUCKETS, size)
-    starts = size * np.arange(BUCKETS)
-    ends = np.array([0, len(values) - 1])
-    kept = np.unique(np.concatenate([starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), ends]))
+    last = len(values) - 1
+    buckets = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
+    starts = size * np.arange(len(buckets))
+    kept = np.concatenate([[0], starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), [last]])
+    kept = np.unique(np.minimum(kept, last))
     return t[kept], values[kept]
 
 

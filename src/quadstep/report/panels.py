@@ -2,7 +2,8 @@
 
 from quadstep.analysis.metrics import attitude_errors, position_errors
 from quadstep.flight.log import FlightLog
-from quadstep.report.drawing import FigureJob, Panel
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import Panel
 
 
 def position_panels(log: FlightLog) -> list[Panel]:

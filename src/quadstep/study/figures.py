@@ -9,7 +9,8 @@ from quadstep.analysis.metrics import position_errors
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import vector
-from quadstep.report.drawing import FigureJob, Panel
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import Panel
 from quadstep.report.panels import attitude_panels, input_panels, position_panels
 from quadstep.study.cases import FIGURE_3_ENDS, FIGURE_3_TIME
 

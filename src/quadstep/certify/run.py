@@ -1,0 +1,74 @@
+"""`quadstep certify`: one mission from file to folder."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep import __version__
+from quadstep.certify.arrays import Array, lengths
+from quadstep.certify.certificate import Certificate, certify_plan
+from quadstep.certify.record import record, table
+from quadstep.errors import UserError
+from quadstep.flight.loop import Outcome
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.report.drawing import FigureJob, drawing_pool
+from quadstep.report.panel import Panel
+from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+
+FAR = 20.0
+"""A radius this many times the line it bounds is named in the legend and not drawn."""
+
+
+class CertifiedFlight(NamedTuple):
+    """What the command line says: rows of the table, the verdict line, whether the flight came to its end."""
+
+    name: str
+    rows: list[list[str]]
+    verdict: str
+    completed: bool
+
+
+def certify_mission(path: Path, folder: Path, overwrite: bool) -> CertifiedFlight:
+    """Fly the mission in `path`, certify it, write `folder`, and say what was found. Raises UserError."""
+    mission = read_mission(path)
+    plan = plan_mission(mission, path)
+    with drawing_pool() as pool, publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out:
+        try:
+            found = certify_plan(plan)
+        except UserError as error:
+            raise UserError(f"{path}: no certificate: {error}") from None
+        figure = pool.submit(figure_of(found, mission.name).draw, out)
+        full = record(found)
+        write_json(out / "certificate.json", full)
+        about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}
+        write_json(out / MANIFEST, {**about, "mission": json.loads(mission.model_dump_json())})
+        figure.result()
+    return CertifiedFlight(mission.name, table(found), full["verdict"], found.outcome is Outcome.COMPLETED)
+
+
+def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel:
+    """A line and the radius it is held against."""
+    lines = {name: values}
+    if radius is not None and radius <= FAR * values.max():
+        lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
+    elif radius is not None:
+        lines = {f"{name} ({bound} = {radius:.3g}, far above)": values}
+    return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines)
+
+
+def figure_of(c: Certificate, name: str) -> FigureJob:
+    """L, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it."""
+    h = c.history
+    damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
+    panels = [
+        Panel("L", "J", {"L": c.lyapunov.value}),
+        Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}),
+        bounded("|r|", c.r, "b_r", c.b_r),
+        bounded("|W_tilde|", c.missing, "b_w", c.b_w),
+        Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}),
+        Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
+                                      "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}),
+    ]  # fmt: skip
+    return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2)

@@ -1,0 +1,51 @@
+"""The one line that says how a flight and Theorem 5.1 fit; it always holds the numbers it rests on."""
+
+import numpy as np
+
+from quadstep.certify.certificate import Certificate
+from quadstep.flight.loop import Outcome
+
+
+def kind(c: Certificate) -> str:
+    """diverged, conditions broken, untested, certified or contradicted."""
+    if c.outcome is not Outcome.COMPLETED:
+        return "diverged"
+    if c.conditions.broken():
+        return "conditions broken"
+    if not c.outside.any():
+        return "untested"
+    return "certified" if (c.lyapunov.rate[c.outside] < 0.0).all() else "contradicted"
+
+
+def margins(c: Certificate) -> str:
+    """The smallest margins of the conditions that hold."""
+    k = c.conditions
+    return (
+        f"K_r1 - m Lambda1 >= {k.k_1:.4g}, K_r2 - J_M max(Lambda2) >= {k.k_2:.4g}, "
+        f"thrust <= {k.thrust:.4g} N < {k.thrust_bound or 0.0:.4g} N"
+    )
+
+
+def verdict(c: Certificate) -> str:
+    """The verdict line."""
+    what, k = kind(c), c.conditions
+    if what == "diverged":
+        printed = min(*k.position, *k.printed_anywhere)
+        said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
+        found = k.broken()
+        rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected ones: {margins(c)}"
+        return f"not certified: the flight diverged at {c.ended:.4g} s; {said}{rest}; numbers up to {c.until:.4g} s"
+    if what == "conditions broken":
+        return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"
+    if what == "untested":
+        return (
+            f"conditions hold ({margins(c)}) and |r| stayed inside b_r, largest {c.r.max():.4g} <= {c.b_r:.4g}, "
+            "so the sign of L_dot outside was never tested"
+        )
+    count = int(c.outside.sum())
+    if what == "certified":
+        settled = c.r[c.entered :].max() if c.entered is not None else None
+        after = "it never came inside" if settled is None else f"|r| <= {settled:.4g} once inside"
+        return f"certified on this flight: {margins(c)}; L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}; {after}"
+    rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
+    return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"

@@ -1,0 +1,126 @@
+"""`quadstep certify`: what it writes, what it says, how it ends, and what it refuses."""
+
+from contextlib import nullcontext
+from pathlib import Path
+
+import pytest
+
+from quadstep import cli
+from quadstep.certify.record import TERMS
+from quadstep.report.drawing import FigureJob
+from tests.test_cli import LINE, quadstep
+from tests.test_cli_fly import strict_json, write
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+BACKSTEPPING = LINE + '[controller]\ntype = "backstepping"\n'
+
+
+class Now:
+    """A pool that draws nothing."""
+
+    def submit(self, *_):
+        return self
+
+    def result(self):
+        return None
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    monkeypatch.setattr("quadstep.certify.run.drawing_pool", lambda: nullcontext(Now()))
+
+
+def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
+    run = quadstep("certify", write(tmp_path, LINE), "--out", tmp_path / "out")
+    assert (run.code, run.err) == (0, "")
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == {"certificate.json", "certificate.png", "certificate.svg", "metrics.json"}
+    found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
+    assert f"Verdict: {found['verdict']}\n" in run.out
+    assert about["verdict"] == found["verdict"]
+    assert found["kind"] == about["kind"] == "untested"
+    assert set(found["lyapunov"]["work[J]"]) == set(TERMS)
+    assert f"{found['bounds']['b_r']:.4g}" in found["verdict"]
+    assert found["samples"] == 501
+    for needed in ("J_M on this flight", "largest |r|", "b_w", "coupling"):
+        assert needed in run.out
+
+
+def test_a_diverging_flight_ends_with_3_and_keeps_its_certificate(tmp_path, undrawn):
+    run = quadstep("certify", EXAMPLES / "theorem_fails.toml", "--out", tmp_path / "out")
+    assert (run.code, run.err) == (cli.DIVERGED, "")
+    found = strict_json(tmp_path / "out" / "certificate.json")
+    conditions = found["conditions"]
+    assert found["kind"] == "diverged"
+    assert conditions["printed_hold"]
+    assert conditions["corrected_hold"]
+    assert not conditions["coupling_holds"]
+    assert min(conditions["printed: K_r2 - J_M Lambda2 [N m s]"]["anywhere"]) == pytest.approx(1.0)
+    assert found["looked_at_until[s]"] < found["ended[s]"] < 10.0
+    assert "the printed conditions hold" in run.out
+
+
+def test_the_diverging_example_has_no_disturbance_and_no_warning(tmp_path):
+    from quadstep import read_mission
+    from quadstep.mission.read import plan_mission
+
+    path = EXAMPLES / "theorem_fails.toml"
+    plan = plan_mission(read_mission(path), path)
+    assert plan.parameters.disturbance.scale == 0.0
+    assert not any(plan.parameters.disturbance.force)
+    assert plan.warnings == ()
+
+
+def test_broken_conditions_are_a_certificate_too(tmp_path, undrawn):
+    run = quadstep("certify", write(tmp_path, BACKSTEPPING + "K_r2 = 70.0\n"), "--out", tmp_path / "out")
+    assert run.code == 0
+    assert "conditions broken: K_r2 - J_M max(Lambda2) = -" in run.out
+    assert strict_json(tmp_path / "out" / "certificate.json")["bounds"]["b_r"] is None
+
+
+def test_it_stays_out_of_the_way_of_a_flight(tmp_path, undrawn):
+    mission = write(tmp_path, LINE)
+    assert quadstep("certify", mission, "--out", tmp_path / "out").code == 0
+    assert quadstep("certify", mission, "--out", tmp_path / "out").code == 0
+    other = write(tmp_path, LINE.replace("1.0, 0.5", "0.9, 0.5"), "other.toml")
+    assert quadstep("certify", other, "--out", tmp_path / "out").refused
+    assert quadstep("certify", other, "--out", tmp_path / "out", "--overwrite").code == 0
+    assert quadstep("fly", mission, "--out", tmp_path / "out").code == cli.BAD_INPUT
+
+
+def test_the_folder_is_named_after_the_mission(tmp_path, undrawn, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert quadstep("certify", write(tmp_path, LINE)).code == 0
+    assert (tmp_path / "out" / "mission-certificate" / "certificate.json").is_file()
+
+
+REFUSED = {
+    "nested": LINE + '[controller]\ntype = "nested-saturation"\n',
+    "completed": LINE + '[controller]\ntype = "completed-backstepping"\n',
+    "limits": LINE + "[vehicle]\nrotors.limits = [0.0, 3.0]\n",
+    "full speed from rest": '[path]\ntype = "circle"\nradius = 1.0\nperiod = 9.0\nramp = 0.0\n'
+    "[start]\nvelocity = [0.0, 0.0, 0.0]\n",
+    "free fall": '[path]\ntype = "minimum-jerk"\nend = [0.0, 0.0, -60.0]\nduration = 5.0\n',
+    "far above": LINE + "[start]\nposition = [0.0, 0.0, 50.0]\n",
+    "not a mission": "[path\n",
+    "diverges at once": LINE + "[limits]\ndistance = 1e-300\n",
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals_are_one_line_and_leave_nothing(tmp_path, undrawn, case):
+    run = quadstep("certify", write(tmp_path, REFUSED[case]), "--out", tmp_path / "out")
+    assert run.refused
+    assert "mission.toml" in run.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_figure_takes_a_flight_of_any_length(tmp_path):
+    from quadstep.certify.certificate import certify_plan
+    from quadstep.certify.run import figure_of
+    from tests.test_certify import plan
+
+    job = figure_of(certify_plan(plan(simulation={"duration": 0.1})), "short")
+    assert isinstance(job, FigureJob)
+    job.draw(tmp_path)
+    assert (tmp_path / "certificate.svg").stat().st_size > 1000
