@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 from quadstep.analysis.metrics import position_errors
 from quadstep.control.controller import Command
 from quadstep.flight import lanes
-from quadstep.flight.engines import Engine, FlightPlan, fly
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.kernel import host_width
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Cycle

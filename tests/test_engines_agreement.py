@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.flight.eager import fly_arrays, fly_floats
-from quadstep.flight.engines import Engine, FlightPlan, fly, fly_all
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import FlightPlan, fly, fly_all
 from quadstep.flight.lanes import fly_lanes
 from quadstep.flight.log import COLUMNS
 from quadstep.flight.loop import Loop, Outcome, Ticks

@@ -13,12 +13,13 @@ __all__ = ["Engine", "Mission", "UserError", "flight_metrics", "fly", "fly_all",
 if TYPE_CHECKING:
     from quadstep.analysis.metrics import flight_metrics
     from quadstep.errors import UserError
-    from quadstep.flight.engines import Engine, fly, fly_all
+    from quadstep.flight.engine import Engine
+    from quadstep.flight.engines import fly, fly_all
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
 
 _PLACES = {
-    "Engine": "quadstep.flight.engines",
+    "Engine": "quadstep.flight.engine",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.errors",
     "flight_metrics": "quadstep.analysis.metrics",

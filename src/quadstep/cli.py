@@ -15,7 +15,7 @@ from typer.exceptions import TyperException
 
 from quadstep import __version__
 from quadstep.errors import UserError
-from quadstep.flight.engines import Engine
+from quadstep.flight.engine import Engine
 
 app = typer.Typer(
     name="quadstep",
@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 PIPED_WIDTH = 120
 screen = Console(  # names of missions are text, not markup
-    highlight=False, markup=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+    highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
 
 FAILED, BAD_INPUT, DIVERGED, INTERRUPTED = 1, 2, 3, 130
@@ -221,14 +221,18 @@ def stop(_number: int, _frame: FrameType | None) -> None:
 
 def main() -> None:
     """Run the command line; every error of the user is one line and exit code 2."""
-    signal.signal(signal.SIGTERM, stop)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, stop)
     try:
         code = app(standalone_mode=False)
+        if code == INTERRUPTED:  # what typer makes of Ctrl-C
+            complain("interrupted; nothing was written")
     except UserError as error:
         complain(f"error: {error}")
         code = BAD_INPUT
     except TyperException as error:
-        complain(f"error: {error.format_message()} (see quadstep --help)")
+        if error.format_message():  # empty where the help was shown instead
+            complain(f"error: {error.format_message()} (see quadstep --help)")
         code = BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted; nothing was written")

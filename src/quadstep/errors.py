@@ -3,3 +3,6 @@
 
 class UserError(Exception):
     """Bad input or an impossible request; the command line prints it as one line and exits with 2."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))

@@ -3,11 +3,11 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 from quadstep.control.controller import ControllerLaw
 from quadstep.flight.eager import Progress, fly_floats
+from quadstep.flight.engine import Engine
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop, Parameters, Ticks
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
@@ -27,13 +27,6 @@ class FlightPlan(NamedTuple):
         """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`."""
         loop, parameters = replace(self.loop, controller=controller), self.parameters._replace(gains=gains)
         return self._replace(loop=loop, parameters=parameters, warnings=())
-
-
-class Engine(StrEnum):
-    """lanes: compiled vector code, the default. python: the same laws on Python floats, no compiler."""
-
-    LANES = "lanes"
-    PYTHON = "python"
 
 
 def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | None = None) -> FlightLog:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, TypeAdapter
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
@@ -81,7 +81,7 @@ def read_weights(path: Path) -> SavedWeights:
         saved = TypeAdapter(SavedWeights).validate_python(json.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise UserError(f"{path}: saved weights cannot be read: {error.strerror}") from None
-    except (ValueError, ValidationError):
+    except (ValueError, RecursionError):
         saved = None
     if saved is None or not len(saved.W1) == len(saved.W2) == saved.neurons:
         raise UserError(f"{path}: not a weights.json as `quadstep fly` writes it (neurons, seed, W1 and W2 of neurons x 3)")

@@ -16,11 +16,20 @@ def as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
+def as_triple(value: Any) -> Any:
+    """A list of three."""
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError(f"should be a list of three numbers, not {value!r:.60}")
+    return tuple(value)
+
+
 def as_diagonal(value: Any) -> Any:
     """One number stands for three equal ones."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return (value, value, value)
-    return as_tuple(value)
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError(f"should be a number or a list of three, not {value!r:.60}")
+    return tuple(value)
 
 
 def non_negative(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -37,14 +46,32 @@ def positive(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Duration = Annotated[float, Field(ge=1e-3, le=1e6)]
-"""Seconds that something takes; shorter or longer is a slip of the pen, and its powers leave the range of numbers."""
+LEAST, MOST = 1e-9, 1e9
+"""Magnitudes a flight can be computed with: they may be squared, divided by, and counted in steps."""
 
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
-Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_tuple)]
+def large_enough(value: float) -> float:
+    """Refuses what is above zero but below `LEAST`."""
+    if 0.0 < value < LEAST:
+        raise ValueError(f"should be at least {LEAST:g}, not {value:g}")
+    return value
+
+
+def long_enough(value: float) -> float:
+    """Refuses a time below a millisecond."""
+    if value < 1e-3:
+        raise ValueError(f"should be at least 0.001 s, not {value:g}")
+    return value
+
+
+Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough)]
+Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterValidator(long_enough)]
+"""Seconds that something takes; shorter is a slip of the pen, and its powers leave the range of numbers."""
+
+NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough)]
+
+Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_triple)]
 Diagonal = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_diagonal)]
 PositiveDiagonal = Annotated[Diagonal, AfterValidator(positive)]
 NonNegativeDiagonal = Annotated[Diagonal, AfterValidator(non_negative)]

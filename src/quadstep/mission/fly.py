@@ -9,7 +9,8 @@ from quadstep import __version__
 from quadstep.analysis.metrics import flight_metrics
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
-from quadstep.flight.engines import Engine, fly
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import fly
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
@@ -44,7 +45,7 @@ def fly_mission(
     """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
-    with drawing_pool() as pool, publishing(folder, fingerprint([plan]), overwrite) as out:
+    with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         steps = plan.ticks.last
         log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
         metrics = flight_metrics(log)

@@ -19,7 +19,7 @@ def read_mission(path: Path) -> Mission:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text file in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError; numbers of too many digits; lists too deep
         raise UserError(f"{path}: not valid TOML: {error}") from None
     return check_mission(content, str(path))
 

@@ -27,14 +27,16 @@ def read_recording(
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            table = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+            reader = csv.reader(file)
+            numbered = [(reader.line_num, row) for row in reader if row]
+    except (OSError, ValueError, csv.Error) as error:
         reason = (
             error.strerror if isinstance(error, OSError) and error.strerror else "not a text file of comma-separated values"
         )
         raise UserError(f"{path}: cannot be read as a path: {reason}") from None
+    table = [row for _, row in numbered]
     header = [name.partition("[")[0].strip() for name in table[0]] if table else []
-    named = {key: name for key, name in columns.items() if name is not None}
+    named = {key: name.partition("[")[0].strip() for key, name in columns.items() if name is not None}
     if columns["psi"] is None and "psi" in header:
         named["psi"] = "psi"
     missing = [name for name in named.values() if name not in header]
@@ -44,12 +46,12 @@ def read_recording(
     if len(table) - 1 < FEWEST_ROWS:
         raise UserError(f"{path}: {len(table) - 1} rows of data; a path needs at least {FEWEST_ROWS}")
     places = {key: header.index(name) for key, name in named.items()}
-    data = {key: np.array([number(path, line, row, place, header) for line, row in enumerate(table[1:], 2)])
+    data = {key: np.array([number(path, line, row, place, header) for line, row in numbered[1:]])
             for key, place in places.items()}  # fmt: skip
     times = data["t"]
     stuck = np.flatnonzero(np.diff(times) <= 0.0)
     if len(stuck):
-        line = int(stuck[0]) + 3
+        line = numbered[int(stuck[0]) + 2][0]
         before, after = times[stuck[0]], times[stuck[0] + 1]
         how = "repeats" if after == before else "goes backward"
         raise UserError(f"{path}: line {line}: time {how} ({before:g} s, then {after:g} s); times must rise from row to row")

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -18,10 +18,7 @@ from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.state import State
 
-Step = Annotated[float, Field(ge=1e-6, le=100.0)]
-"""Seconds between two ticks of a clock."""
-
-MOST_ROWS = 2_000_000
+MOST_ROWS = 500_000
 MOST_STEPS = 200_000_000
 
 
@@ -52,9 +49,9 @@ class SimulationSection(Section):
     """Clock of the flight [s]. duration: the path's own length if left out."""
 
     duration: Positive | None = None
-    step: Step = 0.002
-    control_period: Step = 0.002
-    log_period: Step = 0.01
+    step: Positive = 0.002
+    control_period: Positive = 0.002
+    log_period: Positive = 0.01
 
     @model_validator(mode="after")
     def _whole(self) -> "SimulationSection":
@@ -67,13 +64,15 @@ class SimulationSection(Section):
     def ticks(self, length: float) -> Ticks:
         """The clock of a flight along a path of `length` [s]. Raises UserError for a flight too long or too short."""
         duration = self.duration or length
-        steps, rows = duration / self.step, duration / self.log_period
-        if not (1.0 - 1e-6 <= rows <= MOST_ROWS and steps <= MOST_STEPS):
+        steps, rows = round(duration / self.step), duration / self.log_period
+        log = round(self.log_period / self.step)
+        if not (log <= steps <= MOST_STEPS and rows <= MOST_ROWS):
             raise UserError(
-                f"simulation.duration: {duration:g} s make {steps:.3g} steps and {rows:.3g} log rows; "
-                f"allowed are 1 to {MOST_ROWS:.0e} rows and at most {MOST_STEPS:.0e} steps"
+                f"simulation.duration: {duration:g} s make {steps:.6g} steps and {rows:.6g} log rows; "
+                f"allowed are 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
             )
-        return Ticks(self.step, round(self.control_period / self.step), round(self.log_period / self.step), round(steps))
+        control = min(round(self.control_period / self.step), MOST_STEPS + 1)  # beyond the flight: one sample, at the start
+        return Ticks(self.step, control, log, steps)
 
 
 class LimitsSection(Section):
@@ -84,10 +83,17 @@ class LimitsSection(Section):
     pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
 
 
+def printable(name: str) -> str:
+    """Refuses line breaks and other control characters."""
+    if not name.isprintable():
+        raise ValueError("must be printable text in one line")
+    return name
+
+
 class Mission(Section):
     """A mission file."""
 
-    name: Annotated[str, Field(max_length=200)] = "Flight"
+    name: Annotated[str, Field(max_length=200), AfterValidator(printable)] = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = BacksteppingSection(type="backstepping")

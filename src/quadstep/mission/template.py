@@ -103,9 +103,9 @@ type = "backstepping"       # the paper's; or "completed-backstepping", or "nest
 
 def write_template(path: Path) -> None:
     """Write the template to a new file. Raises UserError if it exists or cannot be written."""
-    if path.exists():
-        raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
     try:
+        if path.exists():
+            raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -3,6 +3,8 @@
 import multiprocessing
 import os
 import signal
+import threading
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -34,7 +36,17 @@ class FigureJob(NamedTuple):
 def warm_up() -> None:
     """Load matplotlib ahead of the first figure; leave Ctrl-C to the main process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
     import quadstep.report.figures  # noqa: F401, PLC0415
+
+
+def end_with_parent() -> None:
+    """Waits for the main process; if that is killed, nothing else would end this one."""
+    parent = multiprocessing.parent_process()
+    if parent:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
@@ -43,8 +55,12 @@ def drawing_pool() -> Iterator[ProcessPoolExecutor]:
     workers = max(1, min(4, os.cpu_count() or 1))
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=warm_up)
     try:
-        for _ in range(workers):
-            pool.submit(os.getpid)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # inherited: they never see Ctrl-C
+        try:
+            for _ in range(workers):
+                pool.submit(os.getpid)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         yield pool
         pool.shutdown()
     finally:

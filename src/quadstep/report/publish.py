@@ -1,6 +1,7 @@
 """Writing results so that a folder holds a whole result or the one before, never half of one."""
 
 import contextlib
+import errno
 import hashlib
 import json
 import shutil
@@ -77,24 +78,31 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]
     if not overwrite and content.get("fingerprint") != identity and any(folder.iterdir()):
         what = f"results of another mission ({content['name']})" if content.get("name") else "files of another kind"
         raise UserError(f"{folder}: holds {what}; choose another --out, or replace them with --overwrite")
-    names = [Path(str(name)) for name in content.get("files", [])]
+    listed = content.get("files")
+    names = [Path(name) for name in listed if isinstance(name, str)] if isinstance(listed, list) else []
     return [name for name in names if not name.is_absolute() and ".." not in name.parts]
 
 
 def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path]) -> None:
     """Move files into place, the manifest last, and remove those of the previous result; Ctrl-C waits for the end."""
-    main = signal.getsignal(signal.SIGINT)
+    for path in files:
+        if (folder / path).is_dir():
+            raise IsADirectoryError(errno.EISDIR, f"{path} is a folder")
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     with contextlib.suppress(ValueError):  # not in the main thread: nothing to hold back
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in handlers:
+            signal.signal(number, signal.SIG_IGN)
     try:
         for path in sorted(files, key=lambda path: path.name == MANIFEST):
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (temporary / path).replace(folder / path)
         for path in set(previous) - set(files):
             (folder / path).unlink(missing_ok=True)
+            discard([folder / parent for parent in path.parents if parent != Path()])
     finally:
         with contextlib.suppress(ValueError):
-            signal.signal(signal.SIGINT, main)
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -24,7 +24,7 @@ def by_start(study: Study, ours: Any, smaller: bool = True) -> dict[str, str]:
             answer = f"nested diverged at {nested['ended[s]']:g} s ({nested['outcome']})"
         else:
             a, b = np.atleast_1d(ours(adaptive)), np.atleast_1d(ours(nested))
-            answer = "equal" if np.all(a == b) else "yes" if np.all(a < b if smaller else a > b) else "no"
+            answer = "equal" if np.all(a == b) else "yes" if np.all(a <= b if smaller else a >= b) else "no"
         table[f"{where}; {name}"] = answer
     return table
 

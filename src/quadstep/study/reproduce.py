@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from quadstep import __version__
-from quadstep.flight.engines import Engine
+from quadstep.flight.engine import Engine
 from quadstep.report import page
 from quadstep.report.drawing import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
@@ -24,7 +24,7 @@ NAME = "The paper's simulation study"
 def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False) -> list[Claim]:
     """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
     plans = plan_study()
-    with drawing_pool() as pool, publishing(folder, fingerprint(plans.all()), overwrite) as out:
+    with publishing(folder, fingerprint(plans.all()), overwrite) as out, drawing_pool() as pool:
         drawn: list[Future[None]] = []
 
         def draw(logs: Logs) -> None:

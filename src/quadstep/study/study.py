@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quadstep.analysis.metrics import flight_metrics
-from quadstep.flight.engines import Engine, FlightPlan, fly_all
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.study.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
 

@@ -29,7 +29,7 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
     """Check, fly, and write `folder`. Raises UserError."""
     from quadstep.theory.map import draw_map  # noqa: PLC0415 (matplotlib loads only where figures are drawn)
 
-    with drawing_pool() as pool, publishing(folder, f"completion {samples}", overwrite) as out:
+    with publishing(folder, f"completion {samples}", overwrite) as out, drawing_pool() as pool:
         cells = grid()
         summaries = {law: summarise(cells, law) for law in LAWS if law != PAPER}
         drawn = pool.submit(draw_map, out, cells)

@@ -1,0 +1,205 @@
+"""The command line: help, version, exit codes, and one line for every error."""
+
+import contextlib
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from quadstep import __version__, cli
+
+LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
+
+
+class Run(NamedTuple):
+    """What a command gave back."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def refused(self):
+        """Whether it ended as bad input must: exit code 2, one line, nothing else said."""
+        line = re.fullmatch(r"quadstep: error: [^\n]+\n", self.err)
+        return self.code == 2 and line is not None and not self.out
+
+
+def quadstep(*arguments):
+    """Run a command in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    handler, given = signal.getsignal(signal.SIGTERM), sys.argv
+    sys.argv = ["quadstep", *map(str, arguments)]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            cli.main()
+    except SystemExit as end:
+        return Run(end.code or 0, out.getvalue(), err.getvalue())
+    finally:
+        sys.argv = given
+        signal.signal(signal.SIGTERM, handler)
+    raise AssertionError("main returned")
+
+
+def quadstep_process(*arguments, cwd=None):
+    """The command line of a process of its own."""
+    environment = {**os.environ, "COLUMNS": "120"}
+    return subprocess.run(
+        [sys.executable, "-m", "quadstep.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=environment,
+        check=False,
+        timeout=60,
+    )
+
+
+def without_figures(monkeypatch):
+    """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
+    monkeypatch.setattr("quadstep.mission.fly.flight_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.fly.drawing_pool", lambda *_: nullcontext())
+
+
+@pytest.fixture
+def no_figures(monkeypatch):
+    without_figures(monkeypatch)
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "mission.toml"
+    path.write_text(LINE, encoding="utf-8")
+    return path
+
+
+def test_the_version_is_the_packages():
+    assert quadstep("--version") == Run(0, f"quadstep {__version__}\n", "")
+
+
+def test_help_names_every_command():
+    run = quadstep("--help")
+    assert run.code == 0
+    for command in ("reproduce", "fly", "new", "--version"):
+        assert command in run.out
+
+
+HELP = {
+    "reproduce": ("--out", "--engine", "--overwrite", "lanes", "python", "out/paper", "report.html"),
+    "fly": ("MISSION", "--out", "--engine", "--overwrite", "lanes", "python", "TOML", "flight.csv", "metrics.json"),
+    "new": ("MISSION", "mission file"),
+}
+
+
+@pytest.mark.parametrize("command", HELP)
+def test_the_help_of_a_command_names_its_options(command):
+    run = quadstep(command, "--help")
+    assert run.code == 0
+    assert run.err == ""
+    for part in HELP[command]:
+        assert part.lower() in run.out.lower()
+
+
+def test_the_help_of_fly_says_what_the_exit_codes_mean():
+    run = quadstep("fly", "--help")
+    assert re.search(r"0: completed.*2: bad input.*3: .*diverged", " ".join(run.out.replace("│", " ").split()))
+
+
+def test_without_a_command_the_help_is_shown_and_nothing_else_is_said():
+    run = quadstep()
+    assert "reproduce" in run.out
+    assert "error" not in run.err
+
+
+WRONG = {
+    "unknown command": ["flu"],
+    "unknown option": ["fly", "m.toml", "--speed", "3"],
+    "unknown option of all": ["--fast", "fly"],
+    "missing argument": ["fly"],
+    "missing argument of new": ["new"],
+    "too many arguments": ["fly", "a.toml", "b.toml"],
+    "unknown engine": ["fly", "m.toml", "--engine", "gpu"],
+    "option without its value": ["fly", "m.toml", "--out"],
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_command_line_is_one_line_and_exit_code_2(case):
+    assert quadstep(*WRONG[case]).refused
+
+
+def test_an_unknown_engine_is_told_which_there_are():
+    assert re.search("lanes.*python", quadstep("fly", "m.toml", "--engine", "gpu").err)
+
+
+BAD_FILES = {
+    "unknown key": (LINE + "[vehicle]\nmas = 1.0\n", "vehicle.mas"),
+    "mass": (LINE + "[vehicle]\nmass = -1.0\n", "vehicle.mass"),
+    "syntax": ("[path\n", "TOML"),
+    "key with a line break": ('"a\\nb" = 1\n' + LINE, "unknown"),
+    "missing recording": ('[path]\ntype = "recorded"\nfile = "nowhere.csv"\n', "nowhere.csv"),
+    "too short": (LINE + "[simulation]\nduration = 0.001\n", "simulation.duration"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_a_bad_mission_is_one_line_exit_code_2_and_nothing_is_written(tmp_path, case):
+    content, key = BAD_FILES[case]
+    (tmp_path / "mission.toml").write_text(content, encoding="utf-8")
+    run = quadstep("fly", tmp_path / "mission.toml", "--out", tmp_path / "out")
+    assert run.refused
+    assert str(tmp_path / "mission.toml") in run.err
+    assert key in run.err
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mission.toml"]
+
+
+@pytest.mark.parametrize("name", ["nowhere.toml", "folder", "nowhere/mission.toml", "x" * 300])
+def test_a_mission_that_cannot_be_read_is_one_line(tmp_path, name):
+    (tmp_path / "folder").mkdir()
+    run = quadstep("fly", tmp_path / name)
+    assert run.refused
+    assert "cannot be read" in run.err
+
+
+def test_a_mission_with_a_flawed_recording_names_mission_file_and_line(tmp_path):
+    (tmp_path / "path.csv").write_text("t,x,y,z\n0,0,0,0\n1,0,0,0\n1,0,0,0\n2,0,0,0\n", encoding="utf-8")
+    (tmp_path / "mission.toml").write_text('[path]\ntype = "recorded"\nfile = "path.csv"\n', encoding="utf-8")
+    run = quadstep("fly", tmp_path / "mission.toml", "--out", tmp_path / "out")
+    assert run.refused
+    assert all(part in run.err for part in ("mission.toml", "path.csv", "line 4", "repeats"))
+
+
+def test_new_writes_a_mission_that_flies_once(tmp_path, no_figures):
+    path = tmp_path / "first.toml"
+    run = quadstep("new", path)
+    assert (run.code, run.err) == (0, "")
+    assert str(path) in run.out.replace("\n", "")
+    written = path.read_bytes()
+    again = quadstep("new", path)
+    assert again.refused
+    assert "exists already" in again.err
+    assert path.read_bytes() == written
+    assert quadstep("fly", path, "--out", tmp_path / "out").code == 0
+
+
+@pytest.mark.parametrize("place", ["nowhere/m.toml", "file/m.toml", "x" * 300])
+def test_new_where_nothing_can_be_written_is_one_line(tmp_path, place):
+    (tmp_path / "file").touch()
+    assert quadstep("new", tmp_path / place).refused
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_process_of_its_own_says_the_same(tmp_path):
+    run = quadstep_process("fly", "nowhere.toml", cwd=tmp_path)
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert run.stderr == "quadstep: error: nowhere.toml: cannot be read: No such file or directory\n"
+    assert quadstep_process("--version").stdout == f"quadstep {__version__}\n"
+    assert list(Path(tmp_path).iterdir()) == []

@@ -1,0 +1,66 @@
+"""Ctrl-C, and a request to end: exit code 130, one line, no file and no folder left."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.test_cli import LINE, no_figures, quadstep
+from tests.test_cli_fly import files, write
+
+assert no_figures  # a fixture
+
+ENDLESS = '[path]\ntype = "circle"\nradius = 5.0\nperiod = 20.0\nturns = 100.0\n'
+LONG_ON_LANES = ENDLESS + "[simulation]\nduration = 100000.0\nlog_period = 1.0\n"
+
+
+def interrupted(mission, out, number, whole_group, engine, wait=0.2):
+    """Start a flight, signal it once its folder is there, and give (exit code, error stream)."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "quadstep.cli", "fly", mission, "--out", out, "--engine", engine, "--overwrite"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        deadline = time.monotonic() + 30.0
+        while not list(out.glob(".writing-*")) and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(wait)
+        (os.killpg if whole_group else os.kill)(process.pid, number)
+        _, err = process.communicate(timeout=30)
+    finally:
+        if process.poll() is None:
+            process.kill()
+    return process.returncode, err
+
+
+@pytest.mark.parametrize(
+    ("engine", "number", "whole_group", "wait"),
+    [
+        ("python", signal.SIGINT, True, 0.0),  # as from a terminal, while the processes that draw are starting
+        ("python", signal.SIGINT, True, 0.5),
+        ("python", signal.SIGTERM, False, 0.2),
+        ("lanes", signal.SIGINT, False, 1.0),
+    ],
+)
+def test_an_interrupted_flight_says_so_in_one_line_and_leaves_nothing(tmp_path, engine, number, whole_group, wait):
+    mission = write(tmp_path, LONG_ON_LANES if engine == "lanes" else ENDLESS)
+    code, err = interrupted(mission, tmp_path / "new" / "out", number, whole_group, engine, wait)
+    assert [path.name for path in tmp_path.iterdir()] == ["mission.toml"]
+    assert code == 130
+    assert err == "quadstep: interrupted; nothing was written\n"
+
+
+def test_an_interrupted_flight_leaves_the_result_before_it(tmp_path, no_figures):
+    out = tmp_path / "out"
+    assert quadstep("fly", write(tmp_path, LINE), "--out", out).code == 0
+    before = files(out)
+    code, _ = interrupted(write(tmp_path, ENDLESS, "long.toml"), out, signal.SIGINT, True, "python")
+    assert code == 130
+    assert files(out) == before
+    assert not list(out.glob(".*"))

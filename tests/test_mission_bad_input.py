@@ -1,0 +1,258 @@
+"""Every kind of bad mission is refused with one line that names the file, the key, and what is allowed."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from quadstep import UserError, read_mission
+from quadstep.mission.read import plan_mission
+
+LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
+WAYPOINTS = '[path]\ntype = "waypoints"\nwaypoints = [{times}]\n'
+BACKSTEPPING = LINE + '[controller]\ntype = "backstepping"\n'
+NESTED = LINE + '[controller]\ntype = "nested-saturation"\n'
+
+
+def refusal(folder: Path, content: str | bytes) -> str:
+    """What is said of a mission file with this content; fails if it is accepted, or said in more than one line."""
+    path = folder / "mission.toml"
+    if isinstance(content, str):
+        path.write_text(content, encoding="utf-8")
+    else:
+        path.write_bytes(content)
+    with pytest.raises(UserError) as raised:
+        plan_mission(read_mission(path), path)
+    message = str(raised.value)
+    assert len(message.splitlines()) == 1
+    assert message.startswith(str(path))
+    return message.removeprefix(str(path))
+
+
+def waypoints(*times: float) -> str:
+    return WAYPOINTS.format(times=", ".join(f"{{ t = {t}, position = [{i}.0, 0.0, 0.0] }}" for i, t in enumerate(times)))
+
+
+CASES = {
+    "unknown section": (LINE + "[vehicel]\nmass = 1.0\n", "vehicel", "unknown", "allowed", "vehicle"),
+    "unknown key": (LINE + "[vehicle]\nmas = 1.0\n", "vehicle.mas", "unknown", "mass"),
+    "unknown key of the path": (LINE + "speed = 1.0\n", "path.speed", "unknown", "duration"),
+    "unknown key of the nets": (BACKSTEPPING + "nets.nuerons = 8\n", "controller.nets.nuerons", "neurons"),
+    "unknown key of a waypoint": (
+        WAYPOINTS.format(times="{ t = 0.0, place = [0, 0, 0], position = [0, 0, 0] }, { t = 1.0, position = [1, 0, 0] }"),
+        "path.waypoints[0].place",
+        "position",
+    ),
+    "unknown key of the columns": (
+        '[path]\ntype = "recorded"\nfile = "p.csv"\ncolumns = { time = "t" }\n',
+        "path.columns.time",
+        "psi",
+    ),
+    "key of the other controller": (NESTED + "K_r1 = 3.0\n", "controller.K_r1", "a_z"),
+    "no path": ('name = "nothing"\n', "path", "needed"),
+    "empty file": ("", "path", "needed"),
+    "path without a type": ("[path]\nend = [1.0, 0.0, 0.0]\n", "path.type", "minimum-jerk", "recorded"),
+    "unknown path": ('[path]\ntype = "spiral"\n', "path.type", "spiral", "figure-eight"),
+    "controller without a type": (LINE + "[controller]\nK_r1 = 3.0\n", "controller.type", "backstepping"),
+    "unknown controller": (LINE + '[controller]\ntype = "pid"\n', "controller.type", "pid", "nested-saturation"),
+    "type is a list": ("[path]\ntype = [1]\n", "path.type", "minimum-jerk"),
+    "path is a number": ("path = 3\n", "path", "3"),
+    "vehicle is a list": ("vehicle = [1]\n" + LINE, "vehicle", "[1]"),
+    "path without an end": ('[path]\ntype = "minimum-jerk"\nduration = 1.0\n', "path.end", "needed"),
+    "number as text": (LINE + '[vehicle]\nmass = "1.0"\n', "vehicle.mass", "number", "'1.0'"),
+    "number as bool": (LINE + "[vehicle]\nmass = true\n", "vehicle.mass", "number", "True"),
+    "gain as bool": (BACKSTEPPING + "K_r1 = true\n", "controller.K_r1", "True"),
+    "gain as text": (BACKSTEPPING + 'K_r1 = "3"\n', "controller.K_r1", "'3'"),
+    "entry as bool": (LINE + "[start]\nposition = [0.0, true, 0.0]\n", "start.position[1]", "number"),
+    "text as number": ("name = 3\n" + LINE, "name", "string", "3"),
+    "bool as number": (BACKSTEPPING + "nets.enabled = 1\n", "controller.nets.enabled", "bool"),
+    "bool as text": ('[path]\ntype = "circle"\nradius = 1.0\nperiod = 9.0\nclockwise = "no"\n', "path.clockwise", "bool"),
+    "whole number as float": (BACKSTEPPING + "nets.neurons = 8.5\n", "controller.nets.neurons", "integer"),
+    "date as number": (LINE + "[vehicle]\nmass = 2020-01-01\n", "vehicle.mass", "number"),
+    "list as number": (LINE + "[vehicle]\nmass = [1.0]\n", "vehicle.mass", "number"),
+    "name too long": (f'name = "{"x" * 201}"\n' + LINE, "name", "200"),
+    "nan": (LINE + "[vehicle]\nmass = nan\n", "vehicle.mass", "finite", "nan"),
+    "inf": (LINE + "[vehicle]\ngravity = inf\n", "vehicle.gravity", "finite", "inf"),
+    "nan entry": (LINE + "[start]\nvelocity = [0.0, nan, 0.0]\n", "start.velocity[1]", "finite"),
+    "nan limit": (LINE + "[limits]\npitch = nan\n", "limits.pitch", "nan"),
+    "infinite disturbance": (LINE + "[disturbance]\nforce = [inf, 0.0, 0.0]\n", "disturbance.force[0]", "finite"),
+    "endless path": ('[path]\ntype = "minimum-jerk"\nend = [1, 0, 0]\nduration = inf\n', "path.duration", "finite"),
+    "mass zero": (LINE + "[vehicle]\nmass = 0.0\n", "vehicle.mass", "greater than 0"),
+    "mass negative": (LINE + "[vehicle]\nmass = -1.0\n", "vehicle.mass", "greater than 0", "-1"),
+    "controller's mass zero": (BACKSTEPPING + "mass = 0\n", "controller.mass", "greater than 0"),
+    "gravity zero": (LINE + "[vehicle]\ngravity = 0\n", "vehicle.gravity", "greater than 0"),
+    "inertia zero": (LINE + "[vehicle]\ninertia = [0.0, 5.0, 5.0]\n", "vehicle.inertia", "greater than 0"),
+    "inertia negative": (LINE + "[vehicle]\ninertia = -5.0\n", "vehicle.inertia", "greater than 0"),
+    "triangle inequality, first": (LINE + "[vehicle]\ninertia = [3.0, 1.0, 1.5]\n", "vehicle", "inertia", "triangle", "2.5"),
+    "triangle inequality, last": (LINE + "[vehicle]\ninertia = [1.0, 1.0, 2.1]\n", "vehicle", "inertia", "triangle", "2.1"),
+    "kinematics": (LINE + '[vehicle]\nkinematics = "quaternion"\n', "vehicle.kinematics", "standard", "printed"),
+    "position too short": (LINE + "[start]\nposition = [1.0, 2.0]\n", "start.position"),
+    "position too long": (LINE + "[start]\nposition = [1.0, 2.0, 3.0, 4.0]\n", "start.position", "3"),
+    "position a number": (LINE + "[start]\nposition = 1.0\n", "start.position", "list"),
+    "inertia too short": (LINE + "[vehicle]\ninertia = [5.0]\n", "vehicle.inertia"),
+    "gain too short": (BACKSTEPPING + "Lambda2 = [15.0, 15.0]\n", "controller.Lambda2"),
+    "gain empty": (BACKSTEPPING + "K_r2 = []\n", "controller.K_r2"),
+    "nested bounds too short": (NESTED + "bounds = [2.0, 1.0, 0.2]\n", "controller.bounds"),
+    "nested gains too long": (NESTED + "a_z = [3.0, 0.5, 0.1]\n", "controller.a_z", "2"),
+    "gain zero": (BACKSTEPPING + "K_r1 = [3.0, 0.0, 3.0]\n", "controller.K_r1", "greater than 0"),
+    "integral gain negative": (BACKSTEPPING + "K_i1 = -0.1\n", "controller.K_i1", "zero or more"),
+    "filter zero": (BACKSTEPPING + "filter_frequency = 0\n", "controller.filter_frequency", "greater than 0"),
+    "no neurons": (BACKSTEPPING + "nets.neurons = 0\n", "controller.nets.neurons", "1"),
+    "too many neurons": (BACKSTEPPING + "nets.neurons = 65\n", "controller.nets.neurons", "64"),
+    "seed negative": (BACKSTEPPING + "nets.seed = -1\n", "controller.nets.seed", "0"),
+    "seed too large": (BACKSTEPPING + f"nets.seed = {2**63}\n", "controller.nets.seed", "less than"),
+    "learning rate negative": (BACKSTEPPING + "nets.F1 = -5.0\n", "controller.nets.F1", "0"),
+    "learning before the flight": (BACKSTEPPING + "nets.start = -1.0\n", "controller.nets.start", "0"),
+    "rotor limits reversed": (LINE + "[vehicle]\nrotors.limits = [8.0, 2.0]\n", "vehicle.rotors", "limits", "least, greatest"),
+    "rotor limits equal": (LINE + "[vehicle]\nrotors.limits = [2.0, 2.0]\n", "vehicle.rotors", "limits", "least, greatest"),
+    "rotor limit negative": (LINE + "[vehicle]\nrotors.limits = [-1.0, 8.0]\n", "vehicle.rotors.limits[0]", "0"),
+    "one rotor limit": (LINE + "[vehicle]\nrotors.limits = [8.0]\n", "vehicle.rotors.limits"),
+    "rotor arm zero": (LINE + "[vehicle]\nrotors.arm = 0.0\n", "vehicle.rotors.arm", "greater than 0"),
+    "start at 90 deg": (LINE + "[start]\nattitude = [0.0, 1.5707963267948966, 0.0]\n", "start", "theta", "pi/2"),
+    "start beyond -90 deg": (LINE + "[start]\nattitude = [0.0, -2.0, 0.0]\n", "start", "theta", "pi/2", "-2"),
+    "pitch limit at 90 deg": (LINE + "[limits]\npitch = 1.5707963267948966\n", "limits.pitch", "less than"),
+    "distance limit zero": (LINE + "[limits]\ndistance = 0\n", "limits.distance", "greater than 0"),
+    "one waypoint": (waypoints(0.0), "path.waypoints", "2"),
+    "no waypoints": ('[path]\ntype = "waypoints"\nwaypoints = []\n', "path.waypoints", "2"),
+    "waypoints a number": ('[path]\ntype = "waypoints"\nwaypoints = 3\n', "path.waypoints", "list"),
+    "waypoint a number": ('[path]\ntype = "waypoints"\nwaypoints = [1, 2]\n', "path.waypoints[0]"),
+    "waypoints too many": (waypoints(*range(201)), "path.waypoints", "200"),
+    "waypoints not from zero": (waypoints(1.0, 2.0), "path", "t = 0", "1"),
+    "waypoints repeat": (waypoints(0.0, 2.0, 2.0), "path", "times of waypoints must rise", "2"),
+    "waypoints go back": (waypoints(0.0, 2.0, 1.0), "path", "times of waypoints must rise", "2 is followed by 1"),
+    "waypoint before zero": (waypoints(-1.0, 2.0), "path.waypoints[0].t", "0"),
+    "waypoint without a place": (WAYPOINTS.format(times="{ t = 0.0 }, { t = 1.0 }"), "path.waypoints[0].position", "needed"),
+    "circle without a radius": ('[path]\ntype = "circle"\nperiod = 9.0\n', "path.radius", "needed"),
+    "circle of no size": ('[path]\ntype = "circle"\nradius = 0.0\nperiod = 9.0\n', "path.radius", "greater than 0"),
+    "circle with a negative ramp": ('[path]\ntype = "circle"\nradius = 1.0\nperiod = 9.0\nramp = -1.0\n', "path.ramp", "0"),
+    "figure eight in no plane": (
+        '[path]\ntype = "figure-eight"\nlength = 1.0\nwidth = 1.0\nperiod = 9.0\nplane = "tilted"\n',
+        "path.plane",
+        "horizontal",
+        "vertical",
+    ),
+    "duration zero": (LINE.replace("duration = 1.0", "duration = 0.0"), "path.duration", "greater than 0"),
+    "smoothing too small": ('[path]\ntype = "recorded"\nfile = "p.csv"\nsmoothing = 0.001\n', "path.smoothing", "0.01"),
+    "unit of psi": ('[path]\ntype = "recorded"\nfile = "p.csv"\npsi_unit = "turns"\n', "path.psi_unit", "rad", "deg"),
+    "recording without a name": ('[path]\ntype = "recorded"\nfile = ""\n', "path.file", "1"),
+    "step zero": (LINE + "[simulation]\nstep = 0.0\n", "simulation.step", "greater than 0"),
+    "control period no multiple": (
+        LINE + "[simulation]\ncontrol_period = 0.003\n",
+        "simulation",
+        "control_period",
+        "multiple",
+    ),
+    "control period below a step": (
+        LINE + "[simulation]\nstep = 0.01\ncontrol_period = 0.004\n",
+        "simulation",
+        "control_period",
+        "multiple",
+        "0.01",
+    ),
+    "log period no multiple": (LINE + "[simulation]\nlog_period = 0.011\n", "simulation", "log_period", "multiple"),
+    "duration below one row": (LINE + "[simulation]\nduration = 0.001\n", "simulation.duration", "allowed", "1"),
+    "duration above the rows": (LINE + "[simulation]\nduration = 1e6\n", "simulation.duration", "allowed", "500000"),
+    "duration above the steps": (
+        LINE + "[simulation]\nduration = 1e6\nlog_period = 100.0\n",
+        "simulation.duration",
+        "allowed",
+        "200000000",
+    ),
+    "not TOML": ("[path\n", "not valid TOML", "line 1"),
+    "key given twice": (LINE + "duration = 2.0\n", "not valid TOML", "line 5"),
+    "not UTF-8": (b"name = '\xff\xfe'\n", "UTF-8"),
+    "binary junk": (bytes(range(256)), "UTF-8"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bad_input_is_named_by_file_key_and_what_is_allowed(tmp_path, case):
+    content, *needed = CASES[case]
+    message = refusal(tmp_path, content)
+    for part in needed:
+        assert part in message
+
+
+LIMITS_OF_ARITHMETIC = {
+    "step": LINE + "[simulation]\nstep = 1e-320\n",
+    "control period": LINE + "[simulation]\ncontrol_period = 1e300\n",
+    "path duration": LINE.replace("duration = 1.0", "duration = 1e-200") + "[simulation]\nduration = 1.0\n",
+    "ramp": '[path]\ntype = "circle"\nradius = 1.0\nperiod = 9.0\nramp = 1e-200\n[simulation]\nduration = 1.0\n',
+    "mass": LINE + f"[vehicle]\nmass = {10**400}\n",
+    "gain": BACKSTEPPING + f"Lambda1 = {10**400}\n",
+    "digits": LINE + f"[vehicle]\nmass = {'1' * 5000}\n",
+    "nested lists": LINE + "[vehicle]\nmass = " + "[" * 5000,
+    "file name with a zero byte": '[path]\ntype = "recorded"\nfile = "a\\u0000b.csv"\n',
+}
+
+
+@pytest.mark.parametrize("case", LIMITS_OF_ARITHMETIC)
+def test_numbers_and_texts_beyond_what_a_computer_holds_are_refused_too(tmp_path, case):
+    refusal(tmp_path, LIMITS_OF_ARITHMETIC[case])
+
+
+def test_a_key_with_a_line_break_still_gives_one_line(tmp_path):
+    assert "unknown" in refusal(tmp_path, '"a\\nb" = 1\n' + LINE)
+
+
+def test_several_problems_are_counted_and_unknown_keys_come_first(tmp_path):
+    message = refusal(tmp_path, LINE + "[vehicle]\nmass = -1.0\ngravity = 0.0\ncolour = 1\n")
+    assert "vehicle.colour" in message
+    assert "2 more" in message
+
+
+def test_a_very_long_value_is_cut(tmp_path):
+    assert len(refusal(tmp_path, LINE + f'[vehicle]\nmass = "{"x" * 5000}"\n')) < 300
+
+
+def test_a_missing_mission_file_is_named(tmp_path):
+    with pytest.raises(UserError, match=r"nowhere\.toml: cannot be read: No such file"):
+        read_mission(tmp_path / "nowhere.toml")
+
+
+def test_a_folder_is_no_mission(tmp_path):
+    with pytest.raises(UserError, match=rf"^{re.escape(str(tmp_path))}: cannot be read: .*directory"):
+        read_mission(tmp_path)
+
+
+WEIGHTS = {"neurons": 2, "seed": 7, "W1": [[0.1, 0.2, 0.3]] * 2, "W2": [[0.0, 0.0, 1.0]] * 2}
+WARM = BACKSTEPPING + 'nets.neurons = 2\nnets.seed = 7\nnets.weights = "w.json"\n'
+
+BAD_WEIGHTS = {
+    "missing entry": {key: value for key, value in WEIGHTS.items() if key != "W2"},
+    "extra entry": {**WEIGHTS, "W3": []},
+    "too few rows": {**WEIGHTS, "W1": [[0.1, 0.2, 0.3]]},
+    "too short a row": {**WEIGHTS, "W2": [[0.1, 0.2], [0.1, 0.2]]},
+    "text": {**WEIGHTS, "W1": [["a", "b", "c"]] * 2},
+    "a list": [1, 2],
+    "nan": {**WEIGHTS, "W1": [[float("nan"), 0.2, 0.3]] * 2},
+}
+
+
+@pytest.mark.parametrize("case", BAD_WEIGHTS)
+def test_weights_of_the_wrong_form_are_refused(tmp_path, case):
+    (tmp_path / "w.json").write_text(json.dumps(BAD_WEIGHTS[case]), encoding="utf-8")
+    message = refusal(tmp_path, WARM)
+    assert "w.json" in message
+    assert "neurons x 3" in message
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"null", b"[" * 100_000])
+def test_a_weights_file_that_is_no_json_is_refused(tmp_path, content):
+    (tmp_path / "w.json").write_bytes(content)
+    assert "w.json" in refusal(tmp_path, WARM)
+
+
+@pytest.mark.parametrize("changed", [{"seed": 8}, {"neurons": 3, "W1": [[0.0] * 3] * 3, "W2": [[0.0] * 3] * 3}])
+def test_weights_of_other_nets_are_refused(tmp_path, changed):
+    (tmp_path / "w.json").write_text(json.dumps({**WEIGHTS, **changed}), encoding="utf-8")
+    message = refusal(tmp_path, WARM)
+    assert "w.json" in message
+    assert "neurons = 2, seed = 7" in message
+
+
+def test_missing_weights_and_a_folder_for_weights_are_refused(tmp_path):
+    assert "w.json: saved weights cannot be read: No such file" in refusal(tmp_path, WARM)
+    (tmp_path / "w.json").mkdir()
+    assert "directory" in refusal(tmp_path, WARM)

@@ -1,0 +1,129 @@
+"""The parts of reports: escaping, tables, inline drawings, figures, CSV."""
+
+import csv
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from quadstep.flight.log import COLUMNS, FlightLog
+from quadstep.flight.loop import Outcome
+from quadstep.report import page
+from quadstep.report.drawing import FigureJob, Panel
+from quadstep.report.figures import prefixed
+from quadstep.report.publish import write_json
+from quadstep.report.tables import write_csv
+
+HOSTILE = "<script>alert('x')</script> & \"quotes\""
+
+
+@pytest.mark.parametrize(
+    "markup",
+    [
+        page.paragraph(HOSTILE),
+        page.heading(HOSTILE, 'a"b'),
+        page.table([HOSTILE], [[HOSTILE], [(HOSTILE, 'k"')]]),
+    ],
+)
+def test_every_text_is_escaped(markup):
+    assert "<script>" not in markup
+    tree = ET.fromstring(f"<div>{markup}</div>")
+    assert HOSTILE in "".join(tree.itertext())
+
+
+def test_a_table_has_its_header_and_rows():
+    tree = ET.fromstring(page.table(["a", "b"], [["1", "2"], ["3", ("4", "holds")]]))
+    assert [cell.text for cell in tree.iter("th")] == ["a", "b"]
+    assert [cell.text for cell in tree.iter("td")] == ["1", "2", "3", "4"]
+    assert [cell.get("class") for cell in tree.iter("td")] == [None, None, None, "holds"]
+
+
+def test_a_page_is_whole_and_its_title_is_text(tmp_path):
+    page.write_page(tmp_path / "p.html", HOSTILE, [page.paragraph("é 飛")])
+    text = (tmp_path / "p.html").read_text(encoding="utf-8")
+    assert text.startswith("<!doctype html>")
+    assert "<script>" not in text
+    assert 'charset="utf-8"' in text
+    assert "é 飛" in text
+
+
+def job(name="curve", title="A title", lines=None, samples=50, **options):
+    t = np.linspace(0.0, 1.0, samples)
+    return FigureJob(name, title, t, [Panel("x", "m", {"x": np.sin(t)} if lines is None else lines)], **options)
+
+
+def test_ids_of_two_drawings_on_one_page_never_meet(tmp_path):
+    for name in ("one", "two"):
+        job(name).draw(tmp_path)
+    ids = []
+    for name in ("one", "two"):
+        drawing = page.figure(tmp_path / f"{name}.svg", "a <b>")
+        tree = ET.fromstring(drawing)
+        found = [element.get("id") for element in tree.iter() if element.get("id")]
+        assert all(identity.startswith(f"{name}-") for identity in found)
+        for element in tree.iter():
+            for key, value in element.attrib.items():
+                if key.endswith("href") and value.startswith("#"):
+                    assert value[1:] in found
+        ids += found
+    assert len(ids) == len(set(ids)) > 0
+
+
+def test_a_figure_is_drawn_the_same_twice(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    for folder in ("a", "b"):
+        job().draw(tmp_path / folder)
+    for kind in ("png", "svg"):
+        assert (tmp_path / "a" / f"curve.{kind}").read_bytes() == (tmp_path / "b" / f"curve.{kind}").read_bytes()
+
+
+@pytest.mark.parametrize("title", ["$\\alpha$", "$unclosed", "[red]x[/red]", HOSTILE, "%s {x} \\n", "_x^2"])
+def test_a_title_is_plain_text(tmp_path, title):
+    job(title=title).draw(tmp_path)
+    text = "\n".join(ET.parse(tmp_path / "curve.svg").getroot().itertext())
+    assert title in text
+
+
+def test_a_short_line_an_empty_line_and_a_flat_line_are_drawn(tmp_path):
+    lines = {"whole": np.ones(50), "ended early": np.ones(7), "nothing": np.zeros(0), "flat": np.zeros(50)}
+    job(lines=lines).draw(tmp_path)
+    text = "\n".join(ET.parse(tmp_path / "curve.svg").getroot().itertext())
+    assert all(name in text for name in lines)
+
+
+@pytest.mark.parametrize("samples", [2, 499, 500, 501, 1001, 5000])
+def test_a_long_line_is_thinned_but_keeps_its_last_point(tmp_path, samples):
+    job(samples=samples).draw(tmp_path)
+    assert (tmp_path / "curve.svg").stat().st_size < 200_000
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "expected"),
+    [
+        ("m", 20.0, ("m", 1.0)),
+        ("m", 0.003, ("mm", 1e3)),
+        ("m", 3e-5, ("um", 1e6)),
+        ("m", 3e-9, ("nm", 1e9)),
+        ("m", 0.0, ("m", 1.0)),
+        ("-", 1e-6, ("-", 1.0)),
+        ("rad", 0.01, ("mrad", 1e3)),
+        ("N m", 1e-5, ("uN m", 1e6)),
+    ],
+)
+def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
+    assert prefixed(unit, largest) == expected
+
+
+def test_a_csv_reads_back_exactly(tmp_path):
+    rows = np.random.default_rng(1).normal(size=(5, len(COLUMNS))) * 10.0 ** np.arange(-8, len(COLUMNS) - 8)
+    write_csv(tmp_path / "log.csv", FlightLog(rows, Outcome.COMPLETED, 1.0, None))
+    with (tmp_path / "log.csv").open(encoding="utf-8", newline="") as file:
+        header, *read = csv.reader(file)
+    assert header == [f"{name}[{unit}]" for name, unit in COLUMNS.items()]
+    assert np.array_equal(np.array(read, dtype=float), rows)
+
+
+def test_json_refuses_what_is_not_json(tmp_path):
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "a.json", {"x": float("nan")})

@@ -1,0 +1,273 @@
+"""The claims: each is judged by what was measured, and its verdict turns when the measure does."""
+
+import copy
+import json
+import re
+
+import pytest
+
+from quadstep.study.claims import Verdict, check_claims
+from tests import golden
+
+
+class Doctored:
+    """A study to be tampered with."""
+
+    def __init__(self):
+        flown = golden.study()
+        self.study = flown._replace(**{name: copy.deepcopy(getattr(flown, name)) for name in flown._fields[1:]})
+
+    def claim(self, name):
+        (found,) = [claim for claim in check_claims(self.study) if claim.name == name]
+        return found
+
+    def verdict(self, name):
+        return self.claim(name).verdict
+
+
+@pytest.fixture
+def doctored():
+    return Doctored()
+
+
+ISSUE = [
+    "near-perfect tracking",
+    "angles match their commands",
+    "inputs realisable",
+    "tau_psi = 0",
+    "decoupling in x",
+    "decoupling in y and z",
+    "better z tracking than [11]",
+    "smaller x and y error than [11]",
+    "faster attitude settling than [11]",
+    "smoother thrust than [11]",
+    "larger early transients",
+    "a wide range of nonlinearities",
+    "8 neurons are worse than 10",
+    "12 neurons are no better than 10",
+]
+
+
+def test_every_claim_that_the_issue_lists_is_judged(doctored):
+    claims = check_claims(doctored.study)
+    names = [claim.name for claim in claims]
+    assert set(ISSUE) <= set(names)
+    assert len(set(names)) == len(names)
+    for claim in claims:
+        assert claim.verdict in {"holds", "fails", "cannot be decided from the text"}
+        assert re.search(r"\d", claim.measured)
+        assert len(claim.sentence) > 20
+        json.dumps(claim.values, allow_nan=False)
+
+
+@pytest.mark.parametrize("axis", "xyz")
+def test_tracking_fails_from_a_millimetre_on(doctored, axis):
+    errors = doctored.study.cases["case1"]["position"][axis]
+    errors["largest[m]"] = 0.99e-3
+    assert doctored.verdict("near-perfect tracking") is Verdict.HOLDS
+    errors["largest[m]"] = 1.01e-3
+    assert doctored.verdict("near-perfect tracking") is Verdict.FAILS
+
+
+@pytest.mark.parametrize("angle", ["psi", "theta", "phi"])
+def test_angles_fail_from_5_mrad_on(doctored, angle):
+    errors = doctored.study.cases["case1"]["attitude"][angle]
+    errors["largest[rad]"] = 4.9e-3
+    assert doctored.verdict("angles match their commands") is Verdict.HOLDS
+    errors["largest[rad]"] = 5.1e-3
+    assert doctored.verdict("angles match their commands") is Verdict.FAILS
+
+
+def test_inputs_are_not_realisable_with_a_rotor_that_pulls_or_twice_the_weight(doctored):
+    metrics = doctored.study.cases["case1"]
+    assert doctored.verdict("inputs realisable") is Verdict.HOLDS
+    metrics["u"]["largest[N]"] = 20.0
+    assert doctored.verdict("inputs realisable") is Verdict.FAILS
+    metrics["u"]["largest[N]"] = 10.0
+    metrics["rotors"]["least[N]"] = -0.1
+    claim = doctored.claim("inputs realisable")
+    assert claim.verdict is Verdict.FAILS
+    assert "never negative" not in claim.measured
+
+
+def test_yaw_torque_fails_from_one_percent_of_the_pitch_torque_on(doctored):
+    metrics = doctored.study.cases["case1"]
+    metrics["tau_theta"]["largest[N m]"], metrics["tau_psi"]["largest[N m]"] = 1.0, 0.009
+    assert doctored.verdict("tau_psi = 0") is Verdict.HOLDS
+    metrics["tau_psi"]["largest[N m]"] = 0.011
+    assert doctored.verdict("tau_psi = 0") is Verdict.FAILS
+
+
+SILENT = [
+    ("decoupling in x", "case2", ("position", "y", "largest[m]")),
+    ("decoupling in x", "case2", ("position", "z", "largest[m]")),
+    ("decoupling in x", "case2", ("tau_phi", "largest[N m]")),
+    ("decoupling in x", "case2", ("attitude", "phi", "largest[rad]")),
+    ("decoupling in y and z", "case2_y", ("position", "x", "largest[m]")),
+    ("decoupling in y and z", "case2_y", ("tau_theta", "largest[N m]")),
+    ("decoupling in y and z", "case2_z", ("position", "y", "largest[m]")),
+    ("decoupling in y and z", "case2_z", ("tau_phi", "largest[N m]")),
+]
+
+
+@pytest.mark.parametrize(("name", "case", "way"), SILENT)
+def test_decoupling_fails_when_a_silent_channel_moves(doctored, name, case, way):
+    assert doctored.verdict(name) is Verdict.HOLDS
+    *inner, last = way
+    place = doctored.study.cases[case]
+    for key in inner:
+        place = place[key]
+    place[last] = 1e-4
+    assert doctored.verdict(name) is Verdict.FAILS
+
+
+def every_start(study, value, ours):
+    """Set a measure for all flights of one kind of controller in the table of starts."""
+    for (_, controller), metrics in study.starts.items():
+        metrics["outcome"] = "completed"
+        if (controller == "adaptive") == ours:
+            value(metrics)
+
+
+def z_error(value):
+    def change(metrics):
+        metrics["position"]["z"]["rmse[m]"] = value
+
+    return change
+
+
+def side_error(value):
+    def change(metrics):
+        metrics["position"]["x"]["rmse[m]"] = metrics["position"]["y"]["rmse[m]"] = value
+
+    return change
+
+
+def settling(value):
+    def change(metrics):
+        metrics["attitude"]["theta"]["angle_settling[s]"] = metrics["attitude"]["phi"]["angle_settling[s]"] = value
+
+    return change
+
+
+def variation(value):
+    def change(metrics):
+        metrics["u"]["total_variation[N]"] = value
+
+    return change
+
+
+COMPARED = [
+    ("better z tracking than [11]", z_error, "z_error"),
+    ("smaller x and y error than [11]", side_error, "side_error"),
+    ("faster attitude settling than [11]", settling, "settling"),
+    ("smoother thrust than [11]", variation, "variation"),
+]
+
+
+@pytest.mark.parametrize(("name", "measure", "_id"), COMPARED, ids=[row[2] for row in COMPARED])
+def test_a_comparison_holds_fails_or_stays_open_with_what_all_starts_say(doctored, name, measure, _id):
+    study = doctored.study
+    every_start(study, measure(2.0), ours=False)
+    every_start(study, measure(1.0), ours=True)
+    assert doctored.verdict(name) is Verdict.HOLDS
+    every_start(study, measure(3.0), ours=True)
+    assert doctored.verdict(name) is Verdict.FAILS
+    measure(1.0)(next(metrics for (_, controller), metrics in study.starts.items() if controller == "adaptive"))
+    assert doctored.verdict(name) is Verdict.UNDECIDED
+    every_start(study, measure(2.0), ours=True)
+    assert doctored.verdict(name) is Verdict.UNDECIDED
+
+
+def test_a_comparison_leaves_out_flights_that_diverge_and_counts_them(doctored):
+    study = doctored.study
+    every_start(study, z_error(2.0), ours=False)
+    every_start(study, z_error(1.0), ours=True)
+    lost = next(metrics for (_, controller), metrics in study.starts.items() if controller == "adaptive")
+    z_error(9.0)(lost)
+    lost["outcome"], lost["ended[s]"] = "off_path", 1.0
+    claim = doctored.claim("better z tracking than [11]")
+    assert claim.verdict is Verdict.HOLDS
+    assert "2 with a divergence" in claim.measured
+
+
+def test_an_attitude_that_never_settles_loses_to_one_that_does(doctored):
+    every_start(doctored.study, settling(None), ours=True)
+    every_start(doctored.study, settling(9.0), ours=False)
+    assert doctored.verdict("faster attitude settling than [11]") is Verdict.FAILS
+
+
+def peaks(tilt, torque):
+    def change(metrics):
+        metrics["largest_tilt[rad]"] = tilt
+        metrics["tau_theta"]["largest[N m]"] = metrics["tau_phi"]["largest[N m]"] = torque
+
+    return change
+
+
+def test_transients_must_be_larger_and_gone_within_ten_seconds(doctored):
+    name = "larger early transients"
+    every_start(doctored.study, peaks(0.2, 2.0), ours=True)
+    every_start(doctored.study, peaks(0.1, 1.0), ours=False)
+    settling(2.0)(doctored.study.cases["case3_adaptive"])
+    assert doctored.verdict(name) is Verdict.HOLDS
+    settling(11.0)(doctored.study.cases["case3_adaptive"])
+    assert doctored.verdict(name) is Verdict.FAILS
+    settling(2.0)(doctored.study.cases["case3_adaptive"])
+    every_start(doctored.study, peaks(0.0, 0.0), ours=True)
+    assert doctored.verdict(name) is Verdict.FAILS
+
+
+def test_a_larger_tilt_with_a_smaller_torque_is_not_a_larger_transient_in_both(doctored):
+    every_start(doctored.study, peaks(0.9, 0.0), ours=True)
+    every_start(doctored.study, peaks(0.1, 9.0), ours=False)
+    assert doctored.verdict("larger early transients") is not Verdict.HOLDS
+
+
+def test_the_nets_cause_the_transients_only_if_these_are_gone_without_them(doctored):
+    name = "transients caused by the nets"
+    assert doctored.verdict(name) is Verdict.FAILS
+    without = doctored.study.further["case3 without nets"]
+    without["largest_tilt[rad]"] = 0.01
+    without["tau_theta"]["largest[N m]"] = without["tau_phi"]["largest[N m]"] = 1.0
+    assert doctored.verdict(name) is Verdict.HOLDS
+
+
+def test_a_wide_range_holds_if_no_flight_with_nets_diverges(doctored):
+    name = "a wide range of nonlinearities"
+    assert doctored.verdict(name) is Verdict.FAILS
+    for metrics in doctored.study.stress.values():
+        metrics["outcome"] = "completed"
+    assert doctored.verdict(name) is Verdict.HOLDS
+    doctored.study.stress[10.0, 1.0, False]["outcome"] = "spinning"
+    assert doctored.verdict(name) is Verdict.HOLDS
+    doctored.study.stress[10.0, 1.0, True]["outcome"] = "spinning"
+    claim = doctored.claim(name)
+    assert claim.verdict is Verdict.FAILS
+    assert "1 of 6 diverge at scale 1" in claim.measured
+
+
+def by_neurons(study, errors):
+    for (_, count, _), metrics in study.neurons.items():
+        metrics["position_rmse[m]"] = errors[count]
+
+
+def test_neurons_are_judged_by_their_errors(doctored):
+    eight, twelve = "8 neurons are worse than 10", "12 neurons are no better than 10"
+    by_neurons(doctored.study, {8: 2.0, 10: 1.0, 12: 1.0})
+    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (Verdict.HOLDS, Verdict.HOLDS)
+    by_neurons(doctored.study, {8: 1.0, 10: 1.0, 12: 0.5})
+    assert (doctored.verdict(eight), doctored.verdict(twelve)) == (Verdict.FAILS, Verdict.FAILS)
+
+
+def test_the_nets_cannot_be_judged_by_a_case_that_hardly_disturbs(doctored):
+    claim = doctored.claim("nonlinearities compensated by the nets")
+    assert claim.verdict is Verdict.UNDECIDED
+    assert claim.values["largest_disturbance[N]"] == pytest.approx(2.3e-4, rel=0.1)  # reading.md
+    assert min(claim.values["rmse_ratio_off_to_on"].values()) > 1.0
+
+
+def test_the_reference_rests_at_the_end_point(doctored):
+    claim = doctored.claim("rest at the end point")
+    assert claim.verdict is Verdict.HOLDS
+    assert max(claim.values.values()) < 1e-12

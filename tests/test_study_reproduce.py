@@ -1,0 +1,281 @@
+"""`quadstep reproduce`, run once as a user does, and everything it leaves."""
+
+import json
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections import Counter
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from quadstep import __version__
+from quadstep.flight.log import COLUMNS
+from tests import golden
+from tests.test_cli_fly import ISSUE_COLUMNS, columns, files, strict_json
+
+CSV = ["case1.csv", "case2.csv", "case3_adaptive.csv", "case3_nested.csv"]
+FIGURES = [f"fig{number:02d}" for number in range(3, 13)]
+VERDICTS = {"holds", "fails", "cannot be decided from the text"}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    out = tmp_path_factory.mktemp("reproduce") / "paper"
+    done = subprocess.run(
+        [sys.executable, "-m", "quadstep.cli", "reproduce", "--out", out], capture_output=True, text=True, check=False
+    )
+    return done, out
+
+
+@pytest.fixture(scope="module")
+def out(run):
+    return run[1]
+
+
+@pytest.fixture(scope="module")
+def metrics(out):
+    return strict_json(out / "metrics.json")
+
+
+@pytest.fixture(scope="module")
+def claims(out):
+    return strict_json(out / "claims.json")
+
+
+@pytest.fixture(scope="module")
+def report(out):
+    return (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, claims):
+    done, out = run
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"Report: {out / 'report.html'}" in done.stdout
+    shown = re.sub(r"[\s│┃]", "", done.stdout)
+    for claim in claims:
+        assert all(word in done.stdout for word in claim["name"].split())
+    assert shown.count("holds") >= sum(claim["verdict"] == "holds" for claim in claims)
+
+
+def test_the_issues_files_are_there(out, metrics):
+    needed = [*CSV, "metrics.json", "claims.json", "report.html", *(f"{f}.{kind}" for f in FIGURES for kind in ("png", "svg"))]
+    there = files(out)
+    assert set(needed) <= set(there)
+    assert all(there.values())
+    assert set(metrics["files"]) == set(there)
+
+
+@pytest.mark.parametrize("name", CSV)
+def test_a_case_has_a_row_every_10_ms_over_40_s_and_the_issues_columns(out, name):
+    log = columns(out, name)
+    assert log["t[s]"] == pytest.approx(np.arange(4001) / 100, abs=1e-9)
+    assert [*log] == [f"{column}[{unit}]" for column, unit in COLUMNS.items()]
+    assert {column.replace("#", " ") for column in ISSUE_COLUMNS} <= set(log)
+    assert np.isfinite(list(log.values())).all()
+
+
+def test_case_1_stays_within_a_millimetre_and_5_mrad(out):
+    log = columns(out, "case1.csv")
+    for axis in "xyz":
+        assert np.abs(log[f"{axis}_d[m]"] - log[f"{axis}[m]"]).max() < 1e-3
+    for angle in ("psi", "theta", "phi"):
+        assert np.abs(log[f"{angle}_d[rad]"] - log[f"{angle}[rad]"]).max() < 5e-3
+
+
+ENDS = {"case1": ((0, 0, 0), (20, 5, 10)), "case2": ((0, 5, 10), (20, 5, 10)), "case3_adaptive": ((0, 0, 0), (0, 0, 10))}
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_a_case_goes_where_the_paper_says(out, name):
+    log = columns(out, f"{name}.csv")
+    path = np.array([log[f"{axis}_d[m]"] for axis in "xyz"]).T
+    assert tuple(path[0]) == pytest.approx(ENDS[name][0])
+    assert tuple(path[-1]) == pytest.approx(ENDS[name][1])
+
+
+def test_both_controllers_of_case_3_fly_from_one_start_and_only_one_has_nets(out):
+    adaptive, nested = columns(out, "case3_adaptive.csv"), columns(out, "case3_nested.csv")
+    for name in ("x[m]", "y[m]", "z[m]", "psi[rad]", "theta[rad]", "phi[rad]", "z_d[m]"):
+        assert adaptive[name][0] == nested[name][0]
+    assert adaptive["norm_W1[-]"].max() > 0.0
+    assert nested["norm_W1[-]"].max() == 0.0
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_is_a_picture_with_labels_units_and_a_legend(out, name):
+    assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    svg = ET.fromstring((out / f"{name}.svg").read_text(encoding="utf-8"))
+    text = "\n".join(svg.itertext())
+    assert "time [s]" in text
+    assert re.search(r"\[\w*(m|rad|N)\]", text)
+    assert any(element.get("id", "").startswith("legend") for element in svg.iter())
+    assert f"Fig. {int(name[3:])} " in text
+
+
+def test_a_line_of_a_figure_is_told_apart_by_its_dashes(out):
+    svg = (out / "fig10.svg").read_text(encoding="utf-8")
+    assert len(set(re.findall(r"stroke-dasharray: ([\d.,\s]+)", svg))) >= 2
+
+
+def test_figure_3_ends_at_10_20_30_and_40(out):
+    text = "\n".join(ET.fromstring((out / "fig03.svg").read_text(encoding="utf-8")).itertext())
+    for end in (10, 20, 30, 40):
+        assert f"to {end} m" in text
+
+
+def test_comparisons_name_both_controllers(out):
+    for name in ("fig10", "fig11", "fig12"):
+        text = "\n".join(ET.fromstring((out / f"{name}.svg").read_text(encoding="utf-8")).itertext())
+        assert "_n" in text
+        assert "_o" in text
+
+
+def test_the_metrics_say_seed_version_and_every_choice(metrics):
+    assert (metrics["version"], metrics["seed"]) == (__version__, 1)
+    assert len(metrics["choices"]) >= 15
+    for choice in metrics["choices"]:
+        assert all(choice[key] for key in ("what", "value", "why"))
+    text = json.dumps(metrics["choices"])
+    for word in ("Lambda", "K_r1", "K_i2", "neurons", "seed", "filter", "step", "start of Case 3", "rotor", "kappa", "[11]"):
+        assert word in text
+
+
+def test_the_metrics_of_a_case_are_those_the_issue_asks_for(metrics):
+    assert set(metrics["cases"]) >= {"case1", "case2", "case2_y", "case2_z", "case3_adaptive", "case3_nested"}
+    for case in metrics["cases"].values():
+        for axis in "xyz":
+            assert set(case["position"][axis]) == {"rmse[m]", "largest[m]", "final[m]"}
+        for angle in ("psi", "theta", "phi"):
+            assert {"rmse[rad]", "largest[rad]", "final[rad]"} < set(case["attitude"][angle])
+            assert any("settling[s]" in key for key in case["attitude"][angle])
+        for name in ("u", "tau_psi", "tau_theta", "tau_phi"):
+            assert {key.partition("[")[0] for key in case[name]} == {"largest", "total_variation"}
+        assert set(case["largest_weight_norm"]) == {"norm_W1", "norm_W2"}
+
+
+def test_the_metrics_are_those_of_the_study_flown_again(metrics):
+    flown = golden.study()
+    for name, case in flown.cases.items():
+        assert golden.numbers(metrics["cases"][name]) == golden.numbers(case)
+
+
+def test_36_stress_flights_have_an_error_and_a_tilt_or_a_time_and_a_reason(metrics):
+    stress = metrics["stress"]
+    keys = {(flight["t_f[s]"], flight["scale"], flight["nets"]) for flight in stress}
+    assert keys == {(t, s, n) for t in (20, 10, 6, 5, 4, 3) for s in (0, 1, 5) for n in (True, False)}
+    assert len(stress) == 36
+    for flight in stress:
+        if flight["outcome"] == "completed":
+            assert flight["ended[s]"] == pytest.approx(flight["t_f[s]"] + 5.0)
+            assert flight["position_rmse[m]"] >= 0.0
+            assert flight["largest_tilt[rad]"] > 0.0
+        else:
+            assert 0.0 < flight["ended[s]"] < flight["t_f[s]"] + 5.0
+
+
+def test_case_3_was_flown_from_several_starts_with_both_controllers(metrics):
+    starts = Counter(key.partition("; ")[0] for key in metrics["case3_by_start"])
+    assert len(starts) >= 4
+    assert all(count >= 2 for count in starts.values())
+    assert any(key.startswith("at rest on the path; adaptive") for key in metrics["case3_by_start"])
+
+
+def test_claims_have_a_sentence_numbers_and_one_of_three_verdicts(claims):
+    for claim in claims:
+        assert set(claim) >= {"name", "sentence", "measured", "verdict"}
+        assert claim["verdict"] in VERDICTS
+        assert re.search(r"\d", claim["measured"])
+    assert {claim["verdict"] for claim in claims} == VERDICTS
+
+
+class Page(HTMLParser):
+    """Open elements, ids, references and the tables of a page."""
+
+    VOID = frozenset({"meta", "br", "hr", "img", "link", "input"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.references, self.outside = [], [], [], []
+        self.tables, self.scripts = [], 0
+        self.feed(text)
+        self.close()
+
+    def handle_startendtag(self, tag, attrs):
+        self.note(tag, attrs)
+
+    def handle_starttag(self, tag, attrs):
+        self.note(tag, attrs)
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if tag == "table":
+            self.tables.append([])
+        if tag == "tr":
+            self.tables[-1].append([])
+        if tag in {"td", "th"}:
+            self.tables[-1][-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in {"td", "th"}:
+            self.tables[-1][-1][-1] += data
+
+    def note(self, tag, attrs):
+        self.scripts += tag == "script"
+        for key, value in ((key, value or "") for key, value in attrs):
+            if key == "id":
+                self.ids.append(value)
+            if value.startswith("#") and key in {"href", "xlink:href"}:
+                self.references.append(value[1:])
+            self.references += re.findall(r"url\(#([^)]+)\)", value)
+            if key in {"src", "href", "xlink:href", "srcset", "style"} and re.search(r"\w+://|url\((?!#)|@import", value):
+                self.outside.append((tag, key, value))
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    return Page(report)
+
+
+def test_every_element_of_the_report_is_closed(page):
+    assert page.open == []
+
+
+def test_the_report_needs_nothing_from_outside(page, report):
+    assert page.outside == []
+    assert page.scripts == 0
+    assert "<link" not in report
+    assert "@import" not in report
+    kept = re.sub(r'xmlns(:\w+)?="[^"]*"|rdf:resource="[^"]*"', "", report)
+    assert re.findall(r"https?://[^\s\"<]+", kept) == []
+
+
+def test_ids_of_the_report_are_unique_and_references_lead_to_one(page):
+    assert [name for name, count in Counter(page.ids).items() if count > 1] == []
+    assert set(page.references) <= set(page.ids)
+    assert page.references
+
+
+def test_the_report_holds_all_figures_and_tables(page, report, claims, metrics):
+    assert report.count("<svg") == len(FIGURES)
+    judged, cases, starts, stress, chosen = page.tables
+    assert [row[0] for row in judged[1:]] == [claim["name"] for claim in claims]
+    assert [row[-1] for row in judged[1:]] == [claim["verdict"] for claim in claims]
+    assert [row[2] for row in judged[1:]] == [claim["measured"] for claim in claims]
+    assert [row[0] for row in cases[1:]] == list(metrics["cases"])
+    assert len(starts) > 5
+    assert [len(row) for row in stress] == [7] * 7
+    assert [row[0] for row in chosen[1:]] == [choice["what"] for choice in metrics["choices"]]
+    for table in page.tables:
+        assert len({len(row) for row in table}) == 1
+
+
+def test_a_stress_flight_that_diverges_is_told_with_time_and_reason(page, metrics):
+    cells = [cell for row in page.tables[3][1:] for cell in row[1:]]
+    lost = sum(flight["outcome"] != "completed" for flight in metrics["stress"])
+    assert sum(bool(re.fullmatch(r"diverged at [\d.]+ s: [a-z ]+", cell)) for cell in cells) == lost
+    assert sum(bool(re.fullmatch(r"[\d.e+-]+ mm, [\d.]+ rad", cell)) for cell in cells) == 36 - lost
