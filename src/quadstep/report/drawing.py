@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.report.interrupts import interrupts_held
 from quadstep.report.panel import Panel
 
 
@@ -55,12 +56,9 @@ def drawing_pool() -> Iterator[ProcessPoolExecutor]:
     workers = max(1, min(4, os.cpu_count() or 1))
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=warm_up)
     try:
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # inherited: they never see Ctrl-C
-        try:
+        with interrupts_held():
             for _ in range(workers):
                 pool.submit(os.getpid)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         yield pool
         pool.shutdown()
     finally:

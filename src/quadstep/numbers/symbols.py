@@ -1,0 +1,28 @@
+"""SymPy expressions as numbers: feed a law symbols and what comes out is the equation that the code really computes.
+
+Comparing symbols gives a relational, which `where` turns into a `Piecewise`. Loaded only when a value is a SymPy object.
+"""
+
+from typing import Any
+
+import sympy
+from sympy.logic.boolalg import BooleanFalse, BooleanTrue
+
+
+class Symbols:
+    """The functions of `quadstep.numbers` for SymPy expressions."""
+
+    sin = staticmethod(sympy.sin)
+    cos = staticmethod(sympy.cos)
+    exp = staticmethod(sympy.exp)
+    sqrt = staticmethod(sympy.sqrt)
+    atan2 = staticmethod(sympy.atan2)
+
+    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+        """Decided at once where the condition is known."""
+        if isinstance(condition, bool | BooleanTrue | BooleanFalse):
+            return yes if condition else no
+        return sympy.Piecewise((yes, condition), (no, True), evaluate=False)
+
+
+SYMBOLS = Symbols()

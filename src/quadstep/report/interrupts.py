@@ -1,0 +1,27 @@
+"""Holding back Ctrl-C where a half-done step would leave something behind."""
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+
+
+@contextlib.contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Ctrl-C in this block takes effect after it. Processes started in it never see Ctrl-C at all (they inherit the mask).
+
+    Both a handler and a mask: the mask is of this thread only, and a library's threads may receive the signal in its place.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pending: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, before)
+    if pending:
+        raise KeyboardInterrupt

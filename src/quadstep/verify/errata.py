@@ -1,0 +1,68 @@
+"""The page `docs/errata.md`, made from the rows: `python -m quadstep.verify.errata [FILE]`."""
+
+import sys
+from pathlib import Path
+
+from quadstep.verify.registry import all_rows, verify
+from quadstep.verify.report import write_beside
+from quadstep.verify.rows import Result, Verdict
+
+PAGE = Path("docs/errata.md")
+
+OPENING = """\
+# Errata of the paper, equation by equation
+
+A. Das, F. Lewis, K. Subbarao, "Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics" (2009),
+against the code of this package. `quadstep verify` puts symbols (for the steps of the proof, random moments of flight)
+through the functions that fly and compares what comes out with what is printed. Made from the same rows by `make errata`;
+do not edit.
+
+Dots, hats and transposes may have been lost on the way to the text that was read (Eqs 2, 29, 60): there the slip may not be
+the authors'. s_th, c_th are sin theta, cos theta; the order of angles is (psi, theta, phi).
+"""
+
+
+def row_of(*cells: str) -> str:
+    """One line of a table."""
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
+    """A table."""
+    return "\n".join([row_of(*header), "|" + "---|" * len(header), *(row_of(*line) for line in lines)]) + "\n"
+
+
+def named(result: Result) -> str:
+    """How a row is called."""
+    return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
+
+
+def page(results: list[Result]) -> str:
+    """The whole page."""
+    wrong = [r for r in results if r.row.verdict is Verdict.CORRECTED]
+    kept = [r for r in results if r.row.verdict is not Verdict.CORRECTED and r.evidence.counterexample]
+    noted = [r for r in results if r.row.verdict is not Verdict.CORRECTED and not r.evidence.counterexample and r.row.reason]
+    return "\n".join([
+        OPENING,
+        f"## Corrected ({len(wrong)})\n",
+        table(("where", "printed", "what is wrong, what is right", "counterexample"),
+              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in wrong]),
+        "## Kept as printed, with a limit\n",
+        table(("where", "printed", "limit", "numbers"),
+              [(named(r), r.row.printed, r.row.reason, r.evidence.counterexample) for r in kept]),
+        "## Notes\n",
+        table(("where", "printed", "note"), [(named(r), r.row.printed, r.row.reason) for r in noted]),
+        "## Every row\n",
+        table(("number", "what", "where in the code", "verdict", "checks"),
+              [(r.row.number, r.row.what, f"`{r.row.where}`", r.row.verdict if r.passed else "FAILED",
+                str(len(r.evidence.checks))) for r in results]),
+    ])  # fmt: skip
+
+
+def main() -> None:
+    """Write the page."""
+    write_beside(Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE, page(verify(all_rows())))
+
+
+if __name__ == "__main__":
+    main()

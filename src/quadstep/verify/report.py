@@ -1,0 +1,88 @@
+"""What `quadstep verify` says: cells of the table, the closing line, the JSON file."""
+
+import json
+import os
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from quadstep.errors import UserError
+from quadstep.verify.rows import Result, Verdict
+
+HEADER = ("number", "what", "where", "verdict", "reason")
+WIDTHS = (10, 18, 24, 11, None)
+
+
+def cells(result: Result) -> tuple[str, ...]:
+    """One row of the table; a failing one says what was expected and what was found."""
+    row = result.row
+    verdict = row.verdict if result.passed else f"FAILED ({row.verdict})"
+    return row.number, row.what, row.where.removeprefix("quadstep."), verdict, explanation(result)
+
+
+def explanation(result: Result) -> str:
+    """The reason, with the counterexample's numbers, or what failed."""
+    if not result.passed:
+        return result.failure
+    return "; ".join(part for part in (result.row.reason, result.evidence.counterexample) if part)
+
+
+def closing(results: list[Result], seconds: float) -> str:
+    """Counts and seconds."""
+    counts = Counter(result.row.verdict for result in results)
+    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict if counts[verdict]]
+    failed = sum(not result.passed for result in results)
+    checks = sum(len(result.evidence.checks) for result in results)
+    ending = f"{failed} FAILED" if failed else "all evidence holds"
+    return f"{len(results)} rows ({'; '.join(parts)}), {checks} checks, {seconds:.1f} s: {ending}"
+
+
+def document(results: list[Result], seconds: float) -> dict[str, Any]:
+    """Everything, for the JSON file."""
+    return {
+        "passed": all(result.passed for result in results),
+        "seconds": round(seconds, 1),
+        "rows": [
+            {
+                "number": result.row.number,
+                "what": result.row.what,
+                "printed": result.row.printed,
+                "where": result.row.where,
+                "verdict": result.row.verdict,
+                "reason": result.row.reason,
+                "counterexample": result.evidence.counterexample,
+                "passed": result.passed,
+                "checks": [check._asdict() for check in result.evidence.checks],
+            }
+            for result in results
+        ],
+    }
+
+
+def check_target(path: Path) -> None:
+    """Raises UserError at once if the JSON file has nowhere to go."""
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder; --json needs a file")
+    if not path.parent.is_dir():
+        raise UserError(f"{path}: cannot be written: no folder {path.parent}")
+
+
+def write_beside(path: Path, text: str) -> None:
+    """Write a file beside its place and move it there. Raises UserError if that fails."""
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            Path(temporary).chmod(0o644)
+            Path(temporary).replace(path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def write_document(path: Path, results: list[Result], seconds: float) -> None:
+    """The JSON file."""
+    write_beside(path, json.dumps(document(results, seconds), indent=2, allow_nan=False) + "\n")

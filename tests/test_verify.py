@@ -1,0 +1,206 @@
+"""`quadstep verify`: every equation has a row, every row its evidence, and the page of errata is made from them."""
+
+import builtins
+import importlib
+import json
+import sys
+import types
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from quadstep import cli
+from quadstep.errors import UserError
+from quadstep.numbers import atan2, clip, sin, where
+from quadstep.verify.errata import page
+from quadstep.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
+from quadstep.verify.report import closing, document, write_document
+from quadstep.verify.rows import Check, Evidence, Row, Verdict, judge
+
+PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
+
+
+@cache
+def results():
+    return verify(all_rows())
+
+
+def run(monkeypatch, *arguments):
+    """Exit code of the command line."""
+    monkeypatch.setattr(sys, "argv", ["quadstep", *arguments])
+    with pytest.raises(SystemExit) as ending:
+        cli.main()
+    return ending.value.code or 0
+
+
+def test_all_evidence_holds():
+    assert [f"{r.row.number}: {r.failure}" for r in results() if not r.passed] == []
+
+
+def test_every_number_and_name_has_one_row_in_order():
+    numbers = [row.number for row in all_rows()]
+    assert [int(n) for n in numbers if n.isdigit()] == list(range(1, EQUATIONS + 1))
+    assert {n for n in numbers if not n.isdigit()} == set(FOLLOWS)
+    assert len(numbers) == EQUATIONS + len(FOLLOWS)
+
+
+def test_every_row_says_where_and_the_place_exists():
+    for row in all_rows():
+        module, _, path = row.where.partition(":")
+        thing = importlib.import_module(module)
+        for name in path.split("."):
+            thing = getattr(thing, name)
+        assert isinstance(thing, types.FunctionType), row.where
+        assert not module.startswith("quadstep.verify")
+
+
+def test_every_correction_has_a_reason_and_numbers_and_shows_that_the_printed_form_fails():
+    corrected = [r for r in results() if r.row.verdict is Verdict.CORRECTED]
+    assert len(corrected) >= 20
+    for result in corrected:
+        assert result.row.reason, result.row.number
+        assert any(letter.isdigit() for letter in result.evidence.counterexample), result.row.number
+        assert len(result.evidence.checks) >= 2, result.row.number
+
+
+def test_texts_are_single_lines():
+    for result in results():
+        for text in (*result.row[:5], result.row.reason, result.evidence.counterexample):
+            assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("number", "numbers"),
+    [
+        ("6", ["2.763", "-6.362", "8.199"]),
+        ("67", ["0.9375"]),
+        ("gain conditions", ["-16.83"]),
+        ("chi_2", ["-4.5 N m"]),
+        ("52", ["7.211"]),
+        ("63", ["is 4;", "b_r = 1,"]),
+    ],
+)
+def test_counterexamples_have_the_known_numbers(number, numbers):
+    (result,) = verify(chosen(number))
+    assert all(part in result.evidence.counterexample for part in numbers)
+
+
+def test_page_of_errata_is_made_from_the_rows():
+    assert page(results()) == PAGE.read_text(encoding="utf-8"), "run `make errata`"
+
+
+def test_laws_take_symbols():
+    import sympy
+
+    x, y = sympy.symbols("x y")
+    assert sin(x) == sympy.sin(x)
+    assert atan2(y, x) == sympy.atan2(y, x)
+    chosen_by = where(x > 0, x, y)
+    assert (chosen_by.subs({x: 2, y: 5}), chosen_by.subs({x: -2, y: 5})) == (2, 5)
+    assert [clip(x, -1.0, 1.0).subs(x, value) for value in (-3, 0.5, 7)] == [-1.0, 0.5, 1.0]
+    assert where(sympy.true, x, y) is x
+    with pytest.raises(TypeError, match="str is not a number"):
+        sin("x")
+
+
+def test_floats_do_not_load_sympy():
+    import subprocess
+
+    code = "import sys; from quadstep.numbers import sin; import quadstep.cli; sin(0.5); print('sympy' in sys.modules)"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "False"
+
+
+def test_one_row_is_printed(monkeypatch, capsys):
+    assert run(monkeypatch, "verify", "--only", "t_ETA") == 0
+    shown = capsys.readouterr().out
+    assert "T_eta" in shown
+    assert "corrected" in shown
+    assert "1 rows (1 corrected)" in shown
+    assert "all evidence holds" in shown
+
+
+def test_json_has_every_row_with_its_checks(monkeypatch, capsys, tmp_path):
+    target = tmp_path / "rows.json"
+    target.write_text("old", encoding="utf-8")
+    assert run(monkeypatch, "verify", "--only", "5", "--json", str(target)) == 0
+    content = json.loads(target.read_text(encoding="utf-8"))
+    assert content["passed"] is True
+    (row,) = content["rows"]
+    assert (row["number"], row["verdict"], row["where"]) == ("5", "as printed", "quadstep.vehicle.rotors:rotor_map")
+    assert all(set(check) == {"what", "expected", "found", "holds"} for check in row["checks"])
+    assert [path.name for path in tmp_path.iterdir()] == ["rows.json"]
+
+
+def test_whole_document_is_json(tmp_path):
+    write_document(tmp_path / "all.json", results(), 1.25)
+    content = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))
+    assert len(content["rows"]) == len(results())
+    assert content == json.loads(json.dumps(document(results(), 1.25)))
+    assert closing(results(), 1.25).startswith(f"{len(results())} rows (")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["--only", "76"], "allowed are 1 to 75"),
+        (["--only", ""], "allowed are 1 to 75"),
+        (["--only", "5", "--json", "nowhere/rows.json"], "cannot be written: no folder nowhere"),
+        (["--only", "5", "--json", "."], "is a folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_path, arguments, part):
+    monkeypatch.chdir(tmp_path)
+    assert run(monkeypatch, "verify", *arguments) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert part in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_one_line(monkeypatch, tmp_path):
+    def refuse(*_arguments, **_options):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("quadstep.verify.report.tempfile.mkstemp", refuse)
+    with pytest.raises(UserError, match="cannot be written: Permission denied"):
+        write_document(tmp_path / "rows.json", results()[:1], 0.0)
+
+
+def test_without_sympy_one_line_names_the_extra(monkeypatch, capsys):
+    real = builtins.__import__
+
+    def without(name, *rest, **options):
+        if name.partition(".")[0] in ("sympy", "mpmath"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return real(name, *rest, **options)
+
+    for name in [name for name in sys.modules if name.startswith("quadstep.verify")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr("quadstep.verify", raising=False)
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert run(monkeypatch, "verify") == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "pip install quadstep[verify]" in line
+
+
+def failing_row(gather):
+    return Row("5", "what", "printed", "quadstep.vehicle.rotors:mix", Verdict.AS_PRINTED, "", gather)
+
+
+def test_a_failing_row_is_marked_and_the_exit_code_is_1(monkeypatch, capsys):
+    row = failing_row(lambda: Evidence([Check("sum of thrusts", "4", "5", False)]))
+    monkeypatch.setattr("quadstep.verify.registry.chosen", lambda only: [row])
+    assert run(monkeypatch, "verify") == 1
+    shown = capsys.readouterr().out
+    assert "FAILED" in shown
+    assert "sum of thrusts: expected 4, found 5" in " ".join(shown.replace("│", " ").split())
+    assert "1 FAILED" in shown
+
+
+def test_evidence_that_breaks_or_is_empty_fails():
+    def broken():
+        raise ValueError("no such thing")
+
+    assert judge(failing_row(broken)).failure == "evidence: expected no error, found ValueError: no such thing"
+    assert not judge(failing_row(lambda: Evidence([]))).passed

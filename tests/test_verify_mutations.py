@@ -1,0 +1,156 @@
+"""One sign or index changed in a law turns at least one row red.
+
+A mutant is the law's own source with one place changed; only the code of the running functions is exchanged, and put back.
+"""
+
+import contextlib
+import importlib
+import types
+from pathlib import Path
+
+import pytest
+
+from quadstep.verify.registry import chosen, verify
+
+LAGRANGE, KINEMATICS, ROTORS = "vehicle.lagrange", "vehicle.kinematics", "vehicle.rotors"
+LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
+INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "guidance.minimum_jerk"
+LINEAR, FUNCTIONS, LOG = "numbers.linear", "numbers.functions", "flight.log"
+
+MUTANTS = [
+    (KINEMATICS, "return matrix((-sin(theta)", "return matrix((sin(theta)", "T_eta"),
+    (KINEMATICS, "(cos(theta) * c, -s, 0.0))", "(cos(theta) * c, s, 0.0))", "T_eta"),
+    (KINEMATICS, "(cos(theta) * s, c, 0.0)", "(cos(theta) * s, -c, 0.0)", "4"),
+    (KINEMATICS, "return 2 if self", "return 1 if self", "T_eta"),
+    (KINEMATICS, "matrix((-cos_theta,", "matrix((cos_theta,", "T_eta"),
+    (KINEMATICS, "(-sin_theta * s,", "(sin_theta * s,", "T_eta"),
+    (KINEMATICS, "(-cos_theta * s, -c, 0.0)", "(-cos_theta * s, c, 0.0)", "4"),
+    (KINEMATICS, "return vector(-sin(theta)", "return vector(sin(theta)", "7"),
+    (KINEMATICS, "cos(theta) * cos(phi))", "-cos(theta) * cos(phi))", "1"),
+    (KINEMATICS, "cos(theta) * sin(phi), cos", "cos(phi) * sin(theta), cos", "thrust direction"),
+    (LAGRANGE, "by[k][i, j] + by[j][i, k]", "by[k][i, j] - by[j][i, k]", "3"),
+    (LAGRANGE, "by[j][i, k] - by[i][j, k]", "by[j][i, k] + by[i][j, k]", "6"),
+    (LAGRANGE, "- by[i][j, k]", "- by[k][i, j]", "6"),
+    (LAGRANGE, "return t_dot_momentum + t.T", "return t_dot_momentum - t.T", "2"),
+    (LAGRANGE, "t_dot_rates) - Vector(", "t_dot_rates) + Vector(", "8"),
+    (LAGRANGE, "thrust_direction(attitude) - weight", "thrust_direction(attitude) + weight", "1"),
+    (LAGRANGE, "- weight + force", "- weight - force", "9"),
+    (LAGRANGE, "torque - coriolis_torque", "torque + coriolis_torque", "3"),
+    (LAGRANGE, "torque + moment", "torque - moment", "10"),
+    (LAGRANGE, "half + half.T", "half - half.T", "4"),
+    (LAGRANGE, "(moving + turning) + vehicle.mass", "(moving + turning) - vehicle.mass", "2"),
+    (LAGRANGE, "0.5 * (moving + turning)", "0.5 * (moving - turning)", "2"),
+    (LINEAR, "m13 * m23 - m12 * m33", "m13 * m23 + m12 * m33", "3"),
+    (LINEAR, "m12 * m13 - m11 * m23", "m12 * m13 - m11 * m22", "3"),
+    ("vehicle.disturbance", "x_dot * phi_dot", "x_dot * psi_dot", "67"),
+    ("vehicle.disturbance", "products + disturbance.force", "products - disturbance.force", "67"),
+    ("vehicle.disturbance", "products + disturbance.torque", "products - disturbance.torque", "67"),
+    (ROTORS, "(l, 0.0, -l, 0.0)", "(l, 0.0, l, 0.0)", "5"),
+    (ROTORS, "(0.0, -l, 0.0, l)", "(0.0, l, 0.0, -l)", "rotor signs"),
+    (ROTORS, "(c, -c, c, -c)", "(-c, c, -c, c)", "rotor signs"),
+    (ROTORS, "mean + roll + yaw", "mean - roll + yaw", "5"),
+    (ROTORS, "mean + pitch - yaw", "mean + pitch + yaw", "5"),
+    (ROTORS, "return u, vector(tau_psi, tau_theta, tau_phi)", "return u, vector(tau_phi, tau_theta, tau_psi)", "tau"),
+    (INVERSION, "atan2(-f_x, b)", "atan2(f_x, b)", "50"),
+    (INVERSION, "f_y * f_y + f_z * f_z", "f_y * f_y - f_z * f_z", "45"),
+    (INVERSION, "f_x * f_x + b * b", "f_x * f_x - b * b", "48"),
+    (INVERSION, "atan2(f_y, f_z)", "atan2(f_z, f_y)", "52"),
+    (INVERSION, "atan2(f_y, f_z)", "atan2(f_y, -f_z)", "21"),
+    (LAW, "0.0, -gains.mass * gains.gravity", "0.0, gains.mass * gains.gravity", "19"),
+    (LAW, "* e1) - m_g", "* e1) + m_g", "20"),
+    (LAW, "reference.acceleration - gains.slope_1", "reference.acceleration + gains.slope_1", "24"),
+    (LAW, "gains.gain_1 * r1 + gains.integral_1", "gains.gain_1 * r1 - gains.integral_1", "19"),
+    (LAW, "- m_g + estimate", "- m_g - estimate", "26"),
+    (LAW, "return estimate + gains.gain_2", "return estimate - gains.gain_2", "37"),
+    (LAW, "r2 + gains.integral_2", "r2 - gains.integral_2", "38"),
+    (LAW, "return estimate + gains.gain_2 * r2", "return estimate + gains.gain_1 * r2", "35"),
+    (LAW, "reference.position - measured.position", "reference.position + measured.position", "11"),
+    (LAW, "measured.velocity) + gains.slope_1", "measured.velocity) - gains.slope_1", "12"),
+    (LAW, "desired - measured.attitude", "desired + measured.attitude", "27"),
+    (LAW, "measured.rates) + gains.slope_2", "measured.rates) - gains.slope_2", "28"),
+    (LAW, "measured.rates) + gains.slope_2", "measured.rates) + gains.slope_1", "30"),
+    (LAW, "memory.integral_1 + period", "memory.integral_1 - period", "19"),
+    (LAW, "memory.integral_2 + period", "memory.integral_2 - period", "35"),
+    (LAW, "memory.weights_1 + (on", "memory.weights_1 - (on", "54"),
+    (LAW, "memory.weights_2 + (on", "memory.weights_2 - (on", "58"),
+    (LAW, "r1 @ r1 + r2 @ r2", "r1 @ r1 - r2 @ r2", "54"),
+    (LAW, "mu_1, r1, error_norm", "mu_1, r2, error_norm", "54"),
+    (LAW, "(*measured.position, *r1", "(*measured.velocity, *r1", "23"),
+    (LAW, "(*measured.attitude, *r1, *r2)", "(*measured.attitude, *r2, *r1)", "34"),
+    (LAW, "t >= gains.learning_start", "t <= gains.learning_start", "23"),
+    (LAW, "u_d, vector(theta_d, phi_d)", "u_d, vector(phi_d, theta_d)", "24"),
+    (LAW, "memory.filtered, outer.tilt", "memory.filtered, -outer.tilt", "eta_d_dot"),
+    (LAW, "stored_1 + stored_2", "stored_1 - stored_2", "55"),
+    (NETS, "growth - (net.damping", "growth + (net.damping", "57"),
+    (NETS, "net.learning_rate * mu", "-net.learning_rate * mu", "54"),
+    (NETS, "return weights.T @ mu", "return -(weights.T @ mu)", "36"),
+    (NETS, "total([row[-1], *", "total([-row[-1], *", "22"),
+    (FUNCTIONS, "1.0 / (1.0 + exp(-x))", "1.0 / (1.0 + exp(x))", "33"),
+    (FILTER, "exp(-(frequency", "exp((frequency", "eta_d_dot"),
+    (FILTER, "filtered.rate + frequency", "filtered.rate - frequency", "eta_d_dot"),
+    (FILTER, "offset + period", "offset - period", "eta_d_dot"),
+    (FILTER, "filtered.rate - (frequency", "filtered.rate + (frequency", "eta_d_dot"),
+    (JERK, "(-15.0 + 6.0 * s)", "(15.0 + 6.0 * s)", "71"),
+    (JERK, "(-15.0 + 6.0 * s)", "(-15.0 - 6.0 * s)", "75"),
+    (JERK, "rest = 1.0 - s", "rest = 1.0 + s", "68"),
+    (JERK, "(1.0 - 2.0 * s)", "(1.0 + 2.0 * s)", "69"),
+    (JERK, "parameters.end - parameters.start", "parameters.end + parameters.start", "70"),
+    (JERK, "parameters.start + share * way", "parameters.start - share * way", "73"),
+    (JERK, "parameters.yaw_end - parameters.yaw_start", "parameters.yaw_end + parameters.yaw_start", "68"),
+    (LOG, "kinetic + command.stored", "kinetic - command.stored", "55"),
+    (NESTED, "return -inner", "return inner", "[11]"),
+    (NESTED, "coupling + inertia @ wanted", "coupling - inertia @ wanted", "[11]"),
+    (NESTED, "-x_dot / g, -x / g", "x_dot / g, -x / g", "[11]"),
+]
+
+
+def functions(module, name):
+    """Every function and method that a module defines, by qualified name."""
+    found = {}
+    for key, value in vars(module).items():
+        if isinstance(value, types.FunctionType) and value.__module__ == name:
+            found[key] = value
+        elif isinstance(value, type) and value.__module__ == name:
+            for inner, member in vars(value).items():
+                function = member.fget if isinstance(member, property) else member
+                if isinstance(function, types.FunctionType):
+                    found[f"{key}.{inner}"] = function
+    return found
+
+
+@contextlib.contextmanager
+def mutated(place, old, new):
+    """The laws of a module with one place of their source changed, in every module that uses them."""
+    name = f"quadstep.{place}"
+    module = importlib.import_module(name)
+    source = Path(module.__file__).read_text(encoding="utf-8")
+    assert source.count(old) == 1, f"{old!r} stands {source.count(old)} times in {place}"
+    mutant = types.ModuleType(name)
+    exec(compile(source.replace(old, new), module.__file__, "exec"), mutant.__dict__)
+    running, changed = functions(module, name), functions(mutant, name)
+    kept = {key: function.__code__ for key, function in running.items() if function.__code__ != changed[key].__code__}
+    assert kept, f"{new!r} changes nothing that runs"
+    try:
+        for key in kept:
+            running[key].__code__ = changed[key].__code__
+        yield
+    finally:
+        for key, code in kept.items():
+            running[key].__code__ = code
+
+
+def test_there_are_enough_of_them():
+    assert len({(place, old, new) for place, old, new, _ in MUTANTS}) == len(MUTANTS) >= 30
+
+
+@pytest.mark.parametrize(("place", "old", "new", "number"), MUTANTS)
+def test_a_changed_sign_or_index_turns_a_row_red(place, old, new, number):
+    with mutated(place, old, new):
+        (result,) = verify(chosen(number))
+    assert not result.passed, f"row {number} holds although {old!r} is {new!r}"
+    assert result.failure
+
+
+def test_everything_is_put_back():
+    used = sorted({number for *_, number in MUTANTS})
+    assert all(verify(chosen(number))[0].passed for number in used)
