@@ -3,6 +3,7 @@
 import signal
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import FrameType
 from typing import Annotated
@@ -27,7 +28,7 @@ app = typer.Typer(
 )
 PIPED_WIDTH = 120
 screen = Console(  # names of missions are text, not markup
-    highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+    highlight=False, markup=False, emoji=False, width=None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
 )
 
 FAILED, BAD_INPUT, DIVERGED, INTERRUPTED = 1, 2, 3, 130
@@ -76,7 +77,7 @@ def fly(
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Fly a mission: writes flight.csv, metrics.json, figures/ and, with nets, weights.json; prints a summary.
+    """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
 
     Exit code 0: completed. 2: bad input. 3: the flight diverged; its log is kept up to then.
     """
@@ -233,6 +234,9 @@ def main() -> None:
     except TyperException as error:
         if error.format_message():  # empty where the help was shown instead
             complain(f"error: {error.format_message()} (see quadstep --help)")
+        code = BAD_INPUT
+    except BrokenProcessPool:
+        complain("error: a process that draws figures was killed (out of memory?); nothing was written")
         code = BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted; nothing was written")

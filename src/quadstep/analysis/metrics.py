@@ -39,6 +39,12 @@ def settling_time(t: NDArray[np.float64], values: NDArray[np.float64]) -> float 
     return float(t[outside[-1] + 1]) if outside[-1] + 1 < len(t) else None
 
 
+def saturated_share(log: FlightLog, least: float, greatest: float) -> float:
+    """Share of the rows in which a rotor is at its least or greatest thrust [N]."""
+    forces, tolerance = log.columns("f1", "f2", "f3", "f4"), 1e-9 * greatest
+    return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
+
+
 def errors_of(errors: NDArray[np.float64], names: tuple[str, ...], unit: str) -> dict[str, Any]:
     """RMSE, largest and final magnitude of each column."""
     return {

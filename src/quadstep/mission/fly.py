@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quadstep import __version__
-from quadstep.analysis.metrics import flight_metrics
+from quadstep.analysis.metrics import flight_metrics, saturated_share
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.flight.engine import Engine
@@ -48,16 +48,21 @@ def fly_mission(
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         steps = plan.ticks.last
         log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
-        metrics = flight_metrics(log)
+        metrics, warnings = flight_metrics(log), list(plan.warnings)
+        limits = mission.vehicle.rotors.limits
+        if limits:
+            metrics["saturated_share"] = saturated_share(log, *limits)
+            if metrics["saturated_share"]:
+                warnings.append(f"a rotor is at a limit in {100 * metrics['saturated_share']:.3g} % of the log rows")
         (out / "figures").mkdir()
         drawn = [pool.submit(job.draw, out / "figures") for job in flight_jobs(log, mission.name)] if len(log.rows) > 1 else []
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
-        about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": plan.warnings}
+        about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
         for figure in drawn:
             figure.result()
-    return summarise(mission.name, log, metrics, plan.warnings)
+    return summarise(mission.name, log, metrics, tuple(warnings))
 
 
 def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:

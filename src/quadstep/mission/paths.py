@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from quadstep.errors import UserError
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
@@ -147,7 +148,10 @@ class RecordedPath(Section):
     smoothing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.15
 
     def build(self, folder: Path) -> BuiltPath:
-        times, points = read_recording(folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit])
+        try:
+            times, points = read_recording(folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit])
+        except UserError as error:
+            raise UserError(f"path.file: {error}") from None
         return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))
 
 

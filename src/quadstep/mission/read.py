@@ -14,7 +14,7 @@ from quadstep.mission.schema import Mission
 def read_mission(path: Path) -> Mission:
     """The mission in a TOML file. Raises UserError naming file, key and what is allowed."""
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.errors import UserError
+from quadstep.mission.fields import MOST
 
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}
 
 FEWEST_ROWS = 4
+SHORTEST = 1e-6
+"""Least time between two rows [s]."""
 
 
 def read_recording(
@@ -39,6 +42,9 @@ def read_recording(
     named = {key: name.partition("[")[0].strip() for key, name in columns.items() if name is not None}
     if columns["psi"] is None and "psi" in header:
         named["psi"] = "psi"
+    twice = [name for name in named.values() if header.count(name) > 1]
+    if twice:
+        raise UserError(f"{path}: column {twice[0]!r} stands more than once in the header")
     missing = [name for name in named.values() if name not in header]
     if missing:
         have = ", ".join(header[:12]) + (", ..." if len(header) > 12 else "")
@@ -49,11 +55,11 @@ def read_recording(
     data = {key: np.array([number(path, line, row, place, header) for line, row in numbered[1:]])
             for key, place in places.items()}  # fmt: skip
     times = data["t"]
-    stuck = np.flatnonzero(np.diff(times) <= 0.0)
+    stuck = np.flatnonzero(np.diff(times) < SHORTEST)
     if len(stuck):
         line = numbered[int(stuck[0]) + 2][0]
         before, after = times[stuck[0]], times[stuck[0] + 1]
-        how = "repeats" if after == before else "goes backward"
+        how = "repeats" if after == before else "goes backward" if after < before else "hardly moves"
         raise UserError(f"{path}: line {line}: time {how} ({before:g} s, then {after:g} s); times must rise from row to row")
     yaw = np.unwrap(data["psi"] * angle_unit) if "psi" in data else np.zeros(len(times))
     return times - times[0], np.column_stack([data["x"], data["y"], data["z"], yaw])
@@ -66,6 +72,8 @@ def number(path: Path, line: int, row: list[str], place: int, header: list[str])
         value = float(text)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not math.isfinite(value) or "_" in text:
         raise UserError(f"{path}: line {line}, column {header[place]!r}: {text or 'nothing'!r} is not a finite number")
+    if abs(value) > MOST:
+        raise UserError(f"{path}: line {line}, column {header[place]!r}: {text} is beyond {MOST:g}")
     return value

@@ -121,6 +121,7 @@ class Mission(Section):
             gains=controller.gains,
             limits=Limits(self.limits.distance, self.limits.rate, self.limits.pitch),
         )
+        warnings = [*controller.warnings, *self.vehicle.warnings()]
         wanted = path.law.reference(0.0, path.parameters)
         start = State(
             position=Vector(self.start.position) if self.start.position else wanted.position,
@@ -128,4 +129,4 @@ class Mission(Section):
             attitude=Vector(self.start.attitude) if self.start.attitude else Vector((wanted.yaw, 0.0, 0.0)),
             rates=Vector(self.start.rates),
         )
-        return FlightPlan(loop, parameters, start, ticks, tuple(controller.warnings))
+        return FlightPlan(loop, parameters, start, ticks, tuple(warnings))

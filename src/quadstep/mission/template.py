@@ -8,7 +8,7 @@ from quadstep.errors import UserError
 
 TEMPLATE = """\
 # A quadstep mission. Fly it: quadstep fly THIS_FILE
-# SI units, angles in radians, z up; every commented line shows its default. Only [path] is needed.
+# SI units, angles in radians, z up; commented lines show defaults, or an example where it says so. Only [path] is needed.
 
 name = "My first flight"
 
@@ -46,7 +46,7 @@ duration = 10.0             # s
 # kinematics = "standard"   # T_eta of Newton-Euler; "printed" is the paper's
 # rotors.arm = 0.25         # l [m]
 # rotors.moment = 0.05      # c, torque per thrust [m]
-# rotors.limits = [0.0, 8.0]  # least and greatest thrust of one rotor [N]; no limits if left out
+# rotors.limits = [0.0, 80.0] # example: least and greatest thrust of one rotor [N]; none by default
 
 [controller]
 type = "backstepping"       # the paper's; or "completed-backstepping", or "nested-saturation", its reference [11]
@@ -75,7 +75,7 @@ type = "backstepping"       # the paper's; or "completed-backstepping", or "nest
 # F2 = 5.0
 # kappa1 = 0.01             # damping of the weights
 # kappa2 = 0.01
-# weights = "weights.json"  # warm start from an earlier flight
+# weights = "weights.json"  # example: warm start from an earlier flight
 
 [start]                     # what is left out follows the path, or is zero
 # position = [0.0, 0.0, 0.0]   # m

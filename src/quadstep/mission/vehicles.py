@@ -44,6 +44,14 @@ class VehicleSection(Section):
                 )
         return self
 
+    def warnings(self) -> list[str]:
+        """Limits with which no controller could hover."""
+        if self.rotors.limits:
+            lift, weight = 4.0 * self.rotors.limits[1], self.mass * self.gravity
+            if lift <= weight:
+                return [f"vehicle.rotors.limits: four rotors lift at most {lift:g} N, the weight is {weight:g} N"]
+        return []
+
     def build(self) -> Vehicle:
         """The vehicle as numbers."""
         least, greatest = self.rotors.limits or (-1e300, 1e300)

@@ -2,8 +2,10 @@
 
 import contextlib
 import errno
+import fcntl
 import hashlib
 import json
+import os
 import shutil
 import signal
 import tempfile
@@ -14,6 +16,9 @@ from typing import Any
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten
+
+WRITING = ".writing-"
+"""Start of the name of a folder that is being written into; one may be left by a killed run."""
 
 MANIFEST = "metrics.json"
 """The file that is moved last and says whose results a folder holds."""
@@ -37,10 +42,10 @@ def publishing(folder: Path, identity: str, overwrite: bool) -> Iterator[Path]:
     """
     made: list[Path] = []
     try:
-        previous = files_to_replace(folder, identity, overwrite)
+        files_to_replace(folder, identity, overwrite)
         made = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
+        temporary = Path(tempfile.mkdtemp(prefix=WRITING, dir=folder))
     except OSError as error:
         discard(made)
         raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
@@ -50,12 +55,25 @@ def publishing(folder: Path, identity: str, overwrite: bool) -> Iterator[Path]:
         files = sorted(path.relative_to(temporary) for path in temporary.rglob("*") if path.is_file())
         content = json.loads(manifest.read_text(encoding="utf-8"))
         write_json(manifest, {**content, "fingerprint": identity, "files": [path.as_posix() for path in files]})
-        move(temporary, folder, files, previous)
+        with locked(folder):
+            previous = files_to_replace(folder, identity, overwrite)  # another run may have finished meanwhile
+            move(temporary, folder, files, previous)
     except OSError as error:
         raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         discard(made)
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """One run at a time between the last look at a folder and the last file moved into it."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def discard(made: list[Path]) -> None:
@@ -75,7 +93,8 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]
     with contextlib.suppress(OSError, ValueError):
         loaded = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         content = loaded if isinstance(loaded, dict) else {}
-    if not overwrite and content.get("fingerprint") != identity and any(folder.iterdir()):
+    found = any(not path.name.startswith(WRITING) for path in folder.iterdir())
+    if not overwrite and content.get("fingerprint") != identity and found:
         what = f"results of another mission ({content['name']})" if content.get("name") else "files of another kind"
         raise UserError(f"{folder}: holds {what}; choose another --out, or replace them with --overwrite")
     listed = content.get("files")

@@ -66,6 +66,8 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: is a folder; --json needs a file")
     if not path.parent.is_dir():
         raise UserError(f"{path}: cannot be written: no folder {path.parent}")
+    if path.is_file() and '"rows"' not in path.read_text(encoding="utf-8", errors="replace"):
+        raise UserError(f"{path}: exists and is no document of `quadstep verify`; name another file")
 
 
 def write_beside(path: Path, text: str) -> None:
