@@ -86,7 +86,7 @@ def test_commented_keys_of_the_path_show_their_defaults(name):
 def test_the_examples_of_limits_and_weights_are_valid():
     mission, names = uncommented(lambda name: name in EXAMPLES)
     assert set(names) == EXAMPLES
-    assert mission.vehicle.rotors.limits == (0.0, 8.0)
+    assert mission.vehicle.rotors.limits == (0.0, 80.0)
     assert mission.controller.nets.weights == "weights.json"
 
 

@@ -123,7 +123,7 @@ def test_one_row_is_printed(monkeypatch, capsys):
 
 def test_json_has_every_row_with_its_checks(monkeypatch, capsys, tmp_path):
     target = tmp_path / "rows.json"
-    target.write_text("old", encoding="utf-8")
+    target.write_text('{"rows": []}', encoding="utf-8")  # an earlier document
     assert run(monkeypatch, "verify", "--only", "5", "--json", str(target)) == 0
     content = json.loads(target.read_text(encoding="utf-8"))
     assert content["passed"] is True

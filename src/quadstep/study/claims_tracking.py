@@ -105,8 +105,8 @@ def no_yaw_torque(study: Study) -> Claim:
         "tau_psi = 0",
         "The control requirement for yaw angle is tau_psi = 0 and it is seen from Fig. 6 (Case 1).",
         f"tau_psi at most {yaw:.1e} N m, {100 * yaw / pitch:.2f} % of tau_theta (bound taken: 1 %, the scale of Fig. 6); "
-        f"behind the first second, {100 * later[0] / later[1]:.0f} % of it. Not exactly zero: Eq. 67's third row and the torque net "
-        "act on yaw",
+        f"after the first second, {100 * later[0] / later[1]:.0f} % of it. Not exactly zero: Eq. 67's third row and the "
+        "torque net act on yaw",
         judge(yaw < 0.01 * pitch),
         {"largest_tau_psi[N m]": yaw, "largest_tau_theta[N m]": pitch, "share_after_1_s": float(later[0] / later[1])},
     )
