@@ -34,7 +34,7 @@ def certify_mission(path: Path, folder: Path, overwrite: bool) -> CertifiedFligh
     """Fly the mission in `path`, certify it, write `folder`, and say what was found. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
-    with drawing_pool() as pool, publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out:
+    with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         try:
             found = certify_plan(plan)
         except UserError as error:

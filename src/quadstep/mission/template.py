@@ -1,10 +1,9 @@
 """The commented mission file that `quadstep new` writes."""
 
-import os
-import tempfile
 from pathlib import Path
 
 from quadstep.errors import UserError
+from quadstep.report.publish import write_beside
 
 TEMPLATE = """\
 # A quadstep mission. Fly it: quadstep fly THIS_FILE
@@ -106,13 +105,6 @@ def write_template(path: Path) -> None:
     try:
         if path.exists():
             raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(TEMPLATE)
-            Path(temporary).chmod(0o644)
-            Path(temporary).rename(path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-    except OSError as error:
+    except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+    write_beside(path, TEMPLATE)

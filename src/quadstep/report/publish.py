@@ -127,3 +127,18 @@ def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path])
 def write_json(path: Path, content: Any) -> None:
     """JSON with a fixed order and no NaN."""
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def write_beside(path: Path, text: str) -> None:
+    """Write a file beside its place and move it there. Raises UserError if that fails."""
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=WRITING)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            Path(temporary).chmod(0o644)
+            Path(temporary).replace(path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from None

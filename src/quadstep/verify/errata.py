@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
+from quadstep.report.publish import write_beside
 from quadstep.verify.registry import all_rows, verify
-from quadstep.verify.report import write_beside
 from quadstep.verify.rows import Result, Verdict
 
 PAGE = Path("docs/errata.md")

@@ -1,13 +1,12 @@
 """What `quadstep verify` says: cells of the table, the closing line, the JSON file."""
 
 import json
-import os
-import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from quadstep.errors import UserError
+from quadstep.report.publish import write_beside
 from quadstep.verify.rows import Result, Verdict
 
 HEADER = ("number", "what", "where", "verdict", "reason")
@@ -68,21 +67,6 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: cannot be written: no folder {path.parent}")
     if path.is_file() and '"rows"' not in path.read_text(encoding="utf-8", errors="replace"):
         raise UserError(f"{path}: exists and is no document of `quadstep verify`; name another file")
-
-
-def write_beside(path: Path, text: str) -> None:
-    """Write a file beside its place and move it there. Raises UserError if that fails."""
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            Path(temporary).chmod(0o644)
-            Path(temporary).replace(path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def write_document(path: Path, results: list[Result], seconds: float) -> None:
