@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple, Protocol
 
-from quadstep.numbers import Number, Vector
+from quadstep.numbers import Number, Vector, vector
 
 
 class Reference(NamedTuple):
@@ -10,6 +10,7 @@ class Reference(NamedTuple):
 
     position: xi_d [m]. velocity: xi_d_dot [m/s]. acceleration: xi_d_dd [m/s^2].
     yaw: psi_d [rad], any number of turns. yaw_rate: psi_d_dot [rad/s].
+    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; zero where a path does not know them.
     """
 
     position: Vector
@@ -17,6 +18,8 @@ class Reference(NamedTuple):
     acceleration: Vector
     yaw: Number
     yaw_rate: Number
+    jerk: Vector = vector(0.0, 0.0, 0.0)
+    snap: Vector = vector(0.0, 0.0, 0.0)
 
 
 class PathLaw(Protocol):

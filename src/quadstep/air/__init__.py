@@ -1,0 +1,1 @@
+"""The air: wind that is constant, swings, gusts or is turbulent."""

@@ -1,0 +1,1 @@
+"""A real quadrotor: a rigid body on quaternions, rotors with lag and limits, drag, ground, battery, payload, faults."""
