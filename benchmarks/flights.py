@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from quadstep.analysis.metrics import position_errors
 from quadstep.control.controller import Command
 from quadstep.flight import lanes
+from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.kernel import host_width
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Cycle
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
 from quadstep.vehicle.lagrange import derivative
@@ -90,12 +90,13 @@ def solver_difference(one: FlightPlan, log: FlightLog, samples: int = 500) -> fl
         return flatten(derivative(vehicle, disturbance, one.loop.kinematics, state, command.thrust, command.torque))
 
     for tick in range(samples):
-        command, memory, _ = one.loop.sample(cycle, one.parameters, tick * step, step)
-        solved = solve_ivp(rate, (0.0, step), flatten(cycle.state), args=(command,), method="DOP853", rtol=1e-12, atol=1e-14)
+        cycle, _ = one.loop.sample(cycle, one.parameters, Clock(tick * step, float(tick), step))
+        flat, command = flatten(cycle.state), (cycle.command,)
+        solved = solve_ivp(rate, (0.0, step), flat, args=command, method="DOP853", rtol=1e-12, atol=1e-14)
         state = rebuild(cycle.state, iter(solved.y[:, -1].tolist()))
-        cycle = Cycle(state, memory, command)
+        cycle = cycle._replace(state=state)
         if (tick + 1) % one.ticks.log == 0:
-            row = log.columns("x", "y", "z")[(tick + 1) // one.ticks.log]
+            row = log.table("x", "y", "z")[(tick + 1) // one.ticks.log]
             worst = max(worst, float(np.abs(row - np.array(list(state.position))).max()))
     return worst
 

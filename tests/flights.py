@@ -9,8 +9,9 @@ from llvmlite import ir
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
 from quadstep.control.networks import Net, random_input_weights
+from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.kernel import host
-from quadstep.flight.loop import Limits, Loop, Parameters, Ticks
+from quadstep.flight.loop import Limits, Loop, Parameters
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.lane import Emitter, Lane, LaneTable
@@ -21,7 +22,7 @@ from quadstep.vehicle.state import State
 
 CASE_1 = Loop(MinimumJerk(), Backstepping())
 NESTED = Loop(MinimumJerk(), NestedSaturation())
-CASE_1_TICKS = Ticks(0.002, 2, 10, 20000)
+CASE_1_TICKS = Ticks(0.002, (2,), 10, 20000)
 
 
 def same(value):

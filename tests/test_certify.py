@@ -18,9 +18,10 @@ from quadstep.certify.record import record
 from quadstep.certify.smoothness import check_path
 from quadstep.certify.verdict import kind, verdict
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
-from quadstep.flight.loop import Loop, Outcome
+from quadstep.flight.loop import Loop
 from quadstep.guidance.minimum_jerk import MinimumJerk
 from quadstep.guidance.reference import Reference
 from quadstep.mission.schema import Mission
@@ -39,7 +40,7 @@ def plan(path=None, controller=None, **sections):
 
 
 def every_sample(plan):
-    return plan._replace(ticks=plan.ticks._replace(log=plan.ticks.control))
+    return plan._replace(ticks=plan.ticks._replace(log=plan.ticks.every[0]))
 
 
 @cache
@@ -253,7 +254,8 @@ def test_without_nets_the_weights_are_zero_and_eps_is_the_target():
 class ForceAsWanted(Loop):
     """A plant without the coupling: the force made is the wanted one, whatever the attitude."""
 
-    def advance(self, cycle, parameters, step):
+    def advance(self, cycle, parameters, clock):
+        step = clock.period
         vehicle, command = parameters.vehicle, cycle.command
 
         def rate(state):
@@ -263,7 +265,8 @@ class ForceAsWanted(Loop):
 
         state = cycle.state
         half = type(state)(*(part + 0.5 * step * slope for part, slope in zip(state, rate(state), strict=True)))
-        return type(state)(*(part + step * slope for part, slope in zip(state, rate(half), strict=True)))
+        moved = type(state)(*(part + step * slope for part, slope in zip(state, rate(half), strict=True)))
+        return cycle._replace(state=moved)
 
 
 def slow():

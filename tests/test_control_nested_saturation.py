@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from quadstep.control.nested_saturation import NestedSaturation, NoMemory, nested
+from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Limits, Outcome, Ticks
+from quadstep.flight.loop import Limits
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import flatten, rebuild, vector
 from quadstep.vehicle.disturbance import Disturbance
@@ -133,7 +134,7 @@ def from_far_away():
         disturbance=Disturbance(0.0, same(0.0), same(0.0)),
         limits=Limits(1e3, 100.0, 1.57),
     )
-    return fly_lanes(NESTED, [far], [state(position=(100, 70, 0))], Ticks(0.004, 1, 25, 30000))[0]
+    return fly_lanes(NESTED, [far], [state(position=(100, 70, 0))], Ticks(0.004, (1,), 25, 30000))[0]
 
 
 def test_from_far_away_it_slides_at_the_innermost_bound_times_gravity(from_far_away):

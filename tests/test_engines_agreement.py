@@ -6,12 +6,13 @@ from scipy.integrate import solve_ivp
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
+from quadstep.flight.closed_loop import Outcome, Ticks
+from quadstep.flight.columns import COLUMNS
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly, fly_all
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.log import COLUMNS
-from quadstep.flight.loop import Loop, Outcome, Ticks
+from quadstep.flight.loop import Loop
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.spline import through_waypoints
@@ -22,8 +23,8 @@ from quadstep.vehicle.lagrange import derivative
 from quadstep.vehicle.rotors import Rotors
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
 
-TICKS = Ticks(0.004, 1, 5, 10000)
-SHORT = Ticks(0.004, 1, 5, 500)
+TICKS = Ticks(0.004, (1,), 5, 10000)
+SHORT = Ticks(0.004, (1,), 5, 500)
 UNEQUAL = vehicle((5, 8, 12), mass=1.2, rotors=Rotors(0.25, 0.02, 0.0, 6.0))
 WAYPOINTS = through_waypoints(
     np.array([0.0, 0.5, 1.0, 1.8]),
@@ -95,7 +96,7 @@ def test_engines_agree_on_other_laws_and_paths(name):
     agree(fly_arrays(loop, [numbers, numbers], [start, start], ticks)[1], fly_floats(loop, numbers, start, ticks))
 
 
-@pytest.mark.parametrize("ticks", [Ticks(0.002, 2, 10, 300), Ticks(0.002, 5, 3, 100), Ticks(0.001, 1, 7, 50)])
+@pytest.mark.parametrize("ticks", [Ticks(0.002, (2,), 10, 300), Ticks(0.002, (5,), 3, 100), Ticks(0.001, (1,), 7, 50)])
 def test_engines_agree_whatever_the_clock(ticks):
     start = TILTED
     floats = fly_floats(CASE_1, parameters(), start, ticks)
@@ -108,7 +109,7 @@ def test_engines_agree_whatever_the_clock(ticks):
 def test_single_precision_lanes_stay_near_double():
     double, single = (fly_lanes(CASE_1, [parameters()], [state()], TICKS, double=d)[0] for d in (True, False))
     assert single.outcome is Outcome.COMPLETED
-    places = [log.columns("x", "y", "z", "theta", "phi") for log in (double, single)]
+    places = [log.table("x", "y", "z", "theta", "phi") for log in (double, single)]
     np.testing.assert_allclose(*places, atol=1e-4)
 
 
@@ -170,9 +171,9 @@ def test_plans_of_different_structure_fly_together_and_come_back_in_order():
 
 def test_closed_loop_agrees_with_scipy_on_the_same_held_commands():
     numbers = parameters(6.0, vehicle=vehicle((5, 8, 12)))
-    log = fly_lanes(CASE_1, [numbers], [TILTED], Ticks(0.001, 4, 4, 1600))[0]
+    log = fly_lanes(CASE_1, [numbers], [TILTED], Ticks(0.001, (4,), 4, 1600))[0]
     names = ["x", "y", "z", "x_dot", "y_dot", "z_dot", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot"]
-    states, commands = log.columns(*names), log.columns("u", "tau_psi", "tau_theta", "tau_phi")
+    states, commands = log.table(*names), log.table("u", "tau_psi", "tau_theta", "tau_phi")
     now = states[0]
     for tick in range(400):
         u, *tau = commands[tick].tolist()
@@ -189,21 +190,21 @@ def test_closed_loop_agrees_with_scipy_on_the_same_held_commands():
 def test_halving_the_step_of_the_integrator_moves_case_1_by_less_than_a_micrometre(duration):
     coarse, fine = (
         fly_lanes(CASE_1, [parameters(duration)], [state()], ticks)[0]
-        for ticks in (Ticks(0.002, 2, 10, 20000), Ticks(0.001, 4, 20, 40000))
+        for ticks in (Ticks(0.002, (2,), 10, 20000), Ticks(0.001, (4,), 20, 40000))
     )
-    places = [log.columns("x", "y", "z") for log in (coarse, fine)]
+    places = [log.table("x", "y", "z") for log in (coarse, fine)]
     assert np.abs(places[0] - places[1]).max() < 1e-6
 
 
 @pytest.mark.parametrize(("duration", "error"), [(10.0, 0.9e-3), (6.0, 1.2e-2), (5.0, 4e-2), (4.0, 12.5e-2)])
 def test_error_on_the_way_grows_with_haste_as_in_the_reading(duration, error):
-    log = fly_lanes(CASE_1, [parameters(duration)], [state()], Ticks(0.002, 2, 10, round(duration * 500)))[0]
-    off = log.columns("x", "y", "z") - log.columns("x_d", "y_d", "z_d")
+    log = fly_lanes(CASE_1, [parameters(duration)], [state()], Ticks(0.002, (2,), 10, round(duration * 500)))[0]
+    off = log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d")
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) == pytest.approx(error, rel=0.06)
 
 
 def test_case_1_is_tracked_to_micrometres():
-    log = fly_lanes(CASE_1, [parameters()], [state()], Ticks(0.002, 2, 10, 20000))[0]
-    off = log.columns("x", "y", "z") - log.columns("x_d", "y_d", "z_d")
+    log = fly_lanes(CASE_1, [parameters()], [state()], Ticks(0.002, (2,), 10, 20000))[0]
+    off = log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d")
     assert np.sqrt(np.mean(off**2)) < 3e-6
-    np.testing.assert_allclose(log.columns("x", "y", "z")[-1], [20, 5, 10], atol=1e-5)
+    np.testing.assert_allclose(log.table("x", "y", "z")[-1], [20, 5, 10], atol=1e-5)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from quadstep.flight import code_cache, lanes
+from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Ticks
 from tests.flights import NESTED, nested_gains, parameters, state
 
-TICKS = Ticks(0.004, 1, 5, 100)
+TICKS = Ticks(0.004, (1,), 5, 100)
 
 
 @pytest.fixture

@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 
 from quadstep.control.controller import Command
+from quadstep.flight.closed_loop import Outcome, Ticks
+from quadstep.flight.columns import COLUMNS
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.log import COLUMNS, log_row
-from quadstep.flight.loop import Cycle, Limits, Loop, Outcome, Ticks, failure
+from quadstep.flight.loop import Cycle, Limits, Loop, failure
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, flatten, vector
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.rotors import Rotors
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
-TICKS = Ticks(0.004, 1, 5, 1000)
+TICKS = Ticks(0.004, (1,), 5, 1000)
 REST = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
 LIMITS = Limits(distance=10.0, rate=20.0, pitch=1.5)
 FINE = Command(9.81, same(0.0))
@@ -102,7 +103,7 @@ def test_numbers_too_large_end_a_flight_without_an_exception(engine):
 @pytest.mark.parametrize("engine", ["floats", "arrays", "lanes"])
 def test_a_flight_that_has_ended_stays_as_it_was_even_if_its_path_comes_by_later(engine):
     numbers, start = parameters(1.0, end=(8, 0, 0), limits=Limits(5.0, 100.0, 1.5)), state((6, 0, 0), (1, 0, 0))
-    log = EVERY_ENGINE[engine](CASE_1, numbers, start, Ticks(0.004, 1, 5, 250))
+    log = EVERY_ENGINE[engine](CASE_1, numbers, start, Ticks(0.004, (1,), 5, 250))
     assert (log.outcome, log.ended) == (Outcome.OFF_PATH, 0.0)
     assert flatten(log.final) == flatten(CASE_1.start(start, numbers))
 
@@ -111,7 +112,7 @@ def test_a_flight_that_has_ended_stays_as_it_was_even_if_its_path_comes_by_later
 def test_a_flight_that_has_ended_stays_as_it_was_while_its_neighbour_flies_on(batch):
     numbers = [parameters(1.0, end=(8, 0, 0), limits=Limits(limit, 100.0, 1.5)) for limit in (5.0, 50.0)]
     start = state((6, 0, 0), (1, 0, 0))
-    ended, flying = batch(CASE_1, numbers, [start] * 2, Ticks(0.004, 1, 5, 250))
+    ended, flying = batch(CASE_1, numbers, [start] * 2, Ticks(0.004, (1,), 5, 250))
     assert (ended.outcome, ended.ended) == (Outcome.OFF_PATH, 0.0)
     assert flying.ended > 0.5
     assert flatten(ended.final) == flatten(CASE_1.start(start, numbers[0]))
@@ -120,7 +121,7 @@ def test_a_flight_that_has_ended_stays_as_it_was_while_its_neighbour_flies_on(ba
 @pytest.mark.parametrize("engine", ["floats", "arrays", "lanes"])
 def test_rows_between_two_samples_are_cut_where_they_stop_being_finite(engine):
     torn = parameters(disturbance=Disturbance(0.0, same(0.0), same(1e200)))
-    log = EVERY_ENGINE[engine](CASE_1, torn, state(), Ticks(0.004, 50, 1, 100))
+    log = EVERY_ENGINE[engine](CASE_1, torn, state(), Ticks(0.004, (50,), 1, 100))
     assert log.outcome is Outcome.NOT_FINITE
     assert log.ended == pytest.approx(0.2)
     assert 0 < len(log.rows) < 10
@@ -168,9 +169,7 @@ def test_a_nan_from_the_nets_ends_a_flight_with_rotor_limits_too(engine):
 def test_rotor_limits_hold_every_logged_rotor_thrust():
     limited = Loop(CASE_1.path, CASE_1.controller, rotor_limits=True)
     numbers = parameters(5.0, vehicle=vehicle(rotors=Rotors(0.25, 0.02, 1.0, 4.0)))
-    free, held = (
-        fly_lanes(loop, [numbers], [state()], TICKS)[0].columns("f1", "f2", "f3", "f4") for loop in (CASE_1, limited)
-    )
+    free, held = (fly_lanes(loop, [numbers], [state()], TICKS)[0].table("f1", "f2", "f3", "f4") for loop in (CASE_1, limited))
     assert free.max() > 4.5
     assert held.min() >= 1.0 - 1e-9
     assert held.max() <= 4.0 + 1e-9
@@ -187,7 +186,7 @@ def test_a_row_holds_what_its_column_names_say():
         stored=7.0,
         weight_norms=vector(8.0, 9.0),
     )
-    row = dict(zip(COLUMNS, log_row(CASE_1, numbers, Cycle(motion, None, command), 4.0), strict=True))
+    row = dict(zip(COLUMNS, CASE_1.row(Cycle(motion, None, command), numbers, 4.0), strict=True))
     wanted = np.concatenate([array(part) for part in motion])
     names = ["x", "y", "z", "x_dot", "y_dot", "z_dot", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot"]
     assert [row[name] for name in names] == wanted.tolist()
@@ -204,14 +203,14 @@ def test_a_row_holds_what_its_column_names_say():
 def test_logged_lyapunov_function_is_eq_55_without_the_ideal_weights():
     motion = state(attitude=(0.3, 0.4, -0.2))
     command = Command(9.81, same(0.0), r1=vector(1.0, 2.0, 2.0), r2=vector(1.0, -2.0, 3.0), stored=7.0)
-    row = log_row(CASE_1, parameters(vehicle=vehicle(mass=2.0)), Cycle(motion, None, command), 0.0)
+    row = CASE_1.row(Cycle(motion, None, command), parameters(vehicle=vehicle(mass=2.0)), 0.0)
     s, r2 = np.sin(0.4), np.array([1, -2, 3])
     j = 5 * np.array([[1, 0, -s], [0, 1, 0], [-s, 0, 1]])
     assert row[list(COLUMNS).index("lyapunov")] == pytest.approx(0.5 * 2 * 9 + 0.5 * r2 @ j @ r2 + 7.0)
 
 
 def test_outcomes_of_a_long_flight_do_not_depend_on_how_it_is_sliced():
-    ticks = Ticks(0.02, 1, 100, 100_400)  # more than one slice
+    ticks = Ticks(0.02, (1,), 100, 100_400)  # more than one slice
     numbers = parameters(gains=nested_gains())
     told = []
     logs = fly_lanes(NESTED, [numbers] * 2, [state(), state(attitude=(0, math.pi / 2, 0))], ticks, told.append)
@@ -219,4 +218,4 @@ def test_outcomes_of_a_long_flight_do_not_depend_on_how_it_is_sliced():
     assert len(told) == 2
     assert [log.outcome for log in logs] == [Outcome.COMPLETED, Outcome.SINGULAR]
     np.testing.assert_allclose(logs[0].column("t"), 2.0 * np.arange(1005), atol=1e-9)
-    np.testing.assert_allclose(logs[0].columns("x", "y", "z")[-1], [20, 5, 10], atol=1e-3)
+    np.testing.assert_allclose(logs[0].table("x", "y", "z")[-1], [20, 5, 10], atol=1e-3)

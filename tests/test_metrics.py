@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from quadstep.analysis.metrics import attitude_errors, flight_metrics, position_errors, rmse, settling_time
-from quadstep.flight.log import COLUMNS, FlightLog
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.columns import COLUMNS
+from quadstep.flight.log import FlightLog
 
 
 def log_of(samples, outcome=Outcome.COMPLETED, **columns):
@@ -17,7 +18,7 @@ def log_of(samples, outcome=Outcome.COMPLETED, **columns):
     rows[:, 0] = np.arange(samples)
     for name, values in columns.items():
         rows[:, list(COLUMNS).index(name)] = values
-    return FlightLog(rows, outcome, float(samples - 1), None)
+    return FlightLog(COLUMNS, rows, outcome, float(samples - 1), None)
 
 
 def test_the_root_mean_square_of_three_four_is_root_of_twelve_and_a_half():

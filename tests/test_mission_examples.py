@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from quadstep import fly, read_mission
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission
 from quadstep.report.publish import fingerprint
 from quadstep.study.cases import main_cases, stress

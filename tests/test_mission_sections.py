@@ -7,7 +7,8 @@ import pytest
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.control.networks import random_input_weights
-from quadstep.flight.loop import Limits, Ticks
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.loop import Limits
 from quadstep.guidance.minimum_jerk import MinimumJerk
 from quadstep.guidance.orbit import Orbit
 from quadstep.guidance.piecewise import Piecewise
@@ -44,7 +45,7 @@ def test_a_path_alone_makes_the_papers_vehicle_under_the_papers_controller():
     assert not flight.loop.rotor_limits
     assert (disturbance.scale, *disturbance.force, *disturbance.torque) == (1.0, *[0.0] * 6)
     assert flight.parameters.limits == Limits(100.0, 100.0, 1.57)
-    assert flight.ticks == Ticks(0.002, 1, 5, 2000)
+    assert flight.ticks == Ticks(0.002, (1,), 5, 2000)
     assert flight.warnings == ()
 
 
@@ -142,7 +143,7 @@ def test_a_start_at_zero_is_not_taken_for_one_left_out():
 
 def test_the_clock_is_as_given_and_the_path_gives_the_duration():
     clock = {"duration": 10, "step": 0.001, "control_period": 0.004, "log_period": 0.1}
-    assert plan(simulation=clock).ticks == Ticks(0.001, 4, 100, 10000)
+    assert plan(simulation=clock).ticks == Ticks(0.001, (4,), 100, 10000)
     assert plan(simulation={"step": 0.001}).ticks.last == 4000
 
 

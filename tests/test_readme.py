@@ -6,8 +6,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly
-from quadstep.flight.loop import Outcome
 from quadstep.mission.read import check_mission
 
 ROOT = Path(__file__).parent.parent

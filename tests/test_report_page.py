@@ -6,8 +6,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from quadstep.flight.log import COLUMNS, FlightLog
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.columns import COLUMNS
+from quadstep.flight.log import FlightLog
 from quadstep.report import page
 from quadstep.report.drawing import FigureJob, Panel
 from quadstep.report.figures import prefixed
@@ -117,7 +118,7 @@ def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
 
 def test_a_csv_reads_back_exactly(tmp_path):
     rows = np.random.default_rng(1).normal(size=(5, len(COLUMNS))) * 10.0 ** np.arange(-8, len(COLUMNS) - 8)
-    write_csv(tmp_path / "log.csv", FlightLog(rows, Outcome.COMPLETED, 1.0, None))
+    write_csv(tmp_path / "log.csv", FlightLog(COLUMNS, rows, Outcome.COMPLETED, 1.0, None))
     with (tmp_path / "log.csv").open(encoding="utf-8", newline="") as file:
         header, *read = csv.reader(file)
     assert header == [f"{name}[{unit}]" for name, unit in COLUMNS.items()]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from quadstep import __version__
-from quadstep.flight.log import COLUMNS
+from quadstep.flight.columns import COLUMNS
 from tests import golden
 from tests.test_cli_fly import ISSUE_COLUMNS, columns, files, strict_json
 

@@ -7,9 +7,9 @@ import pytest
 
 from quadstep.control import completed_backstepping
 from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio, project
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
-from quadstep.flight.loop import Outcome
 from quadstep.mission.schema import Mission
 from quadstep.numbers import vector
 from quadstep.study.cases import stress

@@ -15,7 +15,7 @@ from quadstep.verify.registry import chosen, verify
 LAGRANGE, KINEMATICS, ROTORS = "vehicle.lagrange", "vehicle.kinematics", "vehicle.rotors"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
 INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "guidance.minimum_jerk"
-LINEAR, FUNCTIONS, LOG = "numbers.linear", "numbers.functions", "flight.log"
+LINEAR, FUNCTIONS, LOG = "numbers.linear", "numbers.functions", "flight.columns"
 
 MUTANTS = [
     (KINEMATICS, "return matrix((-sin(theta)", "return matrix((sin(theta)", "T_eta"),

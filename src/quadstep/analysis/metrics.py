@@ -21,13 +21,13 @@ def rmse(errors: NDArray[np.float64]) -> float:
 
 def position_errors(log: FlightLog) -> NDArray[np.float64]:
     """e1 = xi_d - xi at each sample, shape (samples, 3) [m]."""
-    errors: NDArray[np.float64] = log.columns("x_d", "y_d", "z_d") - log.columns(*POSITION)
+    errors: NDArray[np.float64] = log.table("x_d", "y_d", "z_d") - log.table(*POSITION)
     return errors
 
 
 def attitude_errors(log: FlightLog) -> NDArray[np.float64]:
     """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
-    errors: NDArray[np.float64] = log.columns("psi_d", "theta_d", "phi_d") - log.columns(*ATTITUDE)
+    errors: NDArray[np.float64] = log.table("psi_d", "theta_d", "phi_d") - log.table(*ATTITUDE)
     return errors
 
 
@@ -41,7 +41,7 @@ def settling_time(t: NDArray[np.float64], values: NDArray[np.float64]) -> float 
 
 def saturated_share(log: FlightLog, least: float, greatest: float) -> float:
     """Share of the rows in which a rotor is at its least or greatest thrust [N]."""
-    forces, tolerance = log.columns("f1", "f2", "f3", "f4"), 1e-9 * greatest
+    forces, tolerance = log.table("f1", "f2", "f3", "f4"), 1e-9 * greatest
     return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
 
 
@@ -66,7 +66,7 @@ def flight_metrics(log: FlightLog) -> dict[str, Any]:
     result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
     if len(log.rows) < 2:
         return result
-    t, attitude = log.column("t"), log.columns(*ATTITUDE)
+    t, attitude = log.column("t"), log.table(*ATTITUDE)
     e1, e2 = position_errors(log), attitude_errors(log)
     result["position"] = errors_of(e1, POSITION, "m")
     result["position_rmse[m]"] = rmse(np.linalg.norm(e1, axis=1))
@@ -81,7 +81,7 @@ def flight_metrics(log: FlightLog) -> dict[str, Any]:
             f"largest[{unit}]": float(np.abs(values).max()),
             f"total_variation[{unit}]": float(np.abs(np.diff(values)).sum()),
         }
-    forces = log.columns("f1", "f2", "f3", "f4")
+    forces = log.table("f1", "f2", "f3", "f4")
     result["rotors"] = {"least[N]": float(forces.min()), "largest[N]": float(forces.max())}
     result["largest_weight_norm"] = {name: float(log.column(name).max()) for name in ("norm_W1", "norm_W2")}
     return result

@@ -12,9 +12,9 @@ from quadstep.certify.hypotheses import FEWEST_SAMPLES, ZERO_THRUST, check_fligh
 from quadstep.certify.ideal_weights import IdealWeights, ideal_weights, residual_bound, targets, weight_bound
 from quadstep.certify.lyapunov import Lyapunov, lyapunov, matrices
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Outcome
 
 
 class Certificate(NamedTuple):
@@ -67,7 +67,7 @@ def certify_plan(plan: FlightPlan) -> Certificate:
     A flight that diverges is looked at up to where its wanted force last defined an attitude.
     """
     check_plan(plan)
-    plan = plan._replace(ticks=plan.ticks._replace(log=plan.ticks.control))
+    plan = plan._replace(ticks=plan.ticks._replace(log=plan.ticks.every[0]))
     log = fly(plan)
     with np.errstate(over="ignore"):  # a saturated sigmoid is zero or one
         return certify_flight(plan, log)

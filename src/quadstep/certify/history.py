@@ -69,10 +69,10 @@ class History(NamedTuple):
 def recall(plan: FlightPlan, log: FlightLog) -> History:
     """The history of a flight under the paper's law, logged at every control sample."""
     gains: BacksteppingGains = plan.parameters.gains
-    period, count = plan.ticks.step * plan.ticks.control, len(log.rows)
+    period, count = plan.ticks.step * plan.ticks.every[0], len(log.rows)
     t = log.column("t")
-    position, velocity = log.columns("x", "y", "z"), log.columns("x_dot", "y_dot", "z_dot")
-    attitude, rates = log.columns("psi", "theta", "phi"), log.columns("psi_dot", "theta_dot", "phi_dot")
+    position, velocity = log.table("x", "y", "z"), log.table("x_dot", "y_dot", "z_dot")
+    attitude, rates = log.table("psi", "theta", "phi"), log.table("psi_dot", "theta_dot", "phi_dot")
     state = State(as_vector(position), as_vector(velocity), as_vector(attitude), as_vector(rates))
     reference = reference_at(plan, t)
     on = np.where(t >= gains.learning_start, 1.0, 0.0)
@@ -82,7 +82,7 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
     integral_1 = summed(period * r1)
     mu_1 = as_rows(basis(gains.force_net, (*state.position, *as_vector(r1), *state.attitude, *state.rates)), count)
 
-    tilt = log.columns("theta_d", "phi_d")
+    tilt = log.table("theta_d", "phi_d")
     filtered, filtered_rates, second = filter_along(gains, period, state, tilt)
     yaw, yaw_rate = (as_rows((entry,), count) for entry in (reference.yaw, reference.yaw_rate))
     desired, desired_rates = np.hstack([yaw, filtered]), np.hstack([yaw_rate, filtered_rates])
@@ -102,12 +102,12 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
     force = wanted_force(gains, reference, as_vector(e1), as_vector(r1), as_vector(integral_1), as_vector(estimate_1))
     u_d, theta_d, phi_d = invert_force(force)
     asked = wanted_torque(gains, as_vector(r2), as_vector(integral_2), as_vector(estimate_2))
-    thrust, torque = log.column("u"), log.columns("tau_psi", "tau_theta", "tau_phi")
+    thrust, torque = log.column("u"), log.table("tau_psi", "tau_theta", "tau_phi")
     wanted = as_rows(force, count)
     made = thrust[:, None] * as_rows(thrust_direction(state.attitude), count)
     filtered_force = thrust[:, None] * as_rows(thrust_direction(as_vector(desired)), count)
 
-    logged = [tilt, log.columns("norm_W1", "norm_W2"), log.columns("norm_r1", "norm_r2")]
+    logged = [tilt, log.table("norm_W1", "norm_W2"), log.table("norm_r1", "norm_r2")]
     again = [as_rows((theta_d, phi_d), count), norms, np.sqrt(np.stack([dot(r1, r1), dot(r2, r2)], axis=1))]
     return History(
         period=period, t=t, state=state, reference=reference, e1=e1, r1=r1, e2=e2, r2=r2,
@@ -124,7 +124,8 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
 
 def reference_at(plan: FlightPlan, t: Array) -> Reference:
     """The path at many times, as a reference of arrays."""
-    return plan.loop.path.reference(t, plan.parameters.path)  # type: ignore[arg-type]
+    reference: Reference = plan.loop.path.reference(t, plan.parameters.path)
+    return reference
 
 
 def yaw_accelerations(plan: FlightPlan, t: Array) -> Array:

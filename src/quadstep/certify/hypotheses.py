@@ -31,10 +31,10 @@ def check_plan(plan: FlightPlan) -> None:
     for name, net in (("F1", gains.force_net), ("F2", gains.torque_net)):
         if learns and net.learning_rate <= 0.0:
             raise UserError(f"controller.nets.{name} = 0: L of Eq. 55 needs its inverse; certify needs {name} > 0, or no nets")
-    samples = ticks.last // ticks.control + 1
+    samples = ticks.last // ticks.every[0] + 1
     if not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         raise UserError(f"simulation: {samples} control samples; certify takes {FEWEST_SAMPLES} to {MOST_SAMPLES}")
-    t: Array = np.arange(samples) * np.float64(ticks.step * ticks.control)
+    t: Array = np.arange(samples) * np.float64(ticks.step * ticks.every[0])
     check_path(plan, t)
     wanted = as_rows(reference_at(plan, t).acceleration, samples)
     demand = plan.parameters.vehicle.mass * (wanted + np.array([0.0, 0.0, plan.parameters.vehicle.gravity]))

@@ -11,7 +11,7 @@ from quadstep.certify.arrays import Array, lengths
 from quadstep.certify.certificate import Certificate, certify_plan
 from quadstep.certify.record import record, table
 from quadstep.errors import UserError
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.report.drawing import FigureJob, drawing_pool
 from quadstep.report.panel import Panel

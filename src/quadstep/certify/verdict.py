@@ -3,7 +3,7 @@
 import numpy as np
 
 from quadstep.certify.certificate import Certificate
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
 
 
 def kind(c: Certificate) -> str:

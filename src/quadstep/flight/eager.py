@@ -9,60 +9,65 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.log import COLUMNS, FlightLog, finished, log_row
-from quadstep.flight.loop import Cycle, Loop, Outcome, Parameters, Ticks
+from quadstep.flight.closed_loop import Clock, ClosedLoop, Outcome, Ticks
+from quadstep.flight.log import FlightLog, finished
 from quadstep.numbers import Table, flatten, rebuild, where
-from quadstep.vehicle.state import State
 
 Progress = Callable[[int], None]
 """Told how many ticks were flown since the last call."""
 
 
-def fly_floats(loop: Loop, parameters: Parameters, start: State, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
+def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
     """One flight on Python floats."""
     rows: list[list[float]] = []
     cycle, code, tick = loop.start(start, parameters), 0.0, 0
     for tick in range(ticks.last + 1):
         t = tick * ticks.step
         try:
-            if tick % ticks.control == 0:
-                command, memory, code = loop.sample(cycle, parameters, t, ticks.step * ticks.control)
-                if code:
-                    break
-                cycle = Cycle(cycle.state, memory, command)
+            for task, every in zip(loop.tasks, ticks.every, strict=True):
+                if tick % every == 0:
+                    after, code = task.run(cycle, parameters, Clock(t, float(tick), ticks.step * every))
+                    if code:
+                        break
+                    cycle = after
+            if code:
+                break
             if tick % ticks.log == 0:
-                rows.append(log_row(loop, parameters, cycle, t))
+                rows.append(loop.row(cycle, parameters, t))
             if tick < ticks.last:
-                cycle = cycle._replace(state=loop.advance(cycle, parameters, ticks.step))
+                cycle = loop.advance(cycle, parameters, Clock(t, float(tick), ticks.step))
         except (ArithmeticError, ValueError):  # what floats raise where other numbers give inf or NaN
             code = float(Outcome.NOT_FINITE)
             break
         if progress and tick % 500 == 499:
             progress(500)
-    return finished(np.array(rows).reshape(-1, len(COLUMNS)), code, tick, ticks, cycle)
+    return finished(loop.columns, np.array(rows).reshape(-1, len(loop.columns)), code, tick, ticks, cycle)
 
 
-def fly_arrays(loop: Loop, parameters: Sequence[Parameters], starts: Sequence[State], ticks: Ticks) -> list[FlightLog]:
+def fly_arrays(loop: ClosedLoop, parameters: Sequence[Any], starts: Sequence[Any], ticks: Ticks) -> list[FlightLog]:
     """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
     stacked, start = stack(parameters), stack(starts)
     cycle = loop.start(start, stacked)
     code, ended = np.zeros(count), np.full(count, ticks.last)
-    log = np.empty((ticks.last // ticks.log + 1, len(COLUMNS), count))
+    log = np.empty((ticks.last // ticks.log + 1, len(loop.columns), count))
     with np.errstate(all="ignore"):
         for tick in range(ticks.last + 1):
             t = tick * ticks.step
-            if tick % ticks.control == 0:
-                command, memory, fresh = loop.sample(cycle, stacked, t, ticks.step * ticks.control)
-                failed = (code == 0.0) & (np.asarray(fresh) != 0.0)
-                code, ended = np.where(failed, fresh, code), np.where(failed, tick, ended)
-                cycle = keep(code == 0.0, Cycle(cycle.state, memory, command), cycle)
+            now = np.full(count, float(tick))
+            for task, every in zip(loop.tasks, ticks.every, strict=True):
+                if tick % every == 0:
+                    after, fresh = task.run(cycle, stacked, Clock(t, now, ticks.step * every))  # type: ignore[arg-type]
+                    failed = (code == 0.0) & (np.asarray(fresh) != 0.0)
+                    code, ended = np.where(failed, fresh, code), np.where(failed, tick, ended)
+                    cycle = keep(code == 0.0, after, cycle)
             if tick % ticks.log == 0:
-                log[tick // ticks.log] = [np.broadcast_to(value, count) for value in log_row(loop, stacked, cycle, t)]
+                log[tick // ticks.log] = [np.broadcast_to(value, count) for value in loop.row(cycle, stacked, t)]
             if tick < ticks.last:
-                cycle = keep(code == 0.0, cycle._replace(state=loop.advance(cycle, stacked, ticks.step)), cycle)
+                after = loop.advance(cycle, stacked, Clock(t, now, ticks.step))  # type: ignore[arg-type]
+                cycle = keep(code == 0.0, after, cycle)
     return [
-        finished(log[:, :, i], code[i], int(ended[i]), ticks, rebuild(cycle, iter(pick(cycle, i, count))))
+        finished(loop.columns, log[:, :, i], code[i], int(ended[i]), ticks, rebuild(cycle, iter(pick(cycle, i, count))))
         for i in range(count)
     ]
 
@@ -74,7 +79,7 @@ def stack(structures: Sequence[Any]) -> Any:
     return rebuild(structures[0], leaves)
 
 
-def keep(alive: NDArray[np.bool_], new: Cycle, old: Cycle) -> Cycle:
+def keep(alive: NDArray[np.bool_], new: Any, old: Any) -> Any:
     """The new cycle for flights still alive, the old one for those that have ended."""
     pairs = zip(flatten(new), flatten(old), strict=True)
     return rebuild(new, (where(alive, fresh, held) for fresh, held in pairs))  # type: ignore[arg-type]

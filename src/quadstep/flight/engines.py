@@ -6,26 +6,29 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from quadstep.control.controller import ControllerLaw
+from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop, Parameters, Ticks
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
-from quadstep.vehicle.state import State
 
 
 class FlightPlan(NamedTuple):
-    """A flight as laws and numbers, ready for an engine. warnings: what the theory has against its gains."""
+    """A flight as laws and numbers, ready for an engine.
 
-    loop: Loop
-    parameters: Parameters
-    start: State
+    loop: a `ClosedLoop`, with its parameters and start; warnings: what is to be said against its numbers.
+    """
+
+    loop: Any
+    parameters: Any
+    start: Any
     ticks: Ticks
     warnings: tuple[str, ...] = ()
 
     def with_controller(self, controller: ControllerLaw, gains: Any) -> "FlightPlan":
         """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`."""
-        loop, parameters = replace(self.loop, controller=controller), self.parameters._replace(gains=gains)
+        loop = replace(self.loop, controller=controller)
+        parameters = self.parameters._replace(gains=gains)
         return self._replace(loop=loop, parameters=parameters, warnings=())
 
 

@@ -54,5 +54,5 @@ def compile_module(text: str, double: bool) -> Kernel:
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     number = ctypes.c_double if double else ctypes.c_float
-    kinds = [ctypes.c_int64] * len(COUNTERS) + [number] + [ctypes.c_void_p] * len(BUFFERS)
+    kinds = [ctypes.c_int64] * len(COUNTERS) + [number] + [ctypes.c_void_p] * (1 + len(BUFFERS))
     return Kernel(engine, ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address("fly")))

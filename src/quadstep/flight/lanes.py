@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.flight.closed_loop import ClosedLoop, Ticks
 from quadstep.flight.eager import Progress
 from quadstep.flight.kernel import Kernel, compile_module, host_width
-from quadstep.flight.log import COLUMNS, FlightLog, finished
-from quadstep.flight.loop import Loop, Parameters, Ticks
+from quadstep.flight.log import FlightLog, finished
 from quadstep.flight.trace import Trace
 from quadstep.numbers import Table, flatten, in_matrix, rebuild
-from quadstep.vehicle.state import State
 
 SLICE = 100_000
 """Ticks flown between looks at the keyboard (Ctrl-C) and the progress bar."""
@@ -23,9 +22,9 @@ KERNELS: dict[Any, Kernel] = {}
 
 
 def fly_lanes(
-    loop: Loop,
-    parameters: Sequence[Parameters],
-    starts: Sequence[State],
+    loop: ClosedLoop,
+    parameters: Sequence[Any],
+    starts: Sequence[Any],
     ticks: Ticks,
     progress: Progress | None = None,
     double: bool = True,
@@ -60,13 +59,15 @@ def fly_lanes(
     cycle, changing = blocks(cycles), blocks(varying)
     outcome = np.zeros((len(members), 2, width), dtype=numbers)
     outcome[:, 1] = ticks.last
-    rows = np.zeros((len(members), ticks.last // ticks.log + 1, len(COLUMNS), width), dtype=numbers)
+    rows = np.zeros((len(members), ticks.last // ticks.log + 1, len(loop.columns), width), dtype=numbers)
     constant = np.array(common, dtype=numbers)
     table = np.concatenate([table.array for table in tables] or [np.zeros(1)]).astype(numbers)
 
+    every = np.array(ticks.every, dtype=np.int64)
+
     def fly(block: int, first: int, past: int) -> None:
-        buffers = (cycle[block], constant, changing[block], table, rows[block], outcome[block])
-        kernel.fly(first, past, ticks.last, ticks.control, ticks.log, ticks.step, *(b.ctypes.data for b in buffers))
+        buffers = (every, cycle[block], constant, changing[block], table, rows[block], outcome[block])
+        kernel.fly(first, past, ticks.last, ticks.log, ticks.step, *(b.ctypes.data for b in buffers))
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for first in range(0, ticks.last + 1, SLICE):
@@ -79,12 +80,12 @@ def fly_lanes(
         block, lane = divmod(flight, width)
         final = rebuild(loop.start(starts[flight], parameters[flight]), iter(cycle[block, :, lane].astype(float).tolist()))
         code, ended = outcome[block, :, lane]
-        return finished(rows[block, :, :, lane].astype(float), code, int(ended), ticks, final)
+        return finished(loop.columns, rows[block, :, :, lane].astype(float), code, int(ended), ticks, final)
 
     return [result(flight) for flight in range(count)]
 
 
-def shared_leaves(parameters: Parameters) -> tuple[bool, ...]:
+def shared_leaves(parameters: Any) -> tuple[bool, ...]:
     """For each parameter, whether all flights read it from one place: tables and matrices (the nets' input weights).
 
     Everything else is kept per flight even where it agrees, so that one compiled program serves all such flights.
@@ -93,7 +94,7 @@ def shared_leaves(parameters: Parameters) -> tuple[bool, ...]:
     return tuple(entry or isinstance(leaf, Table) for leaf, entry in pairs)
 
 
-def prepare(loop: Loop, parameters: Parameters, start: State, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
+def prepare(loop: ClosedLoop, parameters: Any, start: Any, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)

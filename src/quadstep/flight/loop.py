@@ -1,31 +1,20 @@
-"""The closed loop: path, sampled controller, rotors and plant, composed at stated rates.
+"""The paper's closed loop: path, sampled controller, Eq. 5's rotors and the Lagrange plant."""
 
-Everything here is a law over numbers; the engines only decide which numbers, and count the ticks.
-"""
-
+from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 from quadstep.control.controller import Command, ControllerLaw
+from quadstep.flight.closed_loop import Clock, Outcome, Task, finite
+from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.guidance.reference import PathLaw, Reference
-from quadstep.numbers import Condition, Number, absolute, maximum, where
+from quadstep.numbers import Number, absolute, maximum, where
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle, derivative
 from quadstep.vehicle.rotors import limit
 from quadstep.vehicle.state import State
-
-
-class Outcome(IntEnum):
-    """How a flight ended."""
-
-    COMPLETED = 0
-    NOT_FINITE = 1
-    OFF_PATH = 2
-    SINGULAR = 3
-    SPINNING = 4
 
 
 class Limits(NamedTuple):
@@ -44,15 +33,6 @@ class Parameters(NamedTuple):
     path: Any
     gains: Any
     limits: Limits
-
-
-class Ticks(NamedTuple):
-    """Fixed-step clock. step: of the integrator [s]; control, log: steps between samples and rows; last: final step."""
-
-    step: float
-    control: int
-    log: int
-    last: int
 
 
 class Cycle(NamedTuple):
@@ -77,19 +57,29 @@ class Loop:
         memory = self.controller.start(state, parameters.gains)
         return Cycle(state, memory, Command(thrust=0.0, torque=state.rates))
 
-    def sample(self, cycle: Cycle, parameters: Parameters, t: Number, period: Number) -> tuple[Command, Any, Number]:
-        """Command and memory of a control sample at t [s], and the `Outcome` that ends the flight here (0: none)."""
-        reference = self.path.reference(t, parameters.path)
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column."""
+        return COLUMNS
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """One sampled law: the controller."""
+        return (Task("control", self.sample),)
+
+    def sample(self, cycle: Cycle, parameters: Parameters, clock: Clock) -> tuple[Cycle, Number]:
+        """The cycle after a control sample, and the `Outcome` that ends the flight here (0: none)."""
+        reference = self.path.reference(clock.time, parameters.path)
         state, gains = cycle.state, parameters.gains
-        command, memory = self.controller.law(cycle.memory, state, reference, gains, t, period)
+        command, memory = self.controller.law(cycle.memory, state, reference, gains, clock.time, clock.period)
         code = failure(state, command, reference, parameters.limits)  # of what was asked for: a limit would hide NaN
         if self.rotor_limits:
             thrust, torque = limit(parameters.vehicle.rotors, command.thrust, command.torque)
             command = command._replace(thrust=thrust, torque=torque)
-        return command, memory, code
+        return Cycle(state, memory, command), code
 
-    def advance(self, cycle: Cycle, parameters: Parameters, step: Number) -> State:
-        """The vehicle one integrator step [s] later, the command held (Eqs 9 and 10)."""
+    def advance(self, cycle: Cycle, parameters: Parameters, clock: Clock) -> Cycle:
+        """The cycle one integrator step later, the command held (Eqs 9 and 10)."""
 
         def rate(state: State) -> State:
             return derivative(
@@ -101,7 +91,12 @@ class Loop:
                 cycle.command.torque,
             )
 
-        return runge_kutta_4(rate, cycle.state, step)
+        return cycle._replace(state=runge_kutta_4(rate, cycle.state, clock.period))
+
+    def row(self, cycle: Cycle, parameters: Parameters, time: Number) -> list[Number]:
+        """One row of the log, in the order of `COLUMNS`: the state now, the command held."""
+        wanted = self.path.reference(time, parameters.path).position
+        return log_row(parameters.vehicle, self.kinematics, wanted, cycle.state, cycle.command, time)
 
 
 def failure(state: State, command: Command, reference: Reference, limits: Limits) -> Number:
@@ -115,8 +110,3 @@ def failure(state: State, command: Command, reference: Reference, limits: Limits
     everything = distance + state.velocity.norm() + state.attitude.norm() + state.rates.norm()
     everything = everything + absolute(command.thrust) + command.torque.norm()
     return where(finite(everything), code, float(Outcome.NOT_FINITE))
-
-
-def finite(x: Number) -> Condition:
-    """Whether a non-negative number is finite; false for NaN."""
-    return x < 1e300

@@ -5,15 +5,13 @@ from typing import Any
 
 from llvmlite import ir
 
-from quadstep.flight.log import COLUMNS, log_row
-from quadstep.flight.loop import Cycle, Loop, Parameters
+from quadstep.flight.closed_loop import Clock, ClosedLoop, Task
 from quadstep.numbers import Table, flatten, rebuild
 from quadstep.numbers.lane import Emitter, Lane, LaneTable
 from quadstep.numbers.lane_functions import LaneFunctions
-from quadstep.vehicle.state import State
 
 INDEX = ir.IntType(64)
-COUNTERS = ("first", "past", "final", "control", "log")
+COUNTERS = ("first", "past", "final", "log")
 BUFFERS = ("cycle", "shared", "varying", "tables", "rows", "outcome")
 
 Lanes = LaneFunctions()
@@ -22,20 +20,21 @@ Lanes = LaneFunctions()
 class Trace:
     """One module with one function,
 
-    fly(first, past, final, control, log, step, cycle*, shared*, varying*, tables*, rows*, outcome*),
+    fly(first, past, final, log, step, every*, cycle*, shared*, varying*, tables*, rows*, outcome*),
 
-    which flies one block of `width` flights through the ticks from `first` up to `past`, stepping the vehicle before tick
-    `final` only. cycle, varying and outcome (code, tick) are arrays of vectors, one entry a flight, the first and last
-    updated; shared and tables hold what all flights read; a row is written to rows every `log` ticks.
+    which flies one block of `width` flights through the ticks from `first` up to `past`, advancing the vehicle before tick
+    `final` only. every: for each task, the ticks from one run to the next. cycle, varying and
+    outcome (code, tick) are arrays of vectors, one entry a flight, the first and last updated; shared and tables hold what
+    all flights read; a row is written to rows every `log` ticks.
     """
 
-    def __init__(self, loop: Loop, parameters: Parameters, start: State, shared: list[bool], double: bool, width: int):
+    def __init__(self, loop: ClosedLoop, parameters: Any, start: Any, shared: list[bool], double: bool, width: int):
         self.loop = loop
         element = ir.DoubleType() if double else ir.FloatType()
         self.module = ir.Module("flight")
-        kinds = [INDEX] * len(COUNTERS) + [element] + [element.as_pointer()] * len(BUFFERS)
+        kinds = [INDEX] * len(COUNTERS) + [element, INDEX.as_pointer()] + [element.as_pointer()] * len(BUFFERS)
         self.function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), kinds), "fly")
-        self.argument = dict(zip((*COUNTERS, "step", *BUFFERS), self.function.args, strict=True))
+        self.argument = dict(zip((*COUNTERS, "step", "every", *BUFFERS), self.function.args, strict=True))
         for name in BUFFERS:
             self.argument[name].add_attribute("noalias")
         self.blocks: dict[str, ir.Block] = {}
@@ -50,20 +49,25 @@ class Trace:
         self.tick = self.builder.alloca(INDEX)
         self.builder.store(self.argument["first"], self.tick)
         self.step = self.spread(self.argument["step"])
-        self.period = self.spread(self._times_step(self.argument["control"]))
+        places = [self.builder.gep(self.argument["every"], [INDEX(place)]) for place in range(len(loop.tasks))]
+        self.every = [self.builder.load(place) for place in places]
+        self.periods = [self.spread(self._times_step(every)) for every in self.every]
         self._loop()
 
-    # The loop: head -> sampling? -> logging? -> moving? -> head
+    # The loop: head -> each task? -> logging? -> moving? -> head
 
     def _loop(self) -> None:
         self.goto("head")
         tick = self.builder.load(self.tick)
-        time = self.spread(self._times_step(tick))
+        time, count = self.spread(self._times_step(tick)), self.spread(self.builder.uitofp(tick, self.emitter.element))
         self.branch(self.builder.icmp_unsigned("<", tick, self.argument["past"]), "running", "done")
         self.enter("running")
-        self.when(self._due(tick, "control"), "sampling", lambda: self._sample(tick, time))
-        self.when(self._due(tick, "log"), "logging", lambda: self._log(tick, time))
-        self.when(self.builder.icmp_unsigned("<", tick, self.argument["final"]), "moving", self._move)
+        for task, every, period in zip(self.loop.tasks, self.every, self.periods, strict=True):
+            clock = Clock(time, count, period)
+            self.when(self._due(tick, every), task.name, lambda: self._run(task, clock, count))  # noqa: B023 (used at once)
+        self.when(self._due(tick, self.argument["log"]), "logging", lambda: self._log(tick, time))
+        still = self.builder.icmp_unsigned("<", tick, self.argument["final"])
+        self.when(still, "moving", lambda: self._move(Clock(time, count, self.step)))
         self.builder.store(self.builder.add(tick, INDEX(1)), self.tick)
         self.builder.branch(self.block("head"))
         self.enter("done")
@@ -72,33 +76,34 @@ class Trace:
                 self.builder.store(self.builder.load(slot), self._address(name, INDEX(place)), align=self.align)
         self.builder.ret_void()
 
-    def _sample(self, tick: ir.Value, time: Any) -> None:
-        cycle, living = self.current(), self._living()
-        command, memory, code = self.loop.sample(cycle, self.parameters, time, self.period)
-        failed = living & (self.lane(code) != 0.0)
-        survivors = living & (self.lane(code) == 0.0)
-        self.keep([code], [self.code], failed)
-        self.keep([self.spread(self.builder.uitofp(tick, self.emitter.element))], [self.ended], failed)
-        self.keep(flatten(Cycle(cycle.state, memory, command)), self.cycle, survivors)
+    def _run(self, task: Task, clock: Clock, tick: Lane) -> None:
+        before = self.current()
+        after, code = task.run(before, self.parameters, clock)
+        living = self._living()
+        if not isinstance(code, Lane):  # a task that never ends a flight
+            self.keep(before, after, living)
+            return
+        failed, survivors = living & (code != 0.0), living & (code == 0.0)
+        self.store([code, tick], [self.code, self.ended], failed)
+        self.keep(before, after, survivors)
         width = ir.IntType(self.emitter.width)
         anyone = self.builder.icmp_unsigned("!=", self.builder.bitcast(survivors.value, width), width(0))
-        self.branch(anyone, "someone flies", "done")
-        self.enter("someone flies")
+        self.branch(anyone, f"{task.name}: someone flies", "done")
+        self.enter(f"{task.name}: someone flies")
 
     def _log(self, tick: ir.Value, time: Any) -> None:
-        row = self.builder.mul(self.builder.udiv(tick, self.argument["log"]), INDEX(len(COLUMNS)))
-        for place, number in enumerate(log_row(self.loop, self.parameters, self.current(), time)):
+        row = self.builder.mul(self.builder.udiv(tick, self.argument["log"]), INDEX(len(self.loop.columns)))
+        for place, number in enumerate(self.loop.row(self.current(), self.parameters, time)):
             address = self._address("rows", self.builder.add(row, INDEX(place)))
             self.builder.store(self.lane(number).value, address, align=self.align)
 
-    def _move(self) -> None:
-        cycle = self.current()
-        moved = cycle._replace(state=self.loop.advance(cycle, self.parameters, self.step))
-        self.keep(flatten(moved), self.cycle, self._living())
+    def _move(self, clock: Clock) -> None:
+        before = self.current()
+        self.keep(before, self.loop.advance(before, self.parameters, clock), self._living())
 
     # Numbers in and out of memory
 
-    def _parameters(self, parameters: Parameters, shared: list[bool]) -> Parameters:
+    def _parameters(self, parameters: Any, shared: list[bool]) -> Any:
         leaves: list[Any] = []
         places = {"shared": 0, "varying": 0, "tables": 0}
         for leaf, common in zip(flatten(parameters), shared, strict=True):
@@ -113,11 +118,17 @@ class Trace:
             places[name] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(parameters, iter(leaves))
 
-    def current(self) -> Cycle:
+    def current(self) -> Any:
         """The cycle as lanes."""
         return rebuild(self.shape, (Lane(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
-    def keep(self, numbers: list[Any], slots: list[ir.Value], living: Any) -> None:
+    def keep(self, before: Any, after: Any, living: Any) -> None:
+        """Store what has changed in the cycle where the condition holds."""
+        pairs = zip(flatten(after), flatten(before), self.cycle, strict=True)
+        changed = [(new, slot) for new, old, slot in pairs if not (isinstance(new, Lane) and new.value is old.value)]
+        self.store([new for new, _ in changed], [slot for _, slot in changed], living)
+
+    def store(self, numbers: list[Any], slots: list[ir.Value], living: Any) -> None:
         """Store numbers where the condition holds."""
         for number, slot in zip(numbers, slots, strict=True):
             held = Lane(self.emitter, self.builder.load(slot))
@@ -140,8 +151,8 @@ class Trace:
     def _times_step(self, count: ir.Value) -> ir.Value:
         return self.builder.fmul(self.builder.uitofp(count, self.emitter.element), self.argument["step"])
 
-    def _due(self, tick: ir.Value, every: str) -> ir.Value:
-        return self.builder.icmp_unsigned("==", self.builder.urem(tick, self.argument[every]), INDEX(0))
+    def _due(self, tick: ir.Value, every: ir.Value) -> ir.Value:
+        return self.builder.icmp_unsigned("==", self.builder.urem(tick, every), INDEX(0))
 
     def _address(self, buffer: str, place: ir.Value) -> ir.Value:
         offset = self.builder.mul(place, INDEX(self.emitter.width))

@@ -12,7 +12,7 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Outcome
+from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import drawing_pool

@@ -8,7 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Limits, Loop, Parameters, Ticks
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.loop import Limits, Loop, Parameters
 from quadstep.mission.controllers import AnyController, BacksteppingSection
 from quadstep.mission.fields import Finite, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath
@@ -72,7 +73,7 @@ class SimulationSection(Section):
                 f"allowed are 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
             )
         control = min(round(self.control_period / self.step), MOST_STEPS + 1)  # beyond the flight: one sample, at the start
-        return Ticks(self.step, control, log, steps)
+        return Ticks(self.step, (control,), log, steps)
 
 
 class LimitsSection(Section):

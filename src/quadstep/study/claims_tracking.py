@@ -43,7 +43,7 @@ def tracking(study: Study) -> Claim:
 
 def injected(log: FlightLog) -> float:
     """Largest entry of the paper's disturbance (Eq. 67, scale 1) along a flight [N, N m]."""
-    products = log.columns("x_dot", "y_dot", "z_dot") * log.columns("phi_dot", "theta_dot", "psi_dot")
+    products = log.table("x_dot", "y_dot", "z_dot") * log.table("phi_dot", "theta_dot", "psi_dot")
     return float(np.abs(products).max())
 
 
@@ -100,7 +100,7 @@ def no_yaw_torque(study: Study) -> Claim:
     """Case 1, Fig. 6."""
     m = study.cases["case1"]
     yaw, pitch = m["tau_psi"]["largest[N m]"], m["tau_theta"]["largest[N m]"]
-    later = np.abs(study.logs["case1"].columns("tau_psi", "tau_theta")[study.logs["case1"].column("t") > 1.0]).max(axis=0)
+    later = np.abs(study.logs["case1"].table("tau_psi", "tau_theta")[study.logs["case1"].column("t") > 1.0]).max(axis=0)
     return Claim(
         "tau_psi = 0",
         "The control requirement for yaw angle is tau_psi = 0 and it is seen from Fig. 6 (Case 1).",

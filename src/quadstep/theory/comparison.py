@@ -72,7 +72,7 @@ def disturbance_over_weight(times: tuple[float, ...] = TIMES) -> dict[float, flo
     plans = [case_1(duration=t, disturbance={"scale": 0.0}).plan() for t in times]
     result = {}
     for t, log in zip(times, fly_all(plans), strict=True):
-        products = log.columns("x_dot", "y_dot", "z_dot") * log.columns("phi_dot", "theta_dot", "psi_dot")
+        products = log.table("x_dot", "y_dot", "z_dot") * log.table("phi_dot", "theta_dot", "psi_dot")
         result[t] = float(np.abs(products).max()) / 9.81
     return result
 

@@ -7,7 +7,7 @@ import sympy
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.networks import weight_rate
-from quadstep.flight.log import COLUMNS, log_row
+from quadstep.flight.columns import COLUMNS
 from quadstep.flight.loop import Cycle, Limits, Loop, Parameters
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import Matrix, Vector, vector
@@ -126,13 +126,13 @@ def gain_conditions() -> Evidence:
 
 @row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
      "int r2 / 2 "
-     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "flight.log:log_row", Verdict.DEFINITION,
+     "+ tr{W_tilde^T F^-1 W_tilde} / 2", "flight.columns:log_row", Verdict.DEFINITION,
      "logged without its last term, which holds the unknown weights")  # fmt: skip
 def equation_55() -> Evidence:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))
     cycle = Cycle(STATE, MEMORY, loop.sample().command)
-    logged = dict(zip(COLUMNS, log_row(Loop(MinimumJerk(), Backstepping()), parameters, cycle, 3.0), strict=True))
+    logged = dict(zip(COLUMNS, Loop(MinimumJerk(), Backstepping()).row(cycle, parameters, 3.0), strict=True))
     i1, i2 = array(MEMORY.integral_1), array(MEMORY.integral_2)
     k1, k2 = sympy.diag(*GAINS.integral_1), sympy.diag(*GAINS.integral_2)
     printed = (MASS * R1.T * R1 + R2.T * inertia_matrix() * R2 + i1.T * k1 * i1 + i2.T * k2 * i2)[0] / 2

@@ -1,0 +1,85 @@
+"""What an engine flies: a closed loop as laws over numbers, and the clock that says when each of them is due.
+
+The engines only decide which numbers, and count the ticks.
+"""
+
+from collections.abc import Callable, Mapping
+from enum import IntEnum
+from typing import Any, NamedTuple, Protocol
+
+from quadstep.numbers import Condition, Number
+
+
+class Outcome(IntEnum):
+    """How a flight ended."""
+
+    COMPLETED = 0
+    NOT_FINITE = 1
+    OFF_PATH = 2
+    SINGULAR = 3
+    SPINNING = 4
+    CRASHED = 5
+
+
+class Clock(NamedTuple):
+    """What a law knows of time. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
+
+    time: Number
+    tick: Number
+    period: Number
+
+
+class Task(NamedTuple):
+    """A part of a tick.
+
+    run(cycle, parameters, clock) gives the cycle after it, and the `Outcome` that ends the flight here (0: none).
+    """
+
+    name: str
+    run: Callable[[Any, Any, Clock], tuple[Any, Number]]
+
+
+class Ticks(NamedTuple):
+    """Fixed-step clock. step: of the integrator [s]. every: for each task, the steps from one run to the next.
+
+    log: steps from row to row. last: the final step.
+    """
+
+    step: float
+    every: tuple[int, ...]
+    log: int
+    last: int
+
+
+class ClosedLoop(Protocol):
+    """The structure of a flight: which laws are composed. Hashable; its numbers are in the parameters.
+
+    Tick by tick an engine runs the tasks that are due, in order, writes a row where one is due, and advances the vehicle.
+    """
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column, in the order of `row`."""
+        ...
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """The sampled laws, in order."""
+        ...
+
+    def start(self, start: Any, parameters: Any) -> Any:
+        """The cycle before the first tick: everything that lives from step to step."""
+        ...
+
+    def advance(self, cycle: Any, parameters: Any, clock: Clock) -> Any:
+        """The cycle one integrator step later, all commands held."""
+        ...
+
+    def row(self, cycle: Any, parameters: Any, time: Number) -> list[Number]:
+        """One row of the log."""
+        ...
+
+
+def finite(x: Number) -> Condition:
+    """Whether a non-negative number is finite; false for NaN."""
+    return x < 1e300
