@@ -75,3 +75,13 @@ Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_triple)]
 Diagonal = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_diagonal)]
 PositiveDiagonal = Annotated[Diagonal, AfterValidator(positive)]
 NonNegativeDiagonal = Annotated[Diagonal, AfterValidator(non_negative)]
+
+
+def printable(name: str) -> str:
+    """Refuses line breaks and other control characters."""
+    if not name.isprintable():
+        raise ValueError("must be printable text in one line")
+    return name
+
+
+Name = Annotated[str, Field(max_length=200), AfterValidator(printable)]

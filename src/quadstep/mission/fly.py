@@ -6,17 +6,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quadstep import __version__
-from quadstep.analysis.metrics import flight_metrics, saturated_share
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.flight.log import FlightLog
-from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report.drawing import drawing_pool
-from quadstep.report.panels import flight_jobs
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.tables import write_csv
 
@@ -48,14 +46,10 @@ def fly_mission(
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         steps = plan.ticks.last
         log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
-        metrics, warnings = flight_metrics(log), list(plan.warnings)
-        limits = mission.vehicle.rotors.limits
-        if limits:
-            metrics["saturated_share"] = saturated_share(log, *limits)
-            if metrics["saturated_share"]:
-                warnings.append(f"a rotor is at a limit in {100 * metrics['saturated_share']:.3g} % of the log rows")
+        metrics, found = mission.metrics(log)
+        warnings = [*plan.warnings, *found]
         (out / "figures").mkdir()
-        drawn = [pool.submit(job.draw, out / "figures") for job in flight_jobs(log, mission.name)] if len(log.rows) > 1 else []
+        drawn = [pool.submit(job.draw, out / "figures") for job in mission.figures(log)] if len(log.rows) > 1 else []
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}

@@ -2,25 +2,26 @@
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from quadstep.errors import UserError
-from quadstep.flight.engines import FlightPlan
+from quadstep.analysis.metrics import flight_metrics, saturated_share
 from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Limits, Loop, Parameters
+from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import AnyController, BacksteppingSection
-from quadstep.mission.fields import Finite, Positive, Section, Triple
+from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panels import flight_jobs
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.state import State
-
-MOST_ROWS = 500_000
-MOST_STEPS = 200_000_000
 
 
 class StartSection(Section):
@@ -46,34 +47,14 @@ class DisturbanceSection(Section):
     torque: Triple = (0.0, 0.0, 0.0)
 
 
-class SimulationSection(Section):
-    """Clock of the flight [s]. duration: the path's own length if left out."""
+class SimulationSection(ClockSection):
+    """Clock of the flight [s]."""
 
-    duration: Positive | None = None
-    step: Positive = 0.002
     control_period: Positive = 0.002
-    log_period: Positive = 0.01
-
-    @model_validator(mode="after")
-    def _whole(self) -> "SimulationSection":
-        for key, period in (("control_period", self.control_period), ("log_period", self.log_period)):
-            ratio = period / self.step
-            if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
-                raise ValueError(f"{key} = {period:g} s must be a whole multiple of step = {self.step:g} s")
-        return self
 
     def ticks(self, length: float) -> Ticks:
         """The clock of a flight along a path of `length` [s]. Raises UserError for a flight too long or too short."""
-        duration = self.duration or length
-        steps, rows = round(duration / self.step), duration / self.log_period
-        log = round(self.log_period / self.step)
-        if not (log <= steps <= MOST_STEPS and rows <= MOST_ROWS):
-            raise UserError(
-                f"simulation.duration: {duration:g} s make {steps:.6g} steps and {rows:.6g} log rows; "
-                f"allowed are 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
-            )
-        control = min(round(self.control_period / self.step), MOST_STEPS + 1)  # beyond the flight: one sample, at the start
-        return Ticks(self.step, (control,), log, steps)
+        return self.clock(length, [self.control_period])
 
 
 class LimitsSection(Section):
@@ -84,17 +65,10 @@ class LimitsSection(Section):
     pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
 
 
-def printable(name: str) -> str:
-    """Refuses line breaks and other control characters."""
-    if not name.isprintable():
-        raise ValueError("must be printable text in one line")
-    return name
-
-
 class Mission(Section):
-    """A mission file."""
+    """A mission file for the paper's plant."""
 
-    name: Annotated[str, Field(max_length=200), AfterValidator(printable)] = "Flight"
+    name: Name = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = BacksteppingSection(type="backstepping")
@@ -102,6 +76,18 @@ class Mission(Section):
     disturbance: DisturbanceSection = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
+
+    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+        """What the flight was like, and warnings that only flying it could give."""
+        metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
+        share = saturated_share(log, *limits) if limits else 0.0
+        if limits:
+            metrics["saturated_share"] = share
+        return metrics, [f"a rotor is at a limit in {100 * share:.3g} % of the log rows"] if share else []
+
+    def figures(self, log: FlightLog) -> list[FigureJob]:
+        """What is drawn of a flight."""
+        return flight_jobs(log, self.name)
 
     def plan(self, folder: Path = Path()) -> FlightPlan:
         """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError."""

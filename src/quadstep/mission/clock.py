@@ -1,0 +1,50 @@
+"""The clock of a mission: how long, in which steps, and how often each sampled law runs."""
+
+from collections.abc import Sequence
+
+from pydantic import model_validator
+
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Ticks
+from quadstep.mission.fields import Positive, Section
+
+MOST_ROWS = 500_000
+MOST_STEPS = 200_000_000
+
+
+class ClockSection(Section):
+    """Clock of the flight [s]; every `..._period` is a whole multiple of step. duration: the path's own length if left out."""
+
+    duration: Positive | None = None
+    step: Positive = 0.002
+    log_period: Positive = 0.01
+
+    @model_validator(mode="after")
+    def _whole(self) -> "ClockSection":
+        for key in type(self).model_fields:
+            if key.endswith("_period"):
+                whole_multiple(key, getattr(self, key), self.step)
+        return self
+
+    def clock(self, length: float, periods: Sequence[float]) -> Ticks:
+        """The clock of a flight along a path of `length` [s], its tasks due every so many seconds.
+
+        Raises UserError for a flight too long or too short.
+        """
+        duration = self.duration or length
+        steps, rows = round(duration / self.step), duration / self.log_period
+        log = round(self.log_period / self.step)
+        if not (log <= steps <= MOST_STEPS and rows <= MOST_ROWS):
+            raise UserError(
+                f"simulation.duration: {duration:g} s make {steps:.6g} steps and {rows:.6g} log rows; "
+                f"allowed are 1 to {MOST_ROWS} rows and at most {MOST_STEPS} steps"
+            )
+        beyond = MOST_STEPS + 1  # due once, at the start
+        return Ticks(self.step, tuple(min(round(period / self.step), beyond) for period in periods), log, steps)
+
+
+def whole_multiple(key: str, period: float, step: float) -> None:
+    """Refuses a period [s] that is no whole multiple of the step [s]."""
+    ratio = period / step
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise ValueError(f"{key} = {period:g} s must be a whole multiple of step = {step:g} s")
