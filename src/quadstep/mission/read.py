@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -10,21 +10,31 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.schema import Mission
 
+if TYPE_CHECKING:
+    from quadstep.mission.airframe_mission import AirframeMission
 
-def read_mission(path: Path) -> Mission:
-    """The mission in a TOML file. Raises UserError naming file, key and what is allowed."""
+Checked = TypeVar("Checked", bound=BaseModel)
+AnyMission: TypeAlias = "Mission | AirframeMission"
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises UserError naming it."""
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text file in UTF-8") from None
     except (ValueError, RecursionError) as error:  # TOMLDecodeError; numbers of too many digits; lists too deep
         raise UserError(f"{path}: not valid TOML: {error}") from None
-    return check_mission(content, str(path))
 
 
-def plan_mission(mission: Mission, path: Path) -> FlightPlan:
+def read_mission(path: Path) -> AnyMission:
+    """The mission in a TOML file. Raises UserError naming file, key and what is allowed."""
+    return check_mission(read_toml(path), str(path))
+
+
+def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
     """The flight that the mission in file `path` describes. Raises UserError naming the file."""
     try:
         return mission.plan(path.parent)
@@ -32,44 +42,54 @@ def plan_mission(mission: Mission, path: Path) -> FlightPlan:
         raise UserError(f"{path}: {error}") from None
 
 
-def check_mission(content: dict[str, Any], source: str) -> Mission:
-    """The mission in parsed TOML; `source` names it in the error."""
+def check_mission(content: dict[str, Any], source: str) -> AnyMission:
+    """The mission in parsed TOML, for a real vehicle if it names one; `source` names it in the error."""
+    vehicle = content.get("vehicle")
+    if isinstance(vehicle, dict) and ("preset" in vehicle or "file" in vehicle):
+        from quadstep.mission.airframe_mission import AirframeMission  # noqa: PLC0415 (loaded only where it is used)
+
+        return check(AirframeMission, content, source)
+    return check(Mission, content, source)
+
+
+def check(model: type[Checked], content: dict[str, Any], source: str) -> Checked:
+    """Parsed TOML as a model. Raises UserError with one line on what is wrong first."""
     try:
-        return Mission.model_validate(content)
+        return model.model_validate(content)
     except ValidationError as error:
         problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise UserError(f"{source}: {describe(problems[0])}{more}") from None
+        raise UserError(f"{source}: {describe(model, problems[0])}{more}") from None
 
 
-def describe(problem: Any) -> str:
+def describe(model: type[BaseModel], problem: Any) -> str:
     """One problem in the user's words: key, what is wrong, what is allowed."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
-    models, keys = walk(problem["loc"])
+    models, keys = walk(model, problem["loc"])
     key = ".".join(keys)
     if kind == "extra_forbidden":
         return f"{key}: unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}"
     if kind == "missing":
         return f"{key}: missing; it is needed"
     if kind == "union_tag_not_found":
-        return f"{key}.type: missing; allowed: {context_tags(problem)}"
+        return f"{key}.type: missing; allowed: {context_tags(model, problem)}"
     if kind == "union_tag_invalid":
-        return f"{key}.type: {context['tag']!r} is not known; allowed: {context_tags(problem)}"
+        return f"{key}.type: {context['tag']!r} is not known; allowed: {context_tags(model, problem)}"
     text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
     shown = "" if kind == "value_error" or isinstance(given, dict) else f", not {shorten(given)}"
-    return f"{key or 'mission'}: {text}{shown}"
+    return f"{key}: {text}{shown}" if key else f"{text}{shown}"
 
 
-def context_tags(problem: Any) -> str:
+def context_tags(model: type[BaseModel], problem: Any) -> str:
     """The allowed types of a path or controller."""
-    models, keys = walk(problem["loc"])
-    options = get_args(models[-1].model_fields[keys[-1]].annotation)
+    models, keys = walk(model, problem["loc"])
+    options = sections(models[-1].model_fields[keys[-1].partition("[")[0]].annotation)
     return ", ".join(get_args(option.model_fields["type"].annotation)[0] for option in options)
 
 
-def walk(location: tuple[int | str, ...]) -> tuple[list[type[BaseModel]], list[str]]:
+def walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list[type[BaseModel]], list[str]]:
     """The sections on the way to a problem, and its key as the user wrote it (without pydantic's union tags)."""
-    models: list[type[BaseModel]] = [Mission]
+    models = [model]
     options: tuple[type[BaseModel], ...] = ()
     keys: list[str] = []
     for part in location:
