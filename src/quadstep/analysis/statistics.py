@@ -1,0 +1,81 @@
+"""How sure a number is: intervals at 95 % for shares, means and quantiles of many flights."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEVEL = 0.95
+RESAMPLES = 2000
+
+
+class Estimate(NamedTuple):
+    """A value and the interval that holds it with 95 % confidence."""
+
+    value: float
+    low: float
+    high: float
+
+
+def share(count: int, total: int) -> Estimate:
+    """A share of flights with the exact interval of Clopper and Pearson (1934). Needs 0 <= count <= total, total >= 1."""
+    tail = 0.5 * (1.0 - LEVEL)
+    low = 0.0 if count == 0 else beta_quantile(tail, count, total - count + 1)
+    high = 1.0 if count == total else beta_quantile(1.0 - tail, count + 1, total - count)
+    return Estimate(count / total, low, high)
+
+
+def mean(values: NDArray[np.float64]) -> Estimate:
+    """The mean of independent values with its bootstrap percentile interval (Efron 1979); the same on every call."""
+    if len(values) < 2:
+        value = float(values.mean())
+        return Estimate(value, math.nan, math.nan)
+    random = np.random.default_rng(0)
+    means = values[random.integers(0, len(values), (RESAMPLES, len(values)))].mean(axis=1)
+    low, high = np.quantile(means, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)])
+    return Estimate(float(values.mean()), float(low), float(high))
+
+
+def quantile(values: NDArray[np.float64], q: float) -> Estimate:
+    """A quantile with the interval between order statistics that needs no distribution (Conover 1999, normal approximation)."""
+    ordered = np.sort(values)
+    count = len(ordered)
+    spread = 1.959963984540054 * math.sqrt(count * q * (1.0 - q))
+    low, high = math.floor(count * q - spread), math.ceil(count * q + spread)
+    value = float(np.quantile(ordered, q))
+    return Estimate(value, float(ordered[max(low - 1, 0)]), float(ordered[min(high, count - 1)]))
+
+
+def beta_quantile(p: float, a: float, b: float) -> float:
+    """x with I_x(a, b) = p, by bisection."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-15 * max(high, 1e-300):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if incomplete_beta(middle, a, b) < p else (low, middle)
+    return 0.5 * (low + high)
+
+
+def incomplete_beta(x: float, a: float, b: float) -> float:
+    """The regularised incomplete beta function I_x(a, b), by its continued fraction (Abramowitz and Stegun 26.5.8)."""
+    if x <= 0.0 or x >= 1.0:
+        return float(x >= 1.0)
+    if x > (a + 1.0) / (a + b + 2.0):
+        return 1.0 - incomplete_beta(1.0 - x, b, a)
+    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x))
+    tiny, c, d = 1e-300, 1.0, 1.0 - (a + b) * x / (a + 1.0)
+    d = 1.0 / (d if abs(d) > tiny else tiny)
+    fraction = d
+    for m in range(1, 100_000):
+        for term in (
+            m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+            -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1)),
+        ):
+            d, c = 1.0 + term * d, 1.0 + term / c
+            d, c = 1.0 / (d if abs(d) > tiny else tiny), c if abs(c) > tiny else tiny
+            fraction *= d * c
+        if abs(d * c - 1.0) < 1e-15:
+            break
+    return front * fraction / a

@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, share
+
+
+@pytest.mark.parametrize(("x", "a", "b"), [(0.3, 2.0, 5.0), (0.99, 30.0, 0.5), (1e-4, 1.0, 1e4), (0.5, 4e5, 4.1e5)])
+def test_the_incomplete_beta_function_is_scipys(x, a, b):
+    assert incomplete_beta(x, a, b) == pytest.approx(special.betainc(a, b, x), rel=1e-9, abs=1e-14)
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 30), (30, 30), (1, 1), (7, 30), (999_990, 1_000_000)])
+def test_the_interval_of_a_share_is_exact(count, total):
+    exact = stats.binomtest(count, total).proportion_ci(0.95, method="exact")
+    found = share(count, total)
+    assert (found.value, found.low, found.high) == pytest.approx((count / total, exact.low, exact.high), rel=1e-9)
+
+
+def test_the_beta_quantile_inverts():
+    assert incomplete_beta(beta_quantile(0.025, 3.0, 9.0), 3.0, 9.0) == pytest.approx(0.025, rel=1e-12)
+
+
+def test_intervals_of_mean_and_quantile_hold_the_truth_as_often_as_they_say():
+    random, held = np.random.default_rng(3), np.zeros(2)
+    for _ in range(200):
+        values = random.exponential(size=60)
+        about, median = mean(values), quantile(values, 0.5)
+        held += [about.low <= 1.0 <= about.high, median.low <= np.log(2.0) <= median.high]
+    assert (held / 200 > 0.88).all()
+    assert (held / 200 < 0.995).all()
+
+
+def test_the_same_values_give_the_same_interval():
+    values = np.random.default_rng(4).normal(size=30)
+    assert mean(values) == mean(values)
+    assert mean(values).low < values.mean() < mean(values).high
