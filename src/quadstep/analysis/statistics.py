@@ -38,7 +38,7 @@ def mean(values: NDArray[np.float64]) -> Estimate:
 
 
 def quantile(values: NDArray[np.float64], q: float) -> Estimate:
-    """A quantile with the interval between order statistics that needs no distribution (Conover 1999, normal approximation)."""
+    """A quantile with an interval between order statistics, free of distribution (Conover 1999; normal approximation)."""
     ordered = np.sort(values)
     count = len(ordered)
     spread = 1.959963984540054 * math.sqrt(count * q * (1.0 - q))
