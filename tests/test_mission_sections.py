@@ -148,7 +148,7 @@ def test_the_clock_is_as_given_and_the_path_gives_the_duration():
 
 
 def test_periods_that_only_round_off_keeps_from_being_multiples_are_taken():
-    assert plan(simulation={"step": 0.1, "control_period": 0.3, "log_period": 0.7}).ticks[1:3] == (3, 7)
+    assert plan(simulation={"step": 0.1, "control_period": 0.3, "log_period": 0.7}).ticks[1:3] == ((3,), 7)
 
 
 def test_the_disturbance_is_as_given():

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quadstep.numbers import absolute, atan2, clip, cos, exp, maximum, minimum, sigmoid, sin, sqrt, where
+from quadstep.numbers import absolute, atan2, clip, cos, exp, log, maximum, minimum, sigmoid, sin, sqrt, where
 
 ANY = st.floats(allow_nan=False)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -43,6 +44,34 @@ def test_float_square_root_below_zero_is_nan():
     assert math.isnan(sqrt(-1.0))
     assert math.isnan(sqrt(math.nan))
     assert sqrt(math.inf) == math.inf
+
+
+LOGARITHMS = [
+    (0.0, -math.inf),
+    (-0.0, -math.inf),
+    (-1.0, math.nan),
+    (-math.inf, math.nan),
+    (math.nan, math.nan),
+    (math.inf, math.inf),
+]
+
+
+@pytest.mark.parametrize(("x", "wanted"), LOGARITHMS)
+def test_logarithm_of_what_is_not_positive_and_finite_is_that_of_ieee_754(x, wanted):
+    np.testing.assert_equal(log(x), wanted)
+    with np.errstate(all="ignore"):
+        np.testing.assert_equal(log(np.array([x, 1.0])), [wanted, 0.0])
+
+
+@given(st.floats(5e-324, allow_infinity=False))
+def test_logarithm_is_that_of_math(x):
+    assert log(x) == math.log(x)
+    assert log(np.array([x]))[0] == pytest.approx(math.log(x), rel=4e-16)
+
+
+def test_logarithm_of_a_symbol_is_sympys():
+    x = sympy.Symbol("x", positive=True)
+    assert sympy.diff(log(x), x) == 1 / x
 
 
 def test_float_products_overflow_to_infinity_without_raising():

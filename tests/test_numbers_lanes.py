@@ -16,6 +16,7 @@ from quadstep.numbers import (
     cos,
     exp,
     flatten,
+    log,
     maximum,
     minimum,
     sigmoid,
@@ -86,6 +87,36 @@ def test_exponential_saturates_at_the_ends_of_its_range_and_keeps_nan(double):
 
 
 @WIDTHS
+def test_logarithm_is_within_2_units(double):
+    one = kind(double)(1)
+    x = np.concatenate(
+        [
+            np.exp(RNG.uniform(*((-708, 709) if double else (-87, 88)), 5000)),
+            RNG.uniform(0.5, 2, 20000),
+            1.0 + 1e-3 * RNG.normal(size=2000),
+            [0.5, 1.0, 2.0, math.sqrt(0.5), math.sqrt(2.0), np.nextafter(one, one * 0), np.nextafter(one, one * 2)],
+            np.nextafter(kind(double)([math.sqrt(0.5), math.sqrt(2.0)] * 2), kind(double)([0, 0, 9, 9])),
+            [np.finfo(kind(double)).tiny, np.finfo(kind(double)).max],
+        ]
+    )
+    assert units_off(through_lanes(log, x, double=double), np.log(long(x, double)), double) < 2
+
+
+@WIDTHS
+def test_logarithm_of_what_is_not_positive_and_finite_is_that_of_ieee_754(double):
+    x = [0.0, -0.0, math.inf, -1.0, -math.inf, math.nan, 1.0]
+    got = through_lanes(log, x, double=double)
+    np.testing.assert_array_equal(got, [-math.inf, -math.inf, math.inf, math.nan, math.nan, math.nan, 0.0])
+
+
+@WIDTHS
+def test_logarithm_stays_within_one_of_the_smallest_normal_numbers_below_it(double):
+    tiny = np.finfo(kind(double)).tiny
+    got = through_lanes(log, [tiny * share for share in (1e-6, 0.01, 0.5, 0.99)], double=double)
+    assert np.all((got < math.log(tiny)) & (got > math.log(tiny) - 1.0))
+
+
+@WIDTHS
 def test_angle_of_a_point_is_within_4_units_in_every_quadrant(double):
     y, x = RNG.normal(size=(2, 20000)) * 10 ** RNG.uniform(-4, 4, (2, 20000))
     wanted = np.arctan2(long(y, double), long(x, double))
@@ -98,6 +129,12 @@ def test_angle_of_a_point_on_the_axes_and_at_the_origin(double):
     pi = math.pi
     wanted = [0, 0, pi, pi / 2, -pi / 2, pi / 4, 3 * pi / 4, -pi / 4, -3 * pi / 4]
     np.testing.assert_allclose(through_lanes(atan2, y, x, double=double), wanted, rtol=3e-16 if double else 2e-7)
+
+
+@WIDTHS
+def test_angle_of_a_point_that_is_no_number_is_none(double):
+    y, x = [1.0, math.nan, math.nan, 0.0, math.nan], [math.nan, 1.0, 0.0, math.nan, math.nan]
+    assert np.isnan(through_lanes(atan2, y, x, double=double)).all()
 
 
 @WIDTHS

@@ -44,7 +44,7 @@ def axis(skew):
     return np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
 
 
-def body_rates(attitude, rates, h=1e-5):
+def body_rates(attitude, rates, rotation=rotation, h=1e-5):
     """The vector of R^T R_dot, by a central difference."""
     slope = (rotation(attitude + h * rates) - rotation(attitude - h * rates)) / (2 * h)
     return axis(rotation(attitude).T @ slope)
@@ -55,6 +55,13 @@ def test_standard_matrix_gives_the_body_rates_of_yaw_pitch_roll_rotations(case):
     attitude, rates = ATTITUDES[case], RATES[case]
     got = array(euler_rate_matrix(column(attitude), Kinematics.STANDARD) @ column(rates))
     np.testing.assert_allclose(got, body_rates(attitude, rates), atol=1e-8)
+
+
+@pytest.mark.parametrize("case", range(25))
+def test_rigid_matrix_gives_the_body_rates_of_the_papers_rotations(case):
+    attitude, rates = ATTITUDES[case], RATES[case]
+    got = array(euler_rate_matrix(column(attitude), Kinematics.RIGID) @ column(rates))
+    np.testing.assert_allclose(got, body_rates(attitude, rates, papers_rotation), atol=1e-8)
 
 
 def test_printed_matrix_does_not_give_the_body_rates():

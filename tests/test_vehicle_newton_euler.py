@@ -80,6 +80,8 @@ def symbolic(kinematics):
     theta, angle = angles[1], angles[2 if kinematics is Kinematics.STANDARD else 0]
     s, c = sympy.sin, sympy.cos
     t = sympy.Matrix([[-s(theta), 0, 1], [c(theta) * s(angle), c(angle), 0], [c(theta) * c(angle), -s(angle), 0]])
+    if kinematics is Kinematics.RIGID:
+        t = sympy.Matrix([[0, s(angle), -c(angle) * c(theta)], [0, -c(angle), -s(angle) * c(theta)], [-1, 0, s(theta)]])
     omega = t * sympy.Matrix(rates)
     kinetic = sum(i * w**2 for i, w in zip(inertia, omega, strict=True)) / 2
     momentum = sympy.Matrix([sympy.diff(kinetic, rate) for rate in rates])

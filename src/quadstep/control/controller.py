@@ -18,9 +18,10 @@ from quadstep.vehicle.state import State
 class Command(NamedTuple):
     """What a controller asks for, held until its next sample, and what it was thinking.
 
-    thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its body axes.
-    The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll), right-handed [rad]; r1 [m/s] and r2 [rad/s], the filtered errors;
-    stored: the integral terms of Eq. 55; weight_norms: Frobenius norms of both nets' weights.
+    thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its
+    body axes. The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll),
+    right-handed [rad]; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the integral terms of Eq. 55; weight_norms:
+    Frobenius norms of both nets' weights.
     """
 
     thrust: Number
@@ -49,8 +50,8 @@ class ControllerLaw(Protocol):
 class Measured(NamedTuple):
     """What a controller of an airframe gets to know, measured or estimated.
 
-    position [m], velocity [m/s]: world, z up. attitude: unit quaternion (w, x, y, z), body to world. rates: about the body's axes
-    [rad/s]. thrust [N], torque [N m]: what the rotors were asked for since the last sample, after their limits.
+    position [m], velocity [m/s]: world, z up. attitude: unit quaternion (w, x, y, z), body to world. rates: about the body's
+    axes [rad/s]. thrust [N], torque [N m]: what the rotors were asked for since the last sample, after their limits.
     """
 
     position: Vector
@@ -78,5 +79,7 @@ class AirframeLaw(Protocol):
     def law(
         self, memory: Any, measured: Measured, reference: Reference, gains: Any, t: Number, period: Number
     ) -> tuple[Command, Any]:
-        """The attitude loop: the command for the next `period` [s] from time t [s] on, and the memory for the sample after it."""
+        """The attitude loop: the command for the next `period` [s] from time t [s] on, and the memory for the sample after
+        it.
+        """
         ...

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, clip
+from quadstep.numbers import Number, Vector, clip, where
 
 
 class MinimumJerkParameters(NamedTuple):
@@ -31,6 +31,21 @@ def blend(t: Number, duration: Number) -> tuple[Number, Number, Number]:
     return share, rate, change
 
 
+def blend_bend(t: Number, duration: Number) -> tuple[Number, Number]:
+    """Third [1/s^3] and fourth [1/s^4] rate of the blend: 60 (1 - 6 s + 6 s^2) / t_f^3 and 360 (2 s - 1) / t_f^4.
+
+    Both jump at the ends: they are those of the way from 0 on, and zero before it and from t_f on.
+    """
+    s = t / duration
+    third = (60.0 + 360.0 * s * (s - 1.0)) / (duration * duration * duration)
+    fourth = (720.0 * s - 360.0) / (duration * duration * duration * duration)
+
+    def on_the_way(x: Number) -> Number:
+        return where(s < 0.0, 0.0, where(s < 1.0, x, 0.0))
+
+    return on_the_way(third), on_the_way(fourth)
+
+
 @dataclass(frozen=True)
 class MinimumJerk:
     """Eqs 68, 69 and 72-74 along a straight line, yaw blended the same way."""
@@ -38,6 +53,7 @@ class MinimumJerk:
     def reference(self, t: Number, parameters: MinimumJerkParameters) -> Reference:
         """The wanted motion at time t [s]; before 0 and after t_f it rests at the ends."""
         share, rate, change = blend(t, parameters.duration)
+        third, fourth = blend_bend(t, parameters.duration)
         way = parameters.end - parameters.start
         turn = parameters.yaw_end - parameters.yaw_start
         return Reference(
@@ -46,4 +62,6 @@ class MinimumJerk:
             acceleration=change * way,
             yaw=parameters.yaw_start + share * turn,
             yaw_rate=rate * turn,
+            jerk=third * way,
+            snap=fourth * way,
         )

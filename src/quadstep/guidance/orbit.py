@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.guidance.minimum_jerk import blend
+from quadstep.guidance.minimum_jerk import blend, blend_bend
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, clip, cos, sin, where
 
@@ -38,6 +38,15 @@ def ramped_time(t: Number, ramp: Number) -> tuple[Number, Number, Number]:
     return where(instant, t, s), where(instant, 1.0, share), where(instant, 0.0, change)
 
 
+def ramp_bend(t: Number, ramp: Number) -> tuple[Number, Number]:
+    """Third [1/s^2] and fourth [1/s^3] rate of the time along the curve: second and third of the blend."""
+    length = where(ramp > 0.0, ramp, 1.0)
+    _, _, third = blend(t, length)
+    fourth, _ = blend_bend(t, length)
+    instant = ramp <= 0.0
+    return where(instant, 0.0, third), where(instant, 0.0, fourth)
+
+
 @dataclass(frozen=True)
 class Orbit:
     """A circle (equal frequencies, phases a quarter turn apart) or a figure eight (one axis at twice the frequency)."""
@@ -45,14 +54,23 @@ class Orbit:
     def reference(self, t: Number, parameters: OrbitParameters) -> Reference:
         """The wanted motion at time t [s], repeated for ever."""
         s, rate, change = ramped_time(t, parameters.ramp)
+        third, fourth = ramp_bend(t, parameters.ramp)
         angle = s * parameters.frequency + parameters.phase
         sine, cosine = Vector(sin(a) for a in angle), Vector(cos(a) for a in angle)
         along = parameters.amplitude * parameters.frequency * cosine
         bend = -(parameters.amplitude * parameters.frequency * parameters.frequency * sine)
+        squares = parameters.frequency * parameters.frequency
+        back, over = -(squares * along), -(squares * bend)  # third and fourth rate along the curve
         return Reference(
             position=parameters.centre + parameters.amplitude * sine,
             velocity=rate * along,
             acceleration=(rate * rate) * bend + change * along,
             yaw=parameters.yaw + parameters.yaw_rate * s,
             yaw_rate=parameters.yaw_rate * rate,
+            # chain rule for the third and fourth rate of a curve run through at a changing speed
+            jerk=(rate * rate * rate) * back + (3.0 * rate * change) * bend + third * along,
+            snap=(rate * rate * rate * rate) * over
+            + (6.0 * rate * rate * change) * back
+            + (3.0 * change * change + 4.0 * rate * third) * bend
+            + fourth * along,
         )

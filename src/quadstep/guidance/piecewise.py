@@ -71,10 +71,14 @@ class Piecewise:
             index = where(time >= parameters.knots.at(index + step), index + step, index)
             step //= 2
         s = time - parameters.knots.at(index)
-        axes = [taylor([table.at(index) for table in tables], s) for tables in parameters.coefficients]
+        tables = [[table.at(index) for table in axis] for axis in parameters.coefficients]
+        axes = [taylor(c, s) for c in tables]
+        bends = [taylor_bend(c, s) for c in tables[:3]]
         (yaw, yaw_rate, _) = axes[3]
         position, velocity, acceleration = (Vector(axis[order] for axis in axes[:3]) for order in range(3))
-        return Reference(position, velocity, acceleration, yaw, yaw_rate)
+        begun = where(t < 0.0, 0.0, 1.0)
+        jerk, snap = (Vector(begun * bend[order] for bend in bends) for order in range(2))
+        return Reference(position, velocity, acceleration, yaw, yaw_rate, jerk, snap)
 
 
 def taylor(c: list[Number], s: Number) -> tuple[Number, Number, Number]:
@@ -83,3 +87,8 @@ def taylor(c: list[Number], s: Number) -> tuple[Number, Number, Number]:
     first = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * (5.0 * c[5]))))
     second = 2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * (20.0 * c[5])))
     return value, first, second
+
+
+def taylor_bend(c: list[Number], s: Number) -> tuple[Number, Number]:
+    """Third and fourth derivative of the same quintic; they jump from piece to piece."""
+    return 6.0 * c[3] + s * (24.0 * c[4] + s * (60.0 * c[5])), 24.0 * c[4] + s * (120.0 * c[5])

@@ -1,5 +1,6 @@
 """Kinds of values in a mission file."""
 
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -85,3 +86,29 @@ def printable(name: str) -> str:
 
 
 Name = Annotated[str, Field(max_length=200), AfterValidator(printable)]
+
+LEAST_COEFFICIENT = 1e-15
+
+
+def large_enough_coefficient(value: float) -> float:
+    """Refuses what is above zero but below `LEAST_COEFFICIENT`."""
+    if 0.0 < value < LEAST_COEFFICIENT:
+        raise ValueError(f"should be at least {LEAST_COEFFICIENT:g}, not {value:g}")
+    return value
+
+
+PositiveCoefficient = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough_coefficient)]
+Coefficient = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough_coefficient)]
+"""What multiplies a square of a speed, or an inertia: smaller than other numbers, never squared itself."""
+
+Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+PositiveTriple = Annotated[Triple, AfterValidator(positive)]
+NonNegativeTriple = Annotated[Triple, AfterValidator(non_negative)]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a key means and its unit, for lists of parameters: `mass: Annotated[Positive, Quantity("kg", "mass")]`."""
+
+    unit: str
+    meaning: str

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 from quadstep import __version__
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
+from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.flight.log import FlightLog
-from quadstep.mission.read import plan_mission, read_mission
-from quadstep.mission.schema import Mission
+from quadstep.mission.read import AnyMission, plan_mission, read_mission
 from quadstep.report.drawing import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.tables import write_csv
@@ -22,7 +22,8 @@ REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
     Outcome.OFF_PATH: "farther from the path than limits.distance",
     Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
-    Outcome.SPINNING: "an Euler rate above limits.rate",
+    Outcome.SPINNING: "a rate above limits.rate",
+    Outcome.CRASHED: "it hit the ground",
 }
 
 
@@ -41,6 +42,8 @@ def fly_mission(
     path: Path, folder: Path, engine: Engine, overwrite: bool, progress: Callable[[int, int], None] | None = None
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all."""
+    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (a page is made of missions)
+
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
@@ -52,6 +55,7 @@ def fly_mission(
         drawn = [pool.submit(job.draw, out / "figures") for job in mission.figures(log)] if len(log.rows) > 1 else []
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
+        write_mission_page(out / "page.html", mission, plan, log, path.parent)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
         for figure in drawn:
@@ -59,11 +63,11 @@ def fly_mission(
     return summarise(mission.name, log, metrics, tuple(warnings))
 
 
-def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
+def write_weights(path: Path, mission: AnyMission, log: FlightLog) -> None:
     """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
     memory = log.final.memory
     memory = memory.paper if isinstance(memory, CompletedMemory) else memory
-    if not isinstance(memory, BacksteppingMemory) or log.outcome is not Outcome.COMPLETED:
+    if not isinstance(memory, BacksteppingMemory | RotationMemory) or log.outcome is not Outcome.COMPLETED:
         return
     nets = mission.controller.model_dump()["nets"]
     weights = {"W1": [list(row) for row in memory.weights_1], "W2": [list(row) for row in memory.weights_2]}

@@ -14,6 +14,7 @@ from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.reference import PathLaw
 from quadstep.guidance.spline import near_recording, through_waypoints
+from quadstep.guidance.step import Step, StepParameters
 from quadstep.mission.fields import Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
@@ -128,6 +129,26 @@ class FigureEightPath(Section):
         return BuiltPath(Orbit(), parameters, self.turns * self.period + 0.5 * self.ramp)
 
 
+class StepPath(Section):
+    """A jump from start to end at `time`, held until `duration`."""
+
+    type: Literal["step"]
+    start: Triple = (0.0, 0.0, 0.0)
+    end: Triple
+    time: NonNegative = 1.0
+    duration: Duration = 10.0
+    yaw: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _within(self) -> "StepPath":
+        if self.time >= self.duration:
+            raise ValueError(f"time = {self.time:g} s must be before duration = {self.duration:g} s")
+        return self
+
+    def build(self, folder: Path) -> BuiltPath:
+        return BuiltPath(Step(), StepParameters(Vector(self.start), Vector(self.end), self.time, self.yaw), self.duration)
+
+
 class Columns(Section):
     """Which columns of the recording hold what."""
 
@@ -155,4 +176,6 @@ class RecordedPath(Section):
         return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))
 
 
-AnyPath = Annotated[MinimumJerkPath | WaypointsPath | CirclePath | FigureEightPath | RecordedPath, Field(discriminator="type")]
+AnyPath = Annotated[
+    MinimumJerkPath | WaypointsPath | CirclePath | FigureEightPath | StepPath | RecordedPath, Field(discriminator="type")
+]

@@ -2,18 +2,17 @@
 
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
+from quadstep.mission.check import check
+from quadstep.mission.presets import is_airframe
 from quadstep.mission.schema import Mission
 
 if TYPE_CHECKING:
     from quadstep.mission.airframe_mission import AirframeMission
 
-Checked = TypeVar("Checked", bound=BaseModel)
 AnyMission: TypeAlias = "Mission | AirframeMission"
 
 
@@ -31,7 +30,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def read_mission(path: Path) -> AnyMission:
     """The mission in a TOML file. Raises UserError naming file, key and what is allowed."""
-    return check_mission(read_toml(path), str(path))
+    return check_mission(read_toml(path), str(path), path.parent)
 
 
 def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
@@ -42,83 +41,13 @@ def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
         raise UserError(f"{path}: {error}") from None
 
 
-def check_mission(content: dict[str, Any], source: str) -> AnyMission:
-    """The mission in parsed TOML, for a real vehicle if it names one; `source` names it in the error."""
-    vehicle = content.get("vehicle")
-    if isinstance(vehicle, dict) and ("preset" in vehicle or "file" in vehicle):
+def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> AnyMission:
+    """The mission in parsed TOML, for a real vehicle if it describes one; `source` names it in the error.
+
+    Files that describe a vehicle are looked up from `folder`.
+    """
+    if is_airframe(content.get("vehicle")):
         from quadstep.mission.airframe_mission import AirframeMission  # noqa: PLC0415 (loaded only where it is used)
 
-        return check(AirframeMission, content, source)
+        return check(AirframeMission, content, source, folder)
     return check(Mission, content, source)
-
-
-def check(model: type[Checked], content: dict[str, Any], source: str) -> Checked:
-    """Parsed TOML as a model. Raises UserError with one line on what is wrong first."""
-    try:
-        return model.model_validate(content)
-    except ValidationError as error:
-        problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise UserError(f"{source}: {describe(model, problems[0])}{more}") from None
-
-
-def describe(model: type[BaseModel], problem: Any) -> str:
-    """One problem in the user's words: key, what is wrong, what is allowed."""
-    kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
-    models, keys = walk(model, problem["loc"])
-    key = ".".join(keys)
-    if kind == "extra_forbidden":
-        return f"{key}: unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}"
-    if kind == "missing":
-        return f"{key}: missing; it is needed"
-    if kind == "union_tag_not_found":
-        return f"{key}.type: missing; allowed: {context_tags(model, problem)}"
-    if kind == "union_tag_invalid":
-        return f"{key}.type: {context['tag']!r} is not known; allowed: {context_tags(model, problem)}"
-    text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
-    shown = "" if kind == "value_error" or isinstance(given, dict) else f", not {shorten(given)}"
-    return f"{key}: {text}{shown}" if key else f"{text}{shown}"
-
-
-def context_tags(model: type[BaseModel], problem: Any) -> str:
-    """The allowed types of a path or controller."""
-    models, keys = walk(model, problem["loc"])
-    options = sections(models[-1].model_fields[keys[-1].partition("[")[0]].annotation)
-    return ", ".join(get_args(option.model_fields["type"].annotation)[0] for option in options)
-
-
-def walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list[type[BaseModel]], list[str]]:
-    """The sections on the way to a problem, and its key as the user wrote it (without pydantic's union tags)."""
-    models = [model]
-    options: tuple[type[BaseModel], ...] = ()
-    keys: list[str] = []
-    for part in location:
-        if isinstance(part, int):
-            keys[-1] += f"[{part}]"
-            continue
-        chosen = [option for option in options if get_args(option.model_fields["type"].annotation) == (part,)]
-        options = ()
-        if chosen:
-            models.append(chosen[0])
-            continue
-        keys.append(part)
-        field = models[-1].model_fields.get(part)
-        inside = sections(field.annotation) if field else ()
-        if len(inside) == 1:
-            models.append(inside[0])
-        else:
-            options = inside
-    return models, keys
-
-
-def sections(annotation: Any) -> tuple[type[BaseModel], ...]:
-    """The sections a field may hold."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return (annotation,)
-    return tuple(model for argument in get_args(annotation) for model in sections(argument))
-
-
-def shorten(value: Any) -> str:
-    """A given value, cut to fit a line."""
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

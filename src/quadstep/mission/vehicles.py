@@ -30,7 +30,7 @@ class VehicleSection(Section):
     mass: Positive = 1.0
     inertia: PositiveDiagonal = (5.0, 5.0, 5.0)
     gravity: Positive = 9.81
-    kinematics: Literal["standard", "printed"] = "standard"
+    kinematics: Literal["standard", "printed", "rigid"] = "standard"
     rotors: RotorsSection = RotorsSection()
 
     @model_validator(mode="after")

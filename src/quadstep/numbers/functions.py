@@ -15,6 +15,9 @@ Number: TypeAlias = float
 Condition: TypeAlias = bool
 """What comparing two numbers gives. Feed it to `where`; a lane's condition refuses `if`."""
 
+Word: TypeAlias = int
+"""Bits of a number: adds, shifts, ands, ors and xors as a whole number does. At least 32 bits; mask what may grow beyond."""
+
 
 class Functions(Protocol):
     """What a kind of number must provide."""
@@ -22,9 +25,12 @@ class Functions(Protocol):
     def sin(self, x: Any) -> Any: ...
     def cos(self, x: Any) -> Any: ...
     def exp(self, x: Any) -> Any: ...
+    def log(self, x: Any) -> Any: ...
     def sqrt(self, x: Any) -> Any: ...
     def atan2(self, y: Any, x: Any) -> Any: ...
     def where(self, condition: Any, yes: Any, no: Any) -> Any: ...
+    def word(self, x: Any) -> Any: ...
+    def number(self, word: Any) -> Any: ...
 
 
 class Floats:
@@ -42,6 +48,9 @@ class Floats:
         except OverflowError:
             return math.inf
 
+    def log(self, x: float) -> float:
+        return math.log(x) if x > 0.0 else -math.inf if x == 0.0 else math.nan
+
     def sqrt(self, x: float) -> float:
         return math.sqrt(x) if x >= 0.0 else math.nan
 
@@ -51,6 +60,12 @@ class Floats:
     def where(self, condition: bool, yes: float, no: float) -> float:
         return yes if condition else no
 
+    def word(self, x: float) -> int:
+        return int(x)
+
+    def number(self, word: int) -> float:
+        return float(word)
+
 
 class Arrays:
     """NumPy arrays: one flight an element."""
@@ -58,11 +73,18 @@ class Arrays:
     sin = staticmethod(np.sin)
     cos = staticmethod(np.cos)
     exp = staticmethod(np.exp)
+    log = staticmethod(np.log)
     sqrt = staticmethod(np.sqrt)
     where = staticmethod(np.where)
 
     def atan2(self, y: Any, x: Any) -> Any:
         return np.arctan2(y + 0.0, x + 0.0)
+
+    def word(self, x: Any) -> Any:
+        return x.astype(np.uint64)
+
+    def number(self, word: Any) -> Any:
+        return word.astype(np.float64)
 
 
 FLOATS = Floats()
@@ -74,7 +96,7 @@ def functions_of(*values: Any) -> Any:
     for value in values:
         if isinstance(value, float | int):
             continue
-        if isinstance(value, np.ndarray | np.bool_):
+        if isinstance(value, np.ndarray | np.generic):
             return ARRAYS
         return value.functions if hasattr(value, "functions") else foreign_functions(value)
     return FLOATS
@@ -107,6 +129,12 @@ def exp(x: Number) -> Number:
     return result
 
 
+def log(x: Number) -> Number:
+    """Natural logarithm; -inf at zero, NaN below. On lanes it stops falling below the smallest normal number."""
+    result: Number = functions_of(x).log(x)
+    return result
+
+
 def sqrt(x: Number) -> Number:
     """Square root; NaN below zero."""
     result: Number = functions_of(x).sqrt(x)
@@ -122,6 +150,18 @@ def atan2(y: Number, x: Number) -> Number:
 def where(condition: Condition, yes: Number, no: Number) -> Number:
     """`yes` where the condition holds, else `no`. Both are computed."""
     result: Number = functions_of(condition, yes, no).where(condition, yes, no)
+    return result
+
+
+def word(x: Number) -> Word:
+    """The bits of a whole number in [0, 2^31)."""
+    result: Word = functions_of(x).word(x)
+    return result
+
+
+def number(bits: Word) -> Number:
+    """The whole number in [0, 2^31) that has these bits."""
+    result: Number = functions_of(bits).number(bits)
     return result
 
 

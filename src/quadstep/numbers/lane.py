@@ -36,13 +36,14 @@ class Emitter:
 
     def constant(self, value: float) -> ir.Constant:
         """The same float in every lane."""
-        return self._constant(self.vector, self.element, float(value))
+        return self.splat(self.vector, self.element, float(value))
 
     def whole_constant(self, value: int) -> ir.Constant:
         """The same integer in every lane."""
-        return self._constant(self.wholes, self.whole, value)
+        return self.splat(self.wholes, self.whole, value)
 
-    def _constant(self, kind: ir.VectorType, element: ir.Type, value: float) -> ir.Constant:
+    def splat(self, kind: ir.VectorType, element: ir.Type, value: float) -> ir.Constant:
+        """A constant of this vector type."""
         key = (kind, repr(value))  # as text, 0.0 and -0.0 differ
         if key not in self.constants:
             self.constants[key] = ir.Constant(kind, [ir.Constant(element, value)] * self.width)

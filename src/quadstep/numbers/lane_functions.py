@@ -5,17 +5,20 @@ Each is a reduction to a short interval and a polynomial, fitted there by Chebys
 """
 
 import math
+import struct
 from fractions import Fraction
 from typing import Any
 
 from llvmlite import ir
 
 from quadstep.numbers.lane import Condition, Emitter, Lane
+from quadstep.numbers.lane_words import LaneWord
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 LN2 = Fraction("0.69314718055994530941723212145817656807550013436026")
 
-# (sin r - r) / r^3, (cos r - 1 + r^2/2) / r^4 over r^2; (exp r - 1 - r) / r^2 over r; (atan r - r) / r^3 over r^2
+# (sin r - r) / r^3, (cos r - 1 + r^2/2) / r^4 over r^2; (exp r - 1 - r) / r^2 over r; (atan r - r) / r^3 over r^2;
+# (log((1 + s) / (1 - s)) - 2 s) / s^3 over s^2
 SINE = {
     True: (-0.16666666666666666, 0.0083333333333307, -0.00019841269836387345, 2.755731591191116e-06,
            -2.5051092507061385e-08, 1.59153232122714e-10),
@@ -37,6 +40,12 @@ ARCTANGENT = {
            0.07692295658327873, -0.06666412077725274, 0.058787824694439814, -0.0522938047378184, 0.045467195095551666,
            -0.034445844423577385, 0.016148228546771868),
     False: (-0.33333331686451945, 0.1999952339722771, -0.1426336657972561, 0.1073739696716272, -0.06431038710715442),
+}  # fmt: skip
+
+LOGARITHM = {
+    True: (0.666666666666667, 0.39999999999899505, 0.28571428625975487, 0.2222221113479508, 0.18182889125261723,
+           0.15331721600556042, 0.14616449685043406),
+    False: (0.6666668503957586, 0.3998878056602198, 0.2957994939197279),
 }  # fmt: skip
 
 
@@ -88,6 +97,20 @@ class LaneFunctions:
         result: Lane = value * Lane(emitter, builder.bitcast(exponent, emitter.vector))
         return result
 
+    def log(self, x: Lane) -> Lane:
+        """As IEEE 754 has it, save that numbers below the smallest normal one count as between half of it and it."""
+        emitter = x.emitter
+        double = emitter.double
+        f, exponent = mantissa(x)
+        s = f / (2.0 + f)
+        z = s * s
+        half = 0.5 * f * f
+        high, low = parts(LN2, 33 if double else 12, 2)
+        tail = multiply_add(exponent, low, s * (half + z * polynomial(z, LOGARITHM[double])))
+        value = multiply_add(exponent, high, f - (half - tail))  # s (f^2/2 + ...) - f^2/2 + f is log(1 + f)
+        extreme = self.where(x == 0.0, -math.inf, self.where(x > 0.0, x, math.nan))
+        return self.where((x > 0.0) & (x < math.inf), value, extreme)  # type: ignore[no-any-return]
+
     def atan2(self, y: Any, x: Any) -> Lane:
         emitter = y.emitter if isinstance(y, Lane) else x.emitter
         y, x = Lane(emitter, emitter.value(y)), Lane(emitter, emitter.value(x))
@@ -96,7 +119,7 @@ class LaneFunctions:
         small, large = self.where(steep, run, rise), self.where(steep, rise, run)
         eighth = small > large * (math.sqrt(2.0) - 1.0)  # above tan(pi/8), measure from pi/4
         over, under = self.where(eighth, small - large, small), self.where(eighth, small + large, large)
-        r = over / self.where(under > 0.0, under, 1.0)
+        r = over / self.where(under <= 0.0, 1.0, under)  # 1 at the origin; NaN stays
         z = r * r
         angle = r + r * (z * polynomial(z, ARCTANGENT[emitter.double]))
         angle = self.where(eighth, angle + math.pi / 4.0, angle)
@@ -107,6 +130,12 @@ class LaneFunctions:
     def absolute(self, x: Lane) -> Lane:
         return Lane(x.emitter, x.emitter.intrinsic("fabs", x.value))
 
+    def word(self, x: Lane) -> LaneWord:
+        return LaneWord.of(x)
+
+    def number(self, word: LaneWord) -> Lane:
+        return word.number()
+
 
 def polynomial(x: Lane, coefficients: tuple[float, ...]) -> Lane:
     """Sum of coefficients[i] x^i by Horner's rule."""
@@ -115,6 +144,37 @@ def polynomial(x: Lane, coefficients: tuple[float, ...]) -> Lane:
     for coefficient in coefficients[-2::-1]:
         value = emitter.intrinsic("fmuladd", value, x.value, emitter.constant(coefficient))
     return Lane(emitter, value)
+
+
+def multiply_add(a: Lane, b: float, c: Lane) -> Lane:
+    """a b + c, not reassociated."""
+    emitter = a.emitter
+    return Lane(emitter, emitter.intrinsic("fmuladd", a.value, emitter.constant(b), c.value))
+
+
+def mantissa(x: Lane) -> tuple[Lane, Lane]:
+    """f and a whole k with x = (1 + f) 2^k and 1 + f from 1/sqrt(2) to sqrt(2), for a normal x > 0; else of no meaning."""
+    emitter, builder = x.emitter, x.emitter.builder
+    size, bias, kind = (52, 1023, "d") if emitter.double else (23, 127, "f")
+    lowest = int.from_bytes(struct.pack(">" + kind, math.sqrt(0.5)), "big")
+    shifter = 1.5 * 2.0**size  # added to the bits of this, a whole number is added to its value
+    offset, behind = bias << size, int.from_bytes(struct.pack(">" + kind, shifter), "big")
+
+    def whole(value: int) -> ir.Constant:
+        return emitter.whole_constant(value)
+
+    def fraction() -> ir.Value:
+        below = builder.and_(moved, whole((1 << size) - 1))
+        return builder.bitcast(builder.add(below, whole(lowest)), emitter.vector)
+
+    def exponent() -> ir.Value:
+        count = builder.add(builder.lshr(moved, whole(size)), whole(behind))
+        return builder.fsub(builder.bitcast(count, emitter.vector), emitter.constant(shifter + bias))
+
+    bits = emitter.once(("bits", x.value), lambda: builder.bitcast(x.value, emitter.wholes))
+    moved = emitter.once(("mantissa bits", bits), lambda: builder.add(bits, whole(offset - lowest)))
+    one = Lane(emitter, emitter.once(("mantissa", moved), fraction))
+    return one - 1.0, Lane(emitter, emitter.once(("exponent", moved), exponent))
 
 
 def nearest(x: Lane) -> tuple[Lane, ir.Value]:

@@ -1,6 +1,6 @@
 """Rotations as unit quaternions (w, x, y, z) and as matrices. An attitude turns body vectors into world vectors."""
 
-from quadstep.numbers.functions import Number, absolute, atan2, cos, maximum, sin, sqrt, where
+from quadstep.numbers.functions import Number, absolute, atan2, cos, sin, sqrt, where
 from quadstep.numbers.linear import Matrix, Vector, matrix, vector
 
 IDENTITY = vector(1.0, 0.0, 0.0, 0.0)
@@ -45,9 +45,9 @@ def rotation_matrix(q: Vector) -> Matrix:
 
 
 def quaternion_of(r: Matrix) -> Vector:
-    """The quaternion of a rotation matrix; w >= 0 except where it is nearly zero.
+    """The quaternion of a rotation matrix, with w >= 0.
 
-    Each of the four squared components is known from the diagonal; the largest is taken and the others follow from it.
+    The diagonal gives the squares of all four components; the largest is taken and the others follow from it (Shepperd 1978).
     """
     squares = (
         1.0 + r[0, 0] + r[1, 1] + r[2, 2],
@@ -63,7 +63,7 @@ def quaternion_of(r: Matrix) -> Vector:
         better = square > best
         column = Vector(where(better, new, old) for new, old in zip(other, column, strict=True))
         best = where(better, square, best)
-    return column * (1.0 / column.norm())
+    return column * (where(column[0] < 0.0, -1.0, 1.0) / column.norm())
 
 
 def rotate(q: Vector, v: Vector) -> Vector:
@@ -98,20 +98,23 @@ def rotation_vector(q: Vector) -> Vector:
     sine_squared = part @ part
     small = sine_squared < 1e-10
     sine = sqrt(where(small, 1.0, sine_squared))
-    ratio = where(small, 2.0, 2.0 * atan2(sine, absolute(w)) / sine)
+    ratio = where(small, 2.0 + sine_squared / 3.0, 2.0 * atan2(sine, absolute(w)) / sine)
     return ratio * part
 
 
 def yaw_pitch_roll(q: Vector) -> Vector:
-    """(yaw, pitch, roll) [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), right-handed; for the eye, not for control."""
+    """(yaw, pitch, roll) [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), right-handed; for the eye, not for control.
+
+    At pitch +-pi/2 yaw and roll turn about one axis, and what is given for them means nothing.
+    """
     r = rotation_matrix(q)
-    level = sqrt(maximum(r[2, 1] * r[2, 1] + r[2, 2] * r[2, 2], 0.0))
+    level = sqrt(r[2, 1] * r[2, 1] + r[2, 2] * r[2, 2])
     return vector(atan2(r[1, 0], r[0, 0]), atan2(-r[2, 0], level), atan2(r[2, 1], r[2, 2]))
 
 
 def from_yaw_pitch_roll(angles: Vector) -> Vector:
     """The quaternion of Rz(yaw) Ry(pitch) Rx(roll), angles [rad]."""
-    (yaw, pitch, roll) = 0.5 * angles
+    yaw, pitch, roll = 0.5 * angles
     turns = (
         vector(cos(yaw), 0.0, 0.0, sin(yaw)),
         vector(cos(pitch), 0.0, sin(pitch), 0.0),

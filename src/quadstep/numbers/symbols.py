@@ -15,6 +15,7 @@ class Symbols:
     sin = staticmethod(sympy.sin)
     cos = staticmethod(sympy.cos)
     exp = staticmethod(sympy.exp)
+    log = staticmethod(sympy.log)
     sqrt = staticmethod(sympy.sqrt)
     atan2 = staticmethod(sympy.atan2)
 

@@ -8,32 +8,41 @@ from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 class Kinematics(StrEnum):
     """Which T_eta is meant. They differ only where the inertias are unequal.
 
-    STANDARD: the angle in rows 2 and 3 is roll, as Newton-Euler demands for R = Rz(psi) Ry(theta) Rx(phi).
-    PRINTED: it is yaw, as the paper prints.
+    STANDARD: rows 2 and 3 hold theta and roll, as Newton-Euler demands for R = Rz(psi) Ry(theta) Rx(phi).
+    PRINTED: they hold theta and yaw, as the paper prints.
+    RIGID: of R = Rx(-phi) Ry(-theta) Rz(-psi), to which the paper's thrust direction (Eq. 7) belongs: with it, and only with
+    it, the whole plant is a rigid body pushed along its own z axis. Holds theta and yaw.
     """
 
     STANDARD = "standard"
     PRINTED = "printed"
+    RIGID = "rigid"
 
     @property
     def angle(self) -> int:
-        """Place in eta = (psi, theta, phi) of the angle that stands in rows 2 and 3 of T_eta."""
+        """Place in eta = (psi, theta, phi) of the angle that T_eta holds beside theta."""
         return 2 if self is Kinematics.STANDARD else 0
 
 
 def euler_rate_matrix(attitude: Vector, kinematics: Kinematics) -> Matrix:
     """T_eta of Eq. 4, shape (3, 3): body rates = T_eta @ (psi_dot, theta_dot, phi_dot)."""
     theta, angle = attitude[1], attitude[kinematics.angle]
-    s, c = sin(angle), cos(angle)
-    return matrix((-sin(theta), 0.0, 1.0), (cos(theta) * s, c, 0.0), (cos(theta) * c, -s, 0.0))
+    sin_theta, cos_theta, s, c = sin(theta), cos(theta), sin(angle), cos(angle)
+    if kinematics is Kinematics.RIGID:
+        return matrix((0.0, s, -c * cos_theta), (0.0, -c, -s * cos_theta), (-1.0, 0.0, sin_theta))
+    return matrix((-sin_theta, 0.0, 1.0), (cos_theta * s, c, 0.0), (cos_theta * c, -s, 0.0))
 
 
 def euler_rate_partials(attitude: Vector, kinematics: Kinematics) -> tuple[Matrix, Matrix, Matrix]:
     """dT_eta/dpsi, dT_eta/dtheta, dT_eta/dphi, each of shape (3, 3)."""
     theta, angle = attitude[1], attitude[kinematics.angle]
     sin_theta, cos_theta, s, c = sin(theta), cos(theta), sin(angle), cos(angle)
-    by_theta = matrix((-cos_theta, 0.0, 0.0), (-sin_theta * s, 0.0, 0.0), (-sin_theta * c, 0.0, 0.0))
-    by_angle = matrix((0.0, 0.0, 0.0), (cos_theta * c, -s, 0.0), (-cos_theta * s, -c, 0.0))
+    if kinematics is Kinematics.RIGID:
+        by_theta = matrix((0.0, 0.0, c * sin_theta), (0.0, 0.0, s * sin_theta), (0.0, 0.0, cos_theta))
+        by_angle = matrix((0.0, c, s * cos_theta), (0.0, s, -c * cos_theta), (0.0, 0.0, 0.0))
+    else:
+        by_theta = matrix((-cos_theta, 0.0, 0.0), (-sin_theta * s, 0.0, 0.0), (-sin_theta * c, 0.0, 0.0))
+        by_angle = matrix((0.0, 0.0, 0.0), (cos_theta * c, -s, 0.0), (-cos_theta * s, -c, 0.0))
     nothing = matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return (nothing, by_theta, by_angle) if kinematics.angle == 2 else (by_angle, by_theta, nothing)
 

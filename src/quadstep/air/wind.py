@@ -1,0 +1,48 @@
+"""The wind a vehicle flies in: steady, swinging, in a gust, turbulent."""
+
+import math
+from typing import NamedTuple
+
+from quadstep.air.dryden import DRAWS, Dryden, Turbulence, gusts, start_turbulence, turbulence_step
+from quadstep.numbers import Number, Vector, clip, cos, sin, sqrt, vector, where
+
+__all__ = ["DRAWS", "Dryden", "Turbulence", "Wind", "start_turbulence", "turbulence_step", "wind_at"]
+
+
+class Wind(NamedTuple):
+    """The mean, what is added to it at known times, and turbulence; velocities of the air in world axes.
+
+    mean [m/s]. swing [m/s], times the sine of swing_frequency [rad/s] times t. gust: peak [m/s] of a 1-cosine gust, which
+    begins at gust_start [s] and is over gust_length [s] later. turbulence: its field, with the mean's direction.
+    """
+
+    mean: Vector
+    swing: Vector
+    swing_frequency: Number
+    gust: Vector
+    gust_start: Number
+    gust_length: Number
+    turbulence: Dryden
+
+
+def wind_at(wind: Wind, memory: Turbulence, t: Number) -> Vector:
+    """Velocity of the air at time t [s] [m/s], world axes.
+
+    Of the turbulence (u, v, w) u blows along the level part of the mean wind, along x where there is none, v to the left of
+    it and w up.
+    """
+    since = clip((t - wind.gust_start) / wind.gust_length, 0.0, 1.0)
+    gust = 0.5 * (1.0 - cos(2.0 * math.pi * since))
+    steady = wind.mean + sin(wind.swing_frequency * t) * wind.swing + gust * wind.gust
+    x, y = direction(wind.mean)
+    u, v, w = gusts(memory)
+    return steady + vector(x * u - y * v, y * u + x * v, w)
+
+
+def direction(mean: Vector) -> Vector:
+    """Unit vector (x, y) of the level part of the mean wind; x where there is none."""
+    x, y, _ = mean
+    level = sqrt(x * x + y * y)
+    windy = level > 0.0
+    over = 1.0 / where(windy, level, 1.0)
+    return vector(where(windy, over * x, 1.0), over * y)

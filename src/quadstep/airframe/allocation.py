@@ -1,0 +1,144 @@
+"""Control allocation: the rotor speeds that make a wanted thrust and torque, and what is left of them at rotors' limits.
+
+Within the limits the rotor thrusts are those of least norm, by the pseudo-inverse of the map from rotor thrusts to thrust and
+torque. At the limits thrust and tilt (the torques about body x and y) come first: they hold the vehicle up and on its path.
+
+1. The yaw torque is scaled down until every rotor fits.
+2. If the tilt torque does not fit even without yaw, the thrust is shifted to the nearest one at which it does; the yaw torque
+   gets what is left.
+3. If it fits at no thrust, it is scaled down, both axes alike, until it does.
+
+Nothing changes its sign or grows, and no step takes more than it needs (step 3 may take a little more where rotors share the
+thrust unevenly). The order is that of Faessler, Falanga and Scaramuzza, "Thrust mixing, saturation, and body-rate control for
+accurate aggressive quadrotor flight" (2017), carried from four rotors to any number by scaling along columns of the
+pseudo-inverse; its reason is in Brescianini and D'Andrea, "Tilt-prioritized quadrocopter attitude control" (2018).
+With more than four rotors other thrusts than those of least norm may reach a little farther; they are not searched for.
+"""
+
+from collections.abc import Iterable
+from functools import reduce
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.geometry import Geometry
+from quadstep.airframe.rotor import Rotor
+from quadstep.numbers import Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
+from quadstep.numbers.rotations import cross
+
+
+class Allocation(NamedTuple):
+    """How thrust and torque are shared among the rotors.
+
+    matrix: a row for each rotor, whose thrust is row @ (u, tau_x, tau_y, tau_z) [N]. least, most: thrust of one rotor [N].
+    thrust: k_f [N s^2].
+    """
+
+    matrix: tuple[Vector, ...]
+    least: Number
+    most: Number
+    thrust: Number
+
+
+def columns(geometry: Geometry, moment: Number) -> list[Vector]:
+    """What one newton of each rotor makes: (u [N], tau_x, tau_y, tau_z [N m]) about the body's origin.
+
+    moment: torque per thrust k_m / k_f [m]. u is the part along body z; a rotor with a tilted axis also pushes sideways.
+    """
+    result = []
+    for mount in geometry.mounts:
+        axis = Vector(mount.axis)
+        result.append(Vector((axis[2], *(cross(Vector(mount.position), axis) - (mount.spin * moment) * axis))))
+    return result
+
+
+def mix(geometry: Geometry, moment: Number, thrusts: Vector) -> tuple[Number, Vector]:
+    """(u [N], torque about the body's axes [N m]) that rotor thrusts [N] make; moment: k_m / k_f [m]."""
+    pairs = zip(columns(geometry, moment), thrusts, strict=True)
+    thrust, *torque = total(thrust * column for column, thrust in pairs)
+    return thrust, Vector(torque)
+
+
+def rank(geometry: Geometry, moment: float) -> int:
+    """How many of thrust, roll, pitch and yaw the rotors can make independently of each other: 4 for a vehicle that flies."""
+    rows = np.array([list(column) for column in columns(geometry, moment)]).T
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    return int(np.linalg.matrix_rank(rows / np.where(sizes > 0.0, sizes, 1.0), tol=1e-6))
+
+
+def allocation(geometry: Geometry, rotor: Rotor) -> Allocation:
+    """The shares of least norm for these rotors. Needs the rank to be 4."""
+    rows = np.array([list(column) for column in columns(geometry, rotor.torque / rotor.thrust)]).T
+    return Allocation(
+        matrix=tuple(Vector(share) for share in np.linalg.pinv(rows).tolist()),
+        least=rotor.thrust * rotor.slowest * rotor.slowest,
+        most=rotor.thrust * rotor.fastest * rotor.fastest,
+        thrust=rotor.thrust,
+    )
+
+
+def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque: Vector) -> tuple[Vector, Number, Vector]:
+    """Rotor speeds [rad/s] for a wanted thrust [N] and torque about body axes [N m], and the thrust and torque they make.
+
+    These are what was wanted unless a rotor is at a limit; see the module. Every rotor must carry a part of the thrust.
+    """
+    roll, pitch, yaw = torque
+    least, most = allocation.least, allocation.most
+    lift = [share[0] for share in allocation.matrix]
+    per_lift = [1.0 / part for part in lift]
+    tilt = [share[1] * roll + share[2] * pitch for share in allocation.matrix]
+    slopes = [part * inverse for part, inverse in zip(tilt, per_lift, strict=True)]  # thrust that makes up for the tilt
+    bottoms, tops = [least * inverse for inverse in per_lift], [most * inverse for inverse in per_lift]
+
+    bottom, top = largest(bottoms), smallest(tops)
+    tilt_kept = fitting(largest(slopes) - smallest(slopes), 0.0, top - bottom)
+    if not even(geometry):
+        level = held(thrust, bottom, top)
+        tilt_kept = maximum(tilt_kept, fitting_all(tilt, [level * part for part in lift], least, most))
+
+    bottom = largest(low - tilt_kept * slope for low, slope in zip(bottoms, slopes, strict=True))
+    top = smallest(high - tilt_kept * slope for high, slope in zip(tops, slopes, strict=True))
+    lifted = held(thrust, bottom, top)
+    carried = [lifted * part + tilt_kept * leaning for part, leaning in zip(lift, tilt, strict=True)]
+
+    turn = [share[3] * yaw for share in allocation.matrix]
+    yaw_kept = fitting_all(turn, carried, least, most)
+    thrusts = [held(base + yaw_kept * part, least, most) for base, part in zip(carried, turn, strict=True)]
+    speeds = Vector(sqrt(one / allocation.thrust) for one in thrusts)
+    return speeds, lifted, vector(tilt_kept * roll, tilt_kept * pitch, yaw_kept * yaw)
+
+
+def even(geometry: Geometry) -> bool:
+    """Whether a thrust without torque is shared evenly by all rotors, whatever their coefficients."""
+    axes = [Vector(mount.axis) for mount in geometry.mounts]
+    levers = total(cross(Vector(mount.position), axis) for mount, axis in zip(geometry.mounts, axes, strict=True))
+    spins = total(mount.spin * axis for mount, axis in zip(geometry.mounts, axes, strict=True))
+    upward = [axis[2] for axis in axes]
+    return max(upward) - min(upward) < 1e-9 and levers.norm() < 1e-9 and spins.norm() < 1e-9
+
+
+def fitting(part: Number, low: Number, high: Number) -> Number:
+    """The largest share in [0, 1] of `part` that stays between `low` and `high`, which lie on either side of zero."""
+    room = where(part > 0.0, high, low)
+    short = absolute(part) > absolute(room)
+    return where(short, maximum(room / where(short, part, 1.0), 0.0), 1.0)
+
+
+def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Number) -> Number:
+    """The largest share of all `parts` with which every `base + share part` stays between `low` and `high`."""
+    return smallest(fitting(part, low - base, high - base) for part, base in zip(parts, bases, strict=True))
+
+
+def held(x: Number, low: Number, high: Number) -> Number:
+    """`x` held between `low` and `high`; unlike `clip` it hands on a NaN."""
+    return minimum(high, maximum(low, x))
+
+
+def largest(numbers: Iterable[Number]) -> Number:
+    """The largest of some numbers."""
+    return reduce(maximum, numbers)
+
+
+def smallest(numbers: Iterable[Number]) -> Number:
+    """The smallest of some numbers."""
+    return reduce(minimum, numbers)

@@ -1,0 +1,48 @@
+"""Where the rotors of a vehicle are, and which effects are computed: structure, known when a flight is compiled."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from quadstep.numbers import Matrix, matrix
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A rotor's place: position of its hub [m], and axis, the unit vector along which it pushes; body axes.
+
+    spin: +1 turns counter-clockwise seen against its axis (right-handed about it), -1 clockwise. The body feels the opposite.
+    """
+
+    position: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    spin: int
+
+    @cached_property
+    def frame(self) -> Matrix:
+        """The rotor's own axes as rows, its axis last: frame @ body = rotor. The unit matrix for a rotor that pushes along
+        z.
+        """
+        x, y, z = self.axis
+        flat = math.hypot(y, z)
+        if flat > 0.5:  # the first in the plane of the axis and body x
+            return matrix((flat, -x * y / flat, -x * z / flat), (0.0, z / flat, -y / flat), (x, y, z))
+        flat = math.hypot(x, z)
+        return matrix((z / flat, 0.0, -x / flat), (-x * y / flat, flat, -y * z / flat), (x, y, z))
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The rotors, four to eight of them, in order."""
+
+    mounts: tuple[Mount, ...]
+
+
+@dataclass(frozen=True)
+class Effects:
+    """battery: sag. ground: its cushion. gyroscopic: torques of turning and accelerating rotors. drag: of body and rotors."""
+
+    battery: bool = False
+    ground: bool = False
+    gyroscopic: bool = True
+    drag: bool = True

@@ -1,0 +1,80 @@
+"""The real vehicle: rotors, air, battery and rigid body put together."""
+
+from typing import NamedTuple
+
+from quadstep.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
+from quadstep.airframe.battery import Battery, electrical_power, terminal_voltage
+from quadstep.airframe.events import MassProperties
+from quadstep.airframe.geometry import Effects, Geometry
+from quadstep.airframe.motion import AirframeState
+from quadstep.airframe.rigid_body import motion_rate
+from quadstep.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
+from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers.rotations import cross, rotation_matrix
+
+NOTHING = vector(0.0, 0.0, 0.0)
+
+
+class Airframe(NamedTuple):
+    """mass [kg]. inertia: diagonal, about the body's origin, the bare vehicle's centre of gravity [kg m^2]. gravity [m/s^2].
+
+    ground: its height in the world [m].
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    rotor: Rotor
+    drag: Drag
+    battery: Battery
+    ground: Number
+
+
+def derivative(
+    geometry: Geometry,
+    airframe: Airframe,
+    properties: MassProperties,
+    efficiency: Vector,
+    state: AirframeState,
+    wanted_speeds: Vector,
+    wind: Vector,
+    effects: Effects,
+) -> AirframeState:
+    """Rate of every state with the rotors told to turn at `wanted_speeds` [rad/s], in wind [m/s], world axes.
+
+    efficiency: each rotor's share of its forces left after a fault. position, velocity: of the body's origin.
+    """
+    rotor = airframe.rotor
+    rotation = rotation_matrix(state.attitude)
+    air = rotation.T @ (state.velocity - wind) if effects.drag else NOTHING
+    fastest, current = rotor.fastest, 0.0
+    if effects.battery:
+        power = electrical_power(airframe.battery, rotor.torque, state.speeds)
+        volts = terminal_voltage(airframe.battery, state.charge, power)
+        fastest, current = (rotor.fastest / airframe.battery.full) * volts, power / volts
+
+    rotors = []
+    for mount, speed, wanted, share in zip(geometry.mounts, state.speeds, wanted_speeds, efficiency, strict=True):
+        place, cushion, hub_air = Vector(mount.position), 1.0, NOTHING
+        if effects.ground:
+            cushion = ground_effect(state.position[2] - airframe.ground + rotation.rows[2] @ place, rotor.radius)
+        if effects.drag:
+            hub_air = air + cross(state.rates, place)
+        rate = speed_rate(rotor, speed, wanted, fastest)
+        rotors.append((mount, Turning(speed, rate, share, cushion, hub_air)))
+    loads = rotor_loads(rotor, airframe.drag, rotors, effects)
+    force = loads.force + parasitic_drag(airframe.drag, air) if effects.drag else loads.force
+    moved = motion_rate(properties, rotation, state.motion, force, loads.torque, loads.spin, airframe.gravity)
+    return AirframeState(*moved, speeds=Vector(turning.rate for _, turning in rotors), charge=current)
+
+
+def specific_force(airframe: Airframe, state: AirframeState, rate: AirframeState) -> Vector:
+    """What an accelerometer at the body's origin feels [m/s^2], body axes: R^T (acceleration - g). rate: of `derivative`."""
+    x, y, z = rate.velocity
+    return rotation_matrix(state.attitude).T @ Vector((x, y, z + airframe.gravity))
+
+
+def voltage(airframe: Airframe, state: AirframeState) -> Number:
+    """Voltage of the battery under the present load [V], for the log."""
+    power = electrical_power(airframe.battery, airframe.rotor.torque, state.speeds)
+    return terminal_voltage(airframe.battery, state.charge, power)

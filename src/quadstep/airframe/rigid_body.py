@@ -1,0 +1,30 @@
+"""Newton and Euler on quaternions: a rigid body whose centre of gravity need not be the body's origin."""
+
+from quadstep.airframe.events import MassProperties
+from quadstep.airframe.motion import AirframeState, Motion
+from quadstep.numbers import Matrix, Number, Vector, solve_symmetric
+from quadstep.numbers.rotations import cross, quaternion_rate
+
+
+def motion_rate(
+    properties: MassProperties, rotation: Matrix, motion: Motion, force: Vector, torque: Vector, spin: Vector, gravity: Number
+) -> Motion:
+    """Rate of the motion under a force [N] and a torque about the body's origin [N m], both in body axes, and gravity [m/s^2].
+
+    rotation: R of the motion's attitude. spin: angular momentum of the rotors against the body [N m s], body axes; the torque
+    holds what its own rate does.
+
+    With c the centre of gravity and I the inertia about it: I alpha = torque - c x force - omega x (I omega + spin), and the
+    origin's acceleration is that of the centre, force / m + g, less alpha x c + omega x (omega x c).
+    """
+    c, inertia, rates = properties.offset, properties.inertia, motion.rates
+    alpha = solve_symmetric(inertia, torque - cross(c, force) - cross(rates, inertia @ rates + spin))
+    felt = force * (1.0 / properties.mass) - (cross(alpha, c) + cross(rates, cross(rates, c)))
+    x, y, z = rotation @ felt
+    return Motion(motion.velocity, Vector((x, y, z - gravity)), quaternion_rate(motion.attitude, rates), alpha)
+
+
+def renormalised(state: AirframeState) -> AirframeState:
+    """The state with its quaternion at length one; integration moves it by a little."""
+    q = state.attitude
+    return state._replace(attitude=q * (1.0 / q.norm()))

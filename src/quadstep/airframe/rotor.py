@@ -1,0 +1,89 @@
+"""Rotors: how their speeds follow what is wanted, and how together they push and turn the body that carries them."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from quadstep.airframe.aerodynamics import Drag, hub_drag, translational_lift
+from quadstep.airframe.geometry import Effects, Mount
+from quadstep.numbers import Number, Vector, clip, vector, where
+from quadstep.numbers.rotations import cross
+
+NOTHING = vector(0.0, 0.0, 0.0)
+
+
+class Rotor(NamedTuple):
+    """What all rotors of a vehicle share.
+
+    thrust: k_f [N s^2]. torque: k_m [N m s^2]. inertia: J_r, rotor and motor bell about the axis [kg m^2]. rise, fall: time
+    constants [s]. slowest, fastest [rad/s]. radius [m].
+    """
+
+    thrust: Number
+    torque: Number
+    inertia: Number
+    rise: Number
+    fall: Number
+    slowest: Number
+    fastest: Number
+    radius: Number
+
+
+class Turning(NamedTuple):
+    """What one rotor is doing.
+
+    speed: w [rad/s]. rate: of it [rad/s^2]. share: of its forces, left after a fault [-]. cushion: factor of the ground on its
+    thrust [-]. air: velocity of its hub through the air [m/s], body axes.
+    """
+
+    speed: Number
+    rate: Number
+    share: Number
+    cushion: Number
+    air: Vector
+
+
+class RotorLoads(NamedTuple):
+    """What all rotors do, body axes. force [N]; torque about the body's origin [N m]; spin: angular momentum [N m s]."""
+
+    force: Vector
+    torque: Vector
+    spin: Vector
+
+
+def speed_rate(rotor: Rotor, speed: Number, wanted: Number, fastest: Number) -> Number:
+    """Rate of a rotor's speed [rad/s^2] towards the wanted one, which is held between the slowest and `fastest` [rad/s].
+
+    A lag of first order, with `rise` where the rotor is too slow and `fall` where it is too fast.
+    """
+    gap = clip(wanted, rotor.slowest, fastest) - speed
+    return gap * where(gap > 0.0, 1.0 / rotor.rise, 1.0 / rotor.fall)
+
+
+def rotor_loads(rotor: Rotor, drag: Drag, rotors: Iterable[tuple[Mount, Turning]], effects: Effects) -> RotorLoads:
+    """Sums over the rotors, each at r, turning at w (speed) and s (spin) about its axis a, its hub moving by v through the
+    air.
+
+    Force: (k_f w^2 + k_h |v_across|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a - k_flap w v x a. Spin:
+    J_r s w a. K = diag(k_d, k_d, k_z) in the rotor's axes. A fault scales all but what J_r does.
+    """
+    force = levers = reaction = spin_up = spin = flapping = NOTHING
+    for mount, (speed, rate, share, cushion, air) in rotors:
+        frame, turn = mount.frame, float(mount.spin)
+        axis = frame.rows[2]
+        turning = share * speed
+        square = turning * speed
+        thrust, push = rotor.thrust * square, NOTHING
+        if effects.drag:
+            flow = turning * air
+            thrust = thrust + share * translational_lift(drag, frame, air)
+            push = hub_drag(drag, frame, flow)
+            flapping = flapping + cross(flow, axis)
+        push = push + (cushion * thrust) * axis
+        force = force + push
+        levers = levers + cross(Vector(mount.position), push)
+        reaction = reaction + (turn * square) * axis
+        if effects.gyroscopic:
+            spin_up = spin_up + (turn * rate) * axis
+            spin = spin + (turn * speed) * axis
+    torque = levers - rotor.torque * reaction - rotor.inertia * spin_up - drag.flapping * flapping
+    return RotorLoads(force, torque, rotor.inertia * spin)

@@ -1,0 +1,38 @@
+"""Command filter on the rotation group: the wanted attitude, smoothed, with its rate and acceleration.
+
+It is the paper's command filter (the rate that Eq. 28 needs) without Euler angles: critically damped, second order, its
+stiffness acting along the shortest turn to the command. What the rotors cannot make slows it down (pseudo-control hedging,
+Johnson and Calise 2003), so that it asks for no more than the vehicle can follow, and errors from saturation are not learnt.
+"""
+
+from typing import NamedTuple
+
+from quadstep.numbers import Number, Vector
+from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, normalised, rotation_vector
+
+
+class FilteredAttitude(NamedTuple):
+    """attitude: unit quaternion, filter's axes to world. rates [rad/s], acceleration [rad/s^2]: in the filter's own axes.
+
+    The acceleration is the one asked for, without the hedge: feeding forward what the rotors cannot make would ask for it
+    again.
+    """
+
+    attitude: Vector
+    rates: Vector
+    acceleration: Vector
+
+
+def attitude_filter(
+    filtered: FilteredAttitude, command: Vector, frequency: Vector, hedge: Vector, period: Number
+) -> FilteredAttitude:
+    """The filter `period` [s] later. command: unit quaternion. frequency: natural, about each axis [rad/s].
+
+    hedge: angular acceleration that the rotors could not make [rad/s^2], taken off. Stable for frequency * period below
+    about 0.8.
+    """
+    away = rotation_vector(multiply(conjugate(filtered.attitude), command))
+    acceleration = frequency * (frequency * away - 2.0 * filtered.rates)
+    rates = filtered.rates + period * (acceleration - hedge)
+    attitude = multiply(filtered.attitude, from_rotation_vector(period * rates))
+    return FilteredAttitude(normalised(attitude), rates, acceleration)

@@ -1,0 +1,126 @@
+"""A controller that is any Python callable: asked at every sample of the attitude loop, not compiled.
+
+    def controller(t, measured, reference):
+        ...
+        return thrust, torque
+
+    with flying(controller) as (law, gains):
+        log = fly(plan.with_controller(law, gains))
+
+What the controller raises while it flies ends the flight as not finite, and is raised on leaving the block. A controller that
+remembers has to fly alone: every flight of a batch asks the same callable.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector
+from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.rotations import yaw_pitch_roll
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Known(NamedTuple):
+    """What an opaque controller knows of the vehicle.
+
+    position (3,) [m], velocity (3,) [m/s]: world, z up. attitude (4,): unit quaternion (w, x, y, z), body to world.
+    rates (3,): about the body's axes [rad/s]. period: until it is asked again [s].
+    """
+
+    position: Array
+    velocity: Array
+    attitude: Array
+    rates: Array
+    period: float
+
+
+class Wanted(NamedTuple):
+    """The wanted motion. position (3,) [m], velocity (3,) [m/s], acceleration (3,) [m/s^2]; yaw [rad], yaw_rate [rad/s]."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    yaw: float
+    yaw_rate: float
+
+
+Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[float]]]
+"""controller(t, measured, reference) gives thrust [N] and the torque about the body's axes [N m]."""
+
+
+class OpaqueGains(NamedTuple):
+    """handle: of the callable, as `quadstep.numbers.opaque.register` gave it."""
+
+    handle: Number
+
+
+@dataclass(frozen=True)
+class Opaque(AirframeLaw):
+    """Asks the callable; has no memory of its own."""
+
+    def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
+        """Nothing."""
+        return ()
+
+    def law(
+        self, memory: tuple[()], measured: Measured, reference: Reference, gains: OpaqueGains, t: Number, period: Number
+    ) -> tuple[Command, tuple[()]]:
+        """One sample. The attitude logged as wanted is the measured one: nothing else is known of what the callable wants."""
+        inputs = [
+            t,
+            period,
+            *measured.position,
+            *measured.velocity,
+            *measured.attitude,
+            *measured.rates,
+            *reference.position,
+            *reference.velocity,
+            *reference.acceleration,
+            reference.yaw,
+            reference.yaw_rate,
+        ]
+        thrust, *torque = call(gains.handle, inputs, 4)
+        return Command(thrust, Vector(torque), desired_attitude=yaw_pitch_roll(measured.attitude)), memory
+
+
+def friendly(controller: Controller) -> Callable[[Array], list[float]]:
+    """The controller as a function of one array of 26 numbers, which gives four.
+
+    Asked the very same again, it repeats its answer: lanes that fill up a block repeat a flight, and a controller that
+    remembers is to see each of its samples once.
+    """
+    asked, answer = b"", [0.0] * 4
+
+    def function(inputs: Array) -> list[float]:
+        nonlocal asked, answer
+        question = inputs.tobytes()
+        if question == asked:
+            return answer
+        t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, 24, 25))
+        measured = Known(inputs[2:5], inputs[5:8], inputs[8:12], inputs[12:15], period)
+        reference = Wanted(inputs[15:18], inputs[18:21], inputs[21:24], yaw, yaw_rate)
+        thrust, torque = controller(t, measured, reference)
+        x, y, z = torque
+        asked, answer = question, [float(thrust), float(x), float(y), float(z)]
+        return answer
+
+    return function
+
+
+@contextmanager
+def flying(controller: Controller) -> Iterator[tuple[Opaque, OpaqueGains]]:
+    """A law and gains that fly this callable inside the block; raises what it raised, after the block."""
+    handle = register(friendly(controller))
+    try:
+        yield Opaque(), OpaqueGains(float(handle))
+        raise_pending(handle)
+    finally:
+        release(handle)

@@ -1,0 +1,92 @@
+"""The paper's laws on a real vehicle: Euler angles and generalised torques translated both ways.
+
+The paper's angles (psi, theta, phi) are left-handed with yaw innermost: body to world R = Rx(-phi) Ry(-theta) Rz(-psi),
+whose third column is Eq. 7. Body rates are T eta_dot with T of `Kinematics.RIGID`, and by virtual work tau_eta = T^T
+tau_body. Singular at theta = 90 degrees, as the paper's law is.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from quadstep.control.controller import AirframeLaw, Command, ControllerLaw, Measured
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, sin, sqrt, vector, where
+from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.vehicle.state import State
+
+STEEPEST = 0.02
+"""Least cos(theta) divided by: within 1.1 degrees of straight up the rates are those at 1.1 degrees."""
+
+
+def euler_angles(rotation: Matrix) -> Vector:
+    """The paper's (psi, theta, phi) [rad] of a body-to-world matrix."""
+    level = sqrt(rotation[1, 2] * rotation[1, 2] + rotation[2, 2] * rotation[2, 2])
+    theta = atan2(-rotation[0, 2], level)
+    return vector(atan2(rotation[0, 1], rotation[0, 0]), theta, atan2(rotation[1, 2], rotation[2, 2]))
+
+
+def body_to_world(attitude: Vector) -> Matrix:
+    """R = Rx(-phi) Ry(-theta) Rz(-psi) of the paper's angles [rad]."""
+    psi, theta, phi = attitude
+    (s, c), (st, ct), (sp, cp) = ((sin(angle), cos(angle)) for angle in (psi, theta, phi))
+    return Matrix(
+        Vector(row)
+        for row in (
+            (ct * c, ct * s, -st),
+            (-cp * s + sp * st * c, cp * c + sp * st * s, sp * ct),
+            (sp * s + cp * st * c, -sp * c + cp * st * s, cp * ct),
+        )
+    )
+
+
+def euler_rates(attitude: Vector, rates: Vector) -> Vector:
+    """(psi_dot, theta_dot, phi_dot) [rad/s] of body rates: T^-1 omega."""
+    psi, theta, _ = attitude
+    p, q, r = rates
+    s, c, level = sin(psi), cos(psi), cos(theta)
+    level = where(absolute(level) < STEEPEST, STEEPEST, level)
+    phi_dot = -(c * p + s * q) / level
+    theta_dot = s * p - c * q
+    return vector(sin(theta) * phi_dot - r, theta_dot, phi_dot)
+
+
+def body_torque(attitude: Vector, torque: Vector) -> Vector:
+    """tau_body [N m] of a generalised torque (tau_psi, tau_theta, tau_phi): T^-T tau."""
+    psi, theta, _ = attitude
+    by_psi, by_theta, by_phi = torque
+    s, c, level = sin(psi), cos(psi), cos(theta)
+    level = where(absolute(level) < STEEPEST, STEEPEST, level)
+    along = -(by_phi + by_psi * sin(theta)) / level
+    return vector(c * along + s * by_theta, s * along - c * by_theta, -by_psi)
+
+
+def paper_state(measured: Measured) -> State:
+    """A measurement as the paper's twelve states."""
+    attitude = euler_angles(rotation_matrix(measured.attitude))
+    return State(measured.position, measured.velocity, attitude, euler_rates(attitude, measured.rates))
+
+
+@dataclass(frozen=True)
+class PaperOnAirframe(AirframeLaw):
+    """Any law of the paper's plant, flown on a real vehicle. Its psi follows the heading: psi_d = -yaw."""
+
+    law_on_angles: ControllerLaw
+
+    def start(self, measured: Measured, gains: Any) -> Any:
+        """The memory before the first sample."""
+        return self.law_on_angles.start(paper_state(measured), gains)
+
+    def law(
+        self, memory: Any, measured: Measured, reference: Reference, gains: Any, t: Number, period: Number
+    ) -> tuple[Command, Any]:
+        """One sample of the paper's law. Yaw errors are taken the short way round."""
+        state = paper_state(measured)
+        wanted_psi = -reference.yaw
+        gap = wanted_psi - state.attitude[0]
+        psi = wanted_psi - atan2(sin(gap), cos(gap))  # the measured angle, on the turn of the wanted one
+        _, theta, phi = state.attitude
+        near = state._replace(attitude=vector(psi, theta, phi))
+        turned = reference._replace(yaw=wanted_psi, yaw_rate=-reference.yaw_rate)
+        command, memory = self.law_on_angles.law(memory, near, turned, gains, t, period)
+        attitude = yaw_pitch_roll(quaternion_of(body_to_world(command.desired_attitude)))
+        return command._replace(torque=body_torque(state.attitude, command.torque), desired_attitude=attitude), memory

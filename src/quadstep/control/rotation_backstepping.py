@@ -1,0 +1,213 @@
+"""Adaptive neural backstepping for a real vehicle: the paper's law (Eqs 11-54) completed, on the rotation group.
+
+What is the paper's: the filtered errors r1 and r2 (Eqs 12 and 28), the wanted force (Eq. 24) and torque (Eq. 35), the nets
+(Eqs 23, 34) and their tuning (Eq. 54). What is not, and why:
+
+- The attitude error is the turn from the vehicle to the wanted attitude, so any yaw and any tilt will do (the paper: Euler
+angles).
+- The rigid-body torque of the wanted motion and a term P e2 are added, as in the completed law (docs/theory.md): only the
+  unknown is left to the second net.
+- Everything is per mass and per inertia, so one set of gains serves vehicles of all sizes.
+- The nets see what their targets depend on: drag turns on velocity, thrust axis and wanted force; the aerodynamic torque on
+  body airspeed and rates. The paper's chi_1 lacks the velocity and its chi_2 the wanted motion.
+- What rotors could not make is taken off the errors that are learnt from (hedging), weights and integrals are bounded by
+  projection, and nothing is learnt before take-off.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
+from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.networks import Net, basis, output, weight_rate
+from quadstep.control.projection import project, project_weights
+from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, vector, where
+from quadstep.numbers.rotations import (
+    conjugate,
+    cross,
+    multiply,
+    quaternion_of,
+    rotation_matrix,
+    rotation_vector,
+    yaw_pitch_roll,
+)
+
+FORCE_INPUTS = 9
+"""chi_1: velocity, thrust axis, wanted acceleration."""
+
+TORQUE_INPUTS = 9
+"""chi_2: velocity in body axes, body rates, wanted angular acceleration."""
+
+SPEED, RATE, GRAVITY, TURN = 5.0, 5.0, 10.0, 50.0
+"""What the nets' inputs are divided by: m/s, rad/s, m/s^2, rad/s^2."""
+
+AIRBORNE = 0.8
+"""Share of the weight that the rotors must have carried for the vehicle to count as flying."""
+
+
+class RotationGains(NamedTuple):
+    """What the controller believes of the vehicle, and its gains over mass and inertia; vectors are x, y, z.
+
+    most_thrust: that the position loop may ask for [N]. slope_1: Lambda_1 [1/s]. gain_1: K_r1 / m [1/s]. integral_1: K_i1 /
+    m [1/s^2]. slope_2: Lambda_2 [1/s]. gain_2: K_r2 / J [1/s]. integral_2: K_i2 / J [1/s^2]. coupling: P / J [1/s^2].
+    filter_frequency: about body x, y, z [rad/s]. force_net, torque_net: for accelerations [m/s^2] and [rad/s^2].
+    learning_start [s]; infinite for never. weight_bounds: of |W_1|, |W_2|. integral_bounds: of |int r1| [m], |int r2| [rad].
+    weights_1, weights_2: at the start, (N, 3).
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    most_thrust: Number
+    slope_1: Vector
+    gain_1: Vector
+    integral_1: Vector
+    slope_2: Vector
+    gain_2: Vector
+    integral_2: Vector
+    coupling: Vector
+    filter_frequency: Vector
+    force_net: Net
+    torque_net: Net
+    learning_start: Number
+    weight_bounds: Vector
+    integral_bounds: Vector
+    weights_1: Matrix
+    weights_2: Matrix
+
+
+class RotationMemory(NamedTuple):
+    """integrals of r1 and r2; W_hat_1, W_hat_2; the command filter; whether it has taken off (0 or 1).
+
+    From the position loop to the attitude loop: force [N], wanted: attitude, r1 [m/s]. asked: thrust [N] and torque [N m] of
+    the last sample.
+    """
+
+    integral_1: Vector
+    integral_2: Vector
+    weights_1: Matrix
+    weights_2: Matrix
+    filtered: FilteredAttitude
+    flying: Number
+    force: Vector
+    wanted: Vector
+    r1: Vector
+    asked_thrust: Number
+    asked_torque: Vector
+
+
+@dataclass(frozen=True)
+class RotationBackstepping(AirframeLaw):
+    """The law; `guide` is the position loop, `law` the attitude loop."""
+
+    def start(self, measured: Measured, gains: RotationGains) -> RotationMemory:
+        """Nothing integrated, the filter at the measured attitude."""
+        zero = vector(0.0, 0.0, 0.0)
+        return RotationMemory(
+            integral_1=zero,
+            integral_2=zero,
+            weights_1=gains.weights_1,
+            weights_2=gains.weights_2,
+            filtered=FilteredAttitude(measured.attitude, measured.rates, zero),
+            flying=0.0,
+            force=vector(0.0, 0.0, gains.mass * gains.gravity),
+            wanted=measured.attitude,
+            r1=zero,
+            asked_thrust=measured.thrust,
+            asked_torque=measured.torque,
+        )
+
+    def guide(
+        self,
+        memory: RotationMemory,
+        measured: Measured,
+        reference: Reference,
+        gains: RotationGains,
+        t: Number,
+        period: Number,
+    ) -> RotationMemory:
+        """Position loop: errors, net, wanted force and attitude (Eqs 11-24), learning (Eq. 54)."""
+        flying = where(measured.thrust > AIRBORNE * gains.mass * gains.gravity, 1.0, memory.flying)
+        on = flying * where(t >= gains.learning_start, 1.0, 0.0)
+        e1 = reference.position - measured.position  # Eq. 11
+        e1_dot = reference.velocity - measured.velocity
+        r1 = e1_dot + gains.slope_1 * e1  # Eq. 12
+        axis = up_axis(rotation_matrix(measured.attitude))
+        before = memory.force * (1.0 / (gains.mass * GRAVITY))
+        mu_1 = basis(gains.force_net, (*(measured.velocity * (1.0 / SPEED)), *axis, *before))
+        estimate = on * output(memory.weights_1, mu_1)  # Eq. 23
+        feedback = gains.gain_1 * r1 + gains.integral_1 * memory.integral_1
+        wanted = reference.acceleration - gains.slope_1 * gains.slope_1 * e1 + feedback + estimate
+        force = within(gains.mass * (wanted + vector(0.0, 0.0, gains.gravity)), gains.most_thrust)  # Eq. 24
+
+        made = share_made(absolute(memory.asked_thrust - measured.thrust), absolute(memory.asked_thrust))
+        rate = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, r1.norm())  # Eq. 54
+        weights = memory.weights_1 + (on * made * period) * rate
+        zero = vector(0.0, 0.0, 0.0)
+        attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        return memory._replace(
+            flying=flying,
+            integral_1=project(memory.integral_1 + (flying * made * period) * r1, gains.integral_bounds[0]),
+            weights_1=project_weights(weights, gains.weight_bounds[0]),
+            force=force,
+            wanted=quaternion_of(attitude),
+            r1=r1,
+        )
+
+    def law(
+        self,
+        memory: RotationMemory,
+        measured: Measured,
+        reference: Reference,
+        gains: RotationGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, RotationMemory]:
+        """Attitude loop: command filter, errors, net, torque (Eqs 27-35), learning (Eq. 54)."""
+        on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
+        over = Vector(1.0 / entry for entry in gains.inertia)
+        missing = memory.asked_torque - measured.torque
+        short, made = over * missing, share_made(missing.norm(), memory.asked_torque.norm())
+        filtered = attitude_filter(memory.filtered, memory.wanted, gains.filter_frequency, short, period)
+
+        between = multiply(conjugate(measured.attitude), filtered.attitude)
+        e2 = rotation_vector(between)  # Eq. 27, on the group
+        into_body = rotation_matrix(between)
+        wanted_rates = into_body @ filtered.rates
+        e2_dot = wanted_rates - measured.rates
+        r2 = e2_dot + gains.slope_2 * e2  # Eq. 28
+        rotation = rotation_matrix(measured.attitude)
+        airspeed = rotation.T @ measured.velocity
+        angular = into_body @ filtered.acceleration - cross(measured.rates, wanted_rates)
+        inputs = (*(airspeed * (1.0 / SPEED)), *(measured.rates * (1.0 / RATE)), *(angular * (1.0 / TURN)))
+        mu_2 = basis(gains.torque_net, inputs)
+        estimate = on * output(memory.weights_2, mu_2)  # Eq. 34
+        feedback = gains.gain_2 * r2 + gains.integral_2 * memory.integral_2 + gains.coupling * e2
+        rigid = angular + gains.slope_2 * e2_dot
+        torque = gains.inertia * (rigid + feedback + estimate) + cross(measured.rates, gains.inertia * measured.rates)
+        thrust = maximum(memory.force @ up_axis(rotation), 0.0)
+
+        rate = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, r2.norm())
+        command = Command(
+            thrust=thrust,
+            torque=torque,
+            desired_attitude=yaw_pitch_roll(memory.wanted),
+            r1=memory.r1,
+            r2=r2,
+            weight_norms=vector(memory.weights_1.norm(), memory.weights_2.norm()),
+        )
+        following = memory._replace(
+            integral_2=project(memory.integral_2 + (memory.flying * made * period) * r2, gains.integral_bounds[1]),
+            weights_2=project_weights(memory.weights_2 + (on * made * period) * rate, gains.weight_bounds[1]),
+            filtered=filtered,
+            asked_thrust=thrust,
+            asked_torque=torque,
+        )
+        return command, following
+
+
+def share_made(missing: Number, asked: Number) -> Number:
+    """1 while the rotors make what they were asked for, falling to 0 where a tenth of it is missing; both of them lengths."""
+    return maximum(1.0 - 10.0 * missing / maximum(asked, 1e-6), 0.0)

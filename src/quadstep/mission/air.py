@@ -1,0 +1,94 @@
+"""The air of a mission: steady and swinging wind, a gust, turbulence."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from quadstep.air.wind import Dryden, Wind
+from quadstep.mission.fields import Duration, NonNegative, Positive, Section, Triple
+from quadstep.numbers import Vector
+
+KNOT = 1852.0 / 3600.0
+
+INTENSITIES = {"light": 15.0 * KNOT, "moderate": 30.0 * KNOT, "severe": 45.0 * KNOT}
+"""Wind speed at 20 ft [m/s] for each intensity of low-altitude turbulence (MIL-F-8785C)."""
+
+STILL = (0.0, 0.0, 0.0)
+
+
+class GustSection(Section):
+    """A 1-cosine gust: `velocity` [m/s] at its peak, from `start` [s] for `length` [s]."""
+
+    velocity: Triple
+    start: NonNegative
+    length: Duration
+
+
+class TurbulenceSection(Section):
+    """Dryden turbulence at low altitude (MIL-F-8785C), seeded by the flight's noise.
+
+    Its strength is either `wind_20`, the wind speed at 20 ft [m/s], or `intensity`. height [m] above the ground sets its
+    lengths; airspeed [m/s] is how fast the frozen field of gusts passes the vehicle, that of the mean wind if left out.
+    """
+
+    wind_20: NonNegative | None = None
+    intensity: Literal["light", "moderate", "severe"] | None = None
+    height: Annotated[float, Field(ge=3.0, le=305.0, allow_inf_nan=False)] = 6.096
+    airspeed: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_strength(self) -> "TurbulenceSection":
+        if (self.wind_20 is None) == (self.intensity is None):
+            raise ValueError(f"give either wind_20 [m/s] or intensity ({', '.join(INTENSITIES)})")
+        return self
+
+    @property
+    def strength(self) -> float:
+        """Wind speed at 20 ft [m/s]."""
+        return INTENSITIES[self.intensity] if self.intensity else self.wind_20 or 0.0
+
+
+class WindSection(Section):
+    """Wind in world axes [m/s]: mean + swing * sin(swing_frequency t), a gust, turbulence. swing_frequency [rad/s]."""
+
+    mean: Triple = STILL
+    swing: Triple = STILL
+    swing_frequency: NonNegative = 0.0
+    gust: GustSection | None = None
+    turbulence: TurbulenceSection | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> "WindSection":
+        if any(self.swing) and not self.swing_frequency:
+            raise ValueError("swing needs a swing_frequency [rad/s] above 0")
+        if self.turbulence and not self.turbulence.airspeed and not any(self.mean):
+            raise ValueError("turbulence without a mean wind needs its airspeed [m/s]")
+        return self
+
+    def check(self, duration: float) -> None:
+        """Raises ValueError for a gust that comes after a flight of `duration` [s]."""
+        if self.gust and self.gust.start >= duration:
+            raise ValueError(f"wind.gust.start: {self.gust.start:g} s is not before the flight's end at {duration:g} s")
+
+    @property
+    def turbulent(self) -> bool:
+        """Whether there is turbulence to be computed."""
+        return self.turbulence is not None
+
+    def build(self) -> Wind:
+        """The wind as numbers."""
+        gust = self.gust or GustSection(velocity=STILL, start=0.0, length=1.0)
+        dryden = Dryden(0.0, 6.096, 1.0)
+        if self.turbulence:
+            airspeed = self.turbulence.airspeed or math.hypot(*self.mean)
+            dryden = Dryden(self.turbulence.strength, self.turbulence.height, airspeed)
+        return Wind(
+            mean=Vector(self.mean),
+            swing=Vector(self.swing),
+            swing_frequency=self.swing_frequency,
+            gust=Vector(gust.velocity),
+            gust_start=gust.start,
+            gust_length=gust.length,
+            turbulence=dryden,
+        )

@@ -1,0 +1,303 @@
+"""The vehicle section of a mission that flies a real airframe: a preset or a file of one's own, and any key beside it."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from quadstep.airframe.aerodynamics import Drag
+from quadstep.airframe.allocation import Allocation, allocation, rank
+from quadstep.airframe.battery import Battery
+from quadstep.airframe.geometry import Effects, Geometry, Mount
+from quadstep.airframe.plant import Airframe
+from quadstep.airframe.rotor import Rotor
+from quadstep.mission.fields import (
+    Coefficient,
+    Finite,
+    NonNegative,
+    NonNegativeTriple,
+    Positive,
+    PositiveCoefficient,
+    PositiveTriple,
+    Quantity,
+    Section,
+    Share,
+    Triple,
+    as_tuple,
+)
+from quadstep.mission.presets import completed
+from quadstep.numbers import Vector
+
+FEWEST, MOST = 4, 8
+"""How many rotors a vehicle may have."""
+
+NO_GROUND = -1e9
+"""A height that no flight reaches [m]."""
+
+LAYOUTS = {
+    "x": (4, 0.5),
+    "plus": (4, 0.0),
+    "hexa-x": (6, 0.5),
+    "hexa-plus": (6, 0.0),
+    "octo-x": (8, 0.5),
+    "octo-plus": (8, 0.0),
+}
+"""Number of rotors, and how far rotor 1 stands to the left of straight ahead, in steps from one rotor to the next."""
+
+
+class MountSection(Section):
+    """Where a rotor sits in body axes [m], which way it pushes (a unit vector), and which way it turns, seen against that."""
+
+    position: Triple
+    axis: Triple = (0.0, 0.0, 1.0)
+    spin: Literal["ccw", "cw"]
+
+    @model_validator(mode="after")
+    def _unit(self) -> "MountSection":
+        length = math.hypot(*self.axis)
+        if abs(length - 1.0) > 1e-3:
+            raise ValueError(f"axis must have length 1, not {length:g}")
+        return self
+
+    def build(self) -> Mount:
+        """The mount as structure; its axis made exactly one long."""
+        length = math.hypot(*self.axis)
+        x, y, z = (part / length for part in self.axis)
+        return Mount(self.position, (x, y, z), 1 if self.spin == "ccw" else -1)
+
+
+class RotorSection(Section):
+    """One rotor; all are alike."""
+
+    thrust_coefficient: Annotated[PositiveCoefficient, Quantity("N s^2", "k_f, thrust over speed squared")]
+    torque_coefficient: Annotated[Coefficient, Quantity("N m s^2", "k_m, torque over speed squared")]
+    inertia: Annotated[Coefficient, Quantity("kg m^2", "J_r, of rotor and motor bell about the axis")] = 0.0
+    rise_time: Annotated[Positive, Quantity("s", "time constant while the speed rises")]
+    fall_time: Annotated[Positive, Quantity("s", "time constant while it falls")]
+    slowest: Annotated[NonNegative, Quantity("rad/s", "least speed")] = 0.0
+    fastest: Annotated[Positive, Quantity("rad/s", "greatest speed")]
+    radius: Annotated[Positive, Quantity("m", "from axis to blade tip")]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "RotorSection":
+        if self.fastest <= self.slowest:
+            raise ValueError(f"fastest = {self.fastest:g} rad/s must be above slowest = {self.slowest:g} rad/s")
+        return self
+
+    def build(self) -> Rotor:
+        """The rotor as numbers."""
+        return Rotor(
+            thrust=self.thrust_coefficient,
+            torque=self.torque_coefficient,
+            inertia=self.inertia,
+            rise=self.rise_time,
+            fall=self.fall_time,
+            slowest=self.slowest,
+            fastest=self.fastest,
+            radius=self.radius,
+        )
+
+
+class DragSection(Section):
+    """What air does to the vehicle, against its speed through the air in body axes."""
+
+    parasitic: Annotated[NonNegativeTriple, Quantity("N s^2/m^2", "of the body, on speed squared")] = (0.0, 0.0, 0.0)
+    rotor: Annotated[NonNegativeTriple, Quantity("N s^2/(m rad)", "at a hub, on rotor speed and airspeed")] = (0.0, 0.0, 0.0)
+    flapping: Annotated[Coefficient, Quantity("N m s^2/(m rad)", "moment at a hub on rotor speed and airspeed")] = 0.0
+    translational_lift: Annotated[Coefficient, Quantity("N s^2/m^2", "thrust gained on speed across the rotor squared")] = 0.0
+
+    @model_validator(mode="after")
+    def _round(self) -> "DragSection":
+        if self.rotor[0] != self.rotor[1]:
+            raise ValueError(
+                f"rotor: the first two entries, both in the disc, must be equal, not {self.rotor[0]:g} and {self.rotor[1]:g}"
+            )
+        return self
+
+    def build(self) -> Drag:
+        """Drag as numbers."""
+        return Drag(Vector(self.parasitic), Vector(self.rotor), self.flapping, self.translational_lift)
+
+
+class BatterySection(Section):
+    """What drives the rotors. Without the effect `battery` it is not used."""
+
+    full: Annotated[Positive, Quantity("V", "voltage when full")]
+    empty: Annotated[Positive, Quantity("V", "voltage when empty")]
+    capacity: Annotated[Positive, Quantity("C", "charge from full to empty")]
+    resistance: Annotated[NonNegative, Quantity("ohm", "of cells and wires")]
+    efficiency: Annotated[Share, Quantity("", "of motors and controllers")]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "BatterySection":
+        if self.empty >= self.full:
+            raise ValueError(f"empty = {self.empty:g} V must be below full = {self.full:g} V")
+        if self.efficiency == 0.0:
+            raise ValueError("efficiency must be greater than 0")
+        return self
+
+    def build(self) -> Battery:
+        """The battery as numbers."""
+        return Battery(self.full, self.empty, self.capacity, self.resistance, self.efficiency)
+
+
+class EffectsSection(Section):
+    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque."""
+
+    battery: bool = False
+    ground: bool = False
+    gyroscopic: bool = True
+    drag: bool = True
+
+    def build(self) -> Effects:
+        """The effects as structure."""
+        return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
+
+
+class BuiltAirframe(NamedTuple):
+    """A vehicle for a flight: structure, and numbers."""
+
+    geometry: Geometry
+    effects: Effects
+    airframe: Airframe
+    allocation: Allocation
+
+
+class AirframeSection(Section):
+    """A real airframe. `preset` or `file` names what it starts from; every key beside replaces one of that.
+
+    Its rotors are placed by `layout` and `arm`, or one by one by `rotors`. ground: height of the ground [m], none if left out.
+    sources: where numbers are from, by key.
+    """
+
+    preset: str | None = None
+    file: str | None = None
+    description: str = ""
+    mass: Annotated[Positive, Quantity("kg", "all of it")]
+    inertia: Annotated[PositiveTriple, Quantity("kg m^2", "about body x, y, z through the centre of gravity")]
+    gravity: Annotated[Positive, Quantity("m/s^2", "")] = 9.81
+    layout: Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None = None
+    arm: Annotated[Positive | None, Quantity("m", "from the centre of gravity to each rotor")] = None
+    rotors: Annotated[tuple[MountSection, ...], BeforeValidator(as_tuple)] = ()
+    rotor: RotorSection
+    drag: DragSection = DragSection()
+    battery: BatterySection | None = None
+    ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
+    effects: EffectsSection = EffectsSection()
+    sources: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _completed(cls, table: Any, info: ValidationInfo) -> Any:
+        folder = (info.context or {}).get("folder", Path())
+        return completed(table, folder) if isinstance(table, dict) else table
+
+    @model_validator(mode="after")
+    def _can_fly(self) -> "AirframeSection":
+        self._check_inertia()
+        self._check_places()
+        self._check_authority()
+        if self.effects.battery and self.battery is None:
+            raise ValueError("effects.battery = true needs a table battery")
+        if self.effects.ground and self.ground is None:
+            raise ValueError("effects.ground = true needs the height `ground` of the ground")
+        return self
+
+    def _check_inertia(self) -> None:
+        for value in self.inertia:
+            others = sum(self.inertia) - value
+            if value > others * (1.0 + 1e-12):
+                raise ValueError(
+                    f"inertia breaks the triangle inequality: {value:g} is more than the sum of the other two, {others:g}; "
+                    "no rigid body has it"
+                )
+
+    def _check_places(self) -> None:
+        if self.rotors and (self.layout or self.arm):
+            raise ValueError("rotors are placed either by layout and arm or by a list of rotors, not both")
+        if not self.rotors and not (self.layout and self.arm):
+            raise ValueError(f"rotors: missing; give layout ({', '.join(LAYOUTS)}) and arm, or a list of rotors")
+        if self.rotors and not FEWEST <= len(self.rotors) <= MOST:
+            raise ValueError(f"rotors: {len(self.rotors)} given; allowed are {FEWEST} to {MOST}")
+
+    def _check_authority(self) -> None:
+        geometry, rotor = self.geometry(), self.rotor.build()
+        if rank(geometry, rotor.torque / rotor.thrust) < 4:
+            if len({mount.spin for mount in geometry.mounts}) == 1:
+                raise ValueError(
+                    "rotors: all turn the same way, so there is no torque to yaw with; some must turn the other way"
+                )
+            raise ValueError(
+                "rotors: these cannot make thrust, roll, pitch and yaw torque independently of each other; "
+                "place them elsewhere or change which way they turn"
+            )
+        for number, share in enumerate(allocation(geometry, rotor).matrix, start=1):
+            if share[0] < 1e-6:
+                raise ValueError(
+                    f"rotors: rotor {number} would carry nothing in hover, or push down; "
+                    "place the rotors around the centre of gravity, axes up"
+                )
+
+    def geometry(self) -> Geometry:
+        """Where the rotors are, as structure."""
+        if self.rotors:
+            return Geometry(tuple(mount.build() for mount in self.rotors))
+        assert self.layout and self.arm
+        return Geometry(laid_out(self.layout, self.arm))
+
+    def warnings(self) -> list[str]:
+        """Limits with which no controller could hover."""
+        geometry, weight = self.geometry(), self.mass * self.gravity
+        allocated = allocation(geometry, self.rotor.build())
+        upward = sum(mount.axis[2] for mount in geometry.mounts)
+        if upward * allocated.most <= weight:
+            most = upward * allocated.most
+            return [f"vehicle.rotor.fastest: the rotors lift at most {most:g} N, the weight is {weight:g} N"]
+        if upward * allocated.least >= weight:
+            least = upward * allocated.least
+            return [f"vehicle.rotor.slowest: the rotors lift at least {least:g} N, the weight is {weight:g} N"]
+        carried = [share[0] * weight for share in allocated.matrix]
+        return [
+            f"vehicle.rotors: rotor {number} carries {thrust:g} N in hover, its limits are {allocated.least:g} and "
+            f"{allocated.most:g} N"
+            for number, thrust in enumerate(carried, start=1)
+            if not allocated.least <= thrust <= allocated.most
+        ]
+
+    def check_step(self, step: float) -> None:
+        """Raises ValueError if a rotor is too quick for steps of `step` [s]: Runge-Kutta 4 bears 2.78 time constants."""
+        quickest = min(self.rotor.rise_time, self.rotor.fall_time)
+        if step > 2.5 * quickest:
+            raise ValueError(
+                f"vehicle.rotor: a time constant of {quickest:g} s is too short for simulation.step = {step:g} s; "
+                f"steps of at most {2.5 * quickest:g} s are allowed"
+            )
+
+    def build(self) -> BuiltAirframe:
+        """The vehicle as structure and numbers."""
+        geometry, rotor = self.geometry(), self.rotor.build()
+        airframe = Airframe(
+            mass=self.mass,
+            inertia=Vector(self.inertia),
+            gravity=self.gravity,
+            rotor=rotor,
+            drag=self.drag.build(),
+            battery=(self.battery or UNUSED_BATTERY).build(),
+            ground=NO_GROUND if self.ground is None else self.ground,
+        )
+        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
+
+
+UNUSED_BATTERY = BatterySection(full=2.0, empty=1.0, capacity=1.0, resistance=0.0, efficiency=1.0)
+
+
+def laid_out(layout: str, arm: float) -> tuple[Mount, ...]:
+    """The mounts of a named layout, evenly around a circle of radius `arm` [m], numbered counter-clockwise seen from above.
+
+    The first is at the front or to the left of it and turns clockwise, the next counter-clockwise, and so on.
+    """
+    count, ahead = LAYOUTS[layout]
+    angles = [2.0 * math.pi * (i + ahead) / count for i in range(count)]
+    places = [(arm * round(math.cos(angle), 12) + 0.0, arm * round(math.sin(angle), 12) + 0.0, 0.0) for angle in angles]
+    return tuple(Mount(place, (0.0, 0.0, 1.0), 1 if i % 2 else -1) for i, place in enumerate(places))

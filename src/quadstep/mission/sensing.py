@@ -1,0 +1,112 @@
+"""The sensors of a mission: noise, rates, latency, and whether an estimator stands between them and the controller."""
+
+from typing import NamedTuple
+
+from pydantic import model_validator
+
+from quadstep.mission.fields import NonNegative, Positive, Section
+from quadstep.sensing.sensors import Sensors
+from quadstep.sensing.suite import Suite
+
+MOST_SAMPLES = 250
+"""How many samples may be on their way at once: each is kept for every flight."""
+
+
+class BuiltSensors(NamedTuple):
+    """suite: structure. sensors: numbers. imu_steps, fix_steps: integrator steps from one sample to the next."""
+
+    suite: Suite
+    sensors: Sensors
+    imu_steps: int
+    fix_steps: int
+
+
+class SensorsSection(Section):
+    """What a controller gets to know, and how well and how late. Without this table it knows the truth at once.
+
+    gyro_noise [rad/s/sqrt(Hz)], accelerometer_noise [m/s^2/sqrt(Hz)]: densities of their white noise; *_bias [rad/s], [m/s^2]:
+    standard deviations of what their biases start from; *_walk [rad/s^2/sqrt(Hz)], [m/s^3/sqrt(Hz)]: of how the biases wander.
+    position_noise [m], velocity_noise [m/s], attitude_noise [rad]: standard deviations in one fix, a sample of position,
+    velocity and attitude. imu_period, fix_period: between samples [s], multiples of simulation.step; the control period, and
+    imu_period, if left out. latency: how old a fix is when it arrives [s]; imu_latency: how late the controller gets to know
+    what is on board [s]; both a whole number of samples of the IMU. estimator: whether an error-state Kalman filter puts the
+    sensors together.
+    """
+
+    gyro_noise: NonNegative = 0.0
+    gyro_bias: NonNegative = 0.0
+    gyro_walk: NonNegative = 0.0
+    accelerometer_noise: NonNegative = 0.0
+    accelerometer_bias: NonNegative = 0.0
+    accelerometer_walk: NonNegative = 0.0
+    position_noise: NonNegative = 0.0
+    velocity_noise: NonNegative = 0.0
+    attitude_noise: NonNegative = 0.0
+    imu_period: Positive | None = None
+    fix_period: Positive | None = None
+    latency: NonNegative = 0.0
+    imu_latency: NonNegative = 0.0
+    estimator: bool = False
+
+    @model_validator(mode="after")
+    def _whole(self) -> "SensorsSection":
+        if self.imu_period and self.fix_period:
+            multiple(self.fix_period, self.imu_period, "fix_period", "imu_period")
+        return self
+
+    @property
+    def noisy(self) -> bool:
+        """Whether any sensor has noise or a bias."""
+        *sizes, _ = self.numbers(gravity=0.0)
+        return any(size > 0.0 for size in sizes)
+
+    def numbers(self, gravity: float) -> Sensors:
+        """The sizes of all noise; gravity [m/s^2] is what the estimator takes for it."""
+        return Sensors(
+            gyro_noise=self.gyro_noise,
+            gyro_bias=self.gyro_bias,
+            gyro_walk=self.gyro_walk,
+            accelerometer_noise=self.accelerometer_noise,
+            accelerometer_bias=self.accelerometer_bias,
+            accelerometer_walk=self.accelerometer_walk,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+            attitude_noise=self.attitude_noise,
+            gravity=gravity,
+        )
+
+    def check(self, duration: float) -> None:
+        """Raises ValueError for a latency that outlasts a flight of `duration` [s]."""
+        for key, latency in (("latency", self.latency), ("imu_latency", self.imu_latency)):
+            if latency >= duration:
+                raise ValueError(f"sensors.{key}: {latency:g} s is not shorter than the flight of {duration:g} s")
+
+    def build(self, step: float, control_period: float, gravity: float) -> BuiltSensors:
+        """The sensors of a flight with integrator steps of `step` [s]. Raises ValueError for periods that do not fit."""
+        imu = self.imu_period or control_period
+        fix = self.fix_period or imu
+        imu_steps = multiple(imu, step, "sensors.imu_period", "simulation.step")
+        every = multiple(fix, imu, "sensors.fix_period", "sensors.imu_period")
+        late = samples(self.latency, imu, "sensors.latency")
+        board_late = samples(self.imu_latency, imu, "sensors.imu_latency")
+        delay, lag = divmod(late, every)
+        suite = Suite(noisy=self.noisy, estimator=self.estimator, delay=delay, lag=lag, imu_delay=board_late)
+        return BuiltSensors(suite, self.numbers(gravity), imu_steps, imu_steps * every)
+
+
+def multiple(period: float, unit: float, key: str, of: str) -> int:
+    """How many times `unit` goes into `period`. Raises ValueError unless it does so a whole number of times."""
+    ratio = period / unit
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+        raise ValueError(f"{key} = {period:g} s must be a whole multiple of {of} = {unit:g} s")
+    return round(ratio)
+
+
+def samples(latency: float, imu: float, key: str) -> int:
+    """A latency [s] as a number of samples of the IMU. Raises ValueError unless it is a whole number, and not too many."""
+    if latency == 0.0:
+        return 0
+    count = multiple(latency, imu, key, "sensors.imu_period")
+    if count > MOST_SAMPLES:
+        raise ValueError(f"{key} = {latency:g} s is {count} samples of the IMU; allowed are at most {MOST_SAMPLES}")
+    return count

@@ -1,0 +1,84 @@
+"""What `quadstep vehicles` lists: every vehicle that comes with the package, or one of a user's own, number by number."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel
+
+from quadstep.errors import UserError
+from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.check import check
+from quadstep.mission.fields import Quantity
+from quadstep.mission.presets import preset_names, preset_table, vehicle_table
+
+__all__ = ["Parameter", "load_preset", "parameters", "preset_names", "read_vehicle"]
+
+
+class Parameter(NamedTuple):
+    """One number of a vehicle, as text: its key in a vehicle file, value, unit, what it means, and where it is from."""
+
+    key: str
+    value: str
+    unit: str
+    meaning: str
+    source: str
+
+
+def load_preset(name: str) -> AirframeSection:
+    """A vehicle that comes with the package. Raises UserError naming the others."""
+    try:
+        return AirframeSection.model_validate(preset_table(name))
+    except ValueError as error:
+        raise UserError(str(error)) from None
+
+
+def read_vehicle(path: Path) -> AirframeSection:
+    """A vehicle in a file of one's own, which may itself start from a preset or a file. Raises UserError."""
+    try:
+        table = vehicle_table(path)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    return check(AirframeSection, table, str(path), path.parent)
+
+
+def parameters(vehicle: AirframeSection) -> list[Parameter]:
+    """Every number of a vehicle in the order of its file, rotors one by one."""
+    found = []
+    for key, value, quantity in numbers(vehicle):
+        found.append(Parameter(key, shown(value), quantity.unit, quantity.meaning, source(vehicle.sources, key)))
+        if key == "arm":
+            found.insert(-1, Parameter("layout", str(vehicle.layout), "", "of the rotors", source(vehicle.sources, "layout")))
+    rotors = [
+        Parameter(
+            f"rotor {place + 1}",
+            f"({shown(mount.position)}), {'ccw' if mount.spin > 0 else 'cw'}",
+            "m",
+            "where it is, and how it turns seen from above",
+            source(vehicle.sources, "rotors") or source(vehicle.sources, "layout"),
+        )
+        for place, mount in enumerate(vehicle.geometry().mounts)
+    ]
+    first = next(place for place, parameter in enumerate(found) if parameter.key.startswith("rotor."))
+    return [*found[:first], *rotors, *found[first:]]
+
+
+def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, Any, Quantity]]:
+    """The keys of a section that hold a quantity, with its value; what is left out is left out."""
+    for name, field in type(section).model_fields.items():
+        value = getattr(section, name)
+        if isinstance(value, BaseModel):
+            yield from numbers(value, f"{prefix}{name}.")
+        for note in field.metadata:
+            if isinstance(note, Quantity) and value is not None:
+                yield f"{prefix}{name}", value, note
+
+
+def source(sources: dict[str, str], key: str) -> str:
+    """Where a number is from: what is said of its key, or of the table it is in."""
+    return sources.get(key) or sources.get(key.partition(".")[0], "")
+
+
+def shown(value: Any) -> str:
+    """A number or a list of them, short."""
+    return ", ".join(f"{part:.6g}" for part in value) if isinstance(value, tuple) else f"{value:.6g}"

@@ -1,0 +1,179 @@
+"""Script numbers: feed them to a law and what is left is a list of assignments, to be written as JavaScript.
+
+Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
+contracted: each assignment is one operation on doubles, so a script gives what Python floats give, up to sines and
+exponentials. NaN and infinity keep their meaning. No text from outside enters: names are made from places in arrays.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Node(NamedTuple):
+    """One assignment. operands: earlier places in the record. text: of a constant or an input."""
+
+    operation: str
+    operands: tuple[int, ...] = ()
+    text: str = ""
+
+
+CONSTANT, INPUT = "constant", "input"
+CONDITIONS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not"))
+COMMUTATIVE = frozenset("+*")
+
+
+class Record:
+    """The assignments so far, each once, operands before what uses them."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.known: dict[Node, int] = {}
+
+    def place(self, operation: str, *operands: int, text: str = "") -> int:
+        """The place of this assignment, new or as recorded before."""
+        node = Node(operation, operands, text)
+        if node not in self.known:
+            self.known[node] = len(self.nodes)
+            self.nodes.append(node)
+        return self.known[node]
+
+    def input(self, text: str) -> ScriptNumber:
+        """A number that the script finds under this name."""
+        return ScriptNumber(self, self.place(INPUT, text=text))
+
+    def at(self, number: Any) -> int:
+        """The place of a number, which may be a Python one."""
+        return number.place if isinstance(number, ScriptNumber) else self.place(CONSTANT, text=constant_text(float(number)))
+
+
+def constant_text(value: float) -> str:
+    """A Python float as JavaScript reads it; the same double."""
+    if value != value:  # noqa: PLR0124 (NaN)
+        return "NaN"
+    text = repr(value).replace("inf", "Infinity").removesuffix(".0")
+    return f"({text})" if text.startswith("-") else text
+
+
+class ScriptCondition:
+    """What comparing script numbers gives."""
+
+    __slots__ = ("place", "record")
+
+    def __init__(self, record: Record, place: int) -> None:
+        self.record, self.place = record, place
+
+    @property
+    def functions(self) -> Any:
+        """The functions of script numbers (used by `where`)."""
+        return ScriptNumber.functions
+
+    def __and__(self, other: ScriptCondition) -> ScriptCondition:
+        return ScriptCondition(self.record, self.record.place("and", self.place, other.place))
+
+    def __or__(self, other: ScriptCondition) -> ScriptCondition:
+        return ScriptCondition(self.record, self.record.place("or", self.place, other.place))
+
+    def __invert__(self) -> ScriptCondition:
+        return ScriptCondition(self.record, self.record.place("not", self.place))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a script number cannot decide a branch: a law chooses with `where`, never with `if`, `and` or `or`")
+
+
+class ScriptNumber:
+    """A number that the script will compute."""
+
+    __slots__ = ("place", "record")
+    functions: Any = None  # set by quadstep.numbers.script_functions
+
+    def __init__(self, record: Record, place: int) -> None:
+        self.record, self.place = record, place
+
+    def _write(self, operation: str, a: Any, b: Any) -> ScriptNumber:
+        places = self.record.at(a), self.record.at(b)
+        if operation in COMMUTATIVE:
+            places = min(places), max(places)
+        return ScriptNumber(self.record, self.record.place(operation, *places))
+
+    def __add__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        return self if is_constant(other, 0) else self._write("+", self, other)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        return self if is_constant(other, 0) else self._write("-", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self if is_constant(other, 0) else self._write("-", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, OPERANDS):
+            return NotImplemented
+        for value, result in ((0, 0.0), (1, self)):
+            if is_constant(other, value):
+                return result
+        return -self if is_constant(other, -1) else self._write("*", self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return self if is_constant(other, 1) else self._write("/", self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return 0.0 if is_constant(other, 0) else self._write("/", other, self)
+
+    def __neg__(self) -> Any:
+        before = self.record.nodes[self.place]
+        inner = before.operands[0] if before.operation == "negative" else self.record.place("negative", self.place)
+        return ScriptNumber(self.record, inner)
+
+    def _compare(self, operation: str, other: Any) -> ScriptCondition:
+        return ScriptCondition(self.record, self.record.place(operation, self.place, self.record.at(other)))
+
+    def __lt__(self, other: Any) -> Any:
+        return self._compare("<", other)
+
+    def __le__(self, other: Any) -> Any:
+        return self._compare("<=", other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._compare(">", other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._compare(">=", other)
+
+    def __eq__(self, other: object) -> Any:
+        return self._compare("==", other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._compare("!=", other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __bool__(self) -> bool:
+        raise TypeError("a script number has no truth value: a law chooses with `where`, never with `if`, `and` or `or`")
+
+
+OPERANDS = (ScriptNumber, float, int)
+
+
+def is_constant(other: Any, value: int) -> bool:
+    """Whether an operand is this Python number (a script number is never one)."""
+    return isinstance(other, float | int) and other == value
+
+
+class ScriptTable:
+    """A table that the script finds, as a typed array, under this name."""
+
+    def __init__(self, record: Record, name: str, size: int) -> None:
+        self.record, self.size = record, size
+        self.place = record.place(INPUT, text=name)
+
+    def at(self, index: Any) -> ScriptNumber:
+        """The entry at a whole index."""
+        return ScriptNumber(self.record, self.record.place("entry", self.place, self.record.at(index)))

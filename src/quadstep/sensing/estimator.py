@@ -1,0 +1,209 @@
+"""Error-state Kalman filter: position, velocity, attitude, gyro's and accelerometer's biases, from an IMU and from fixes.
+
+Solà, "Quaternion kinematics for the error-state Kalman filter" (2017), angular errors in world axes as in his section 7:
+R_true = exp(dtheta) R. How errors grow from one instant to another then depends on two sums over the samples in between alone,
+
+    dp' = dp + dt dv,    dv' = dv - [sum T R f]x dtheta - (sum T R) da_b,    dtheta' = dtheta - (sum T R) dw_b,
+
+and both follow from the estimates at the two ends. So the state moves at the rate of the IMU, the covariance at that of fixes.
+(What an error of the gyro's bias does to the velocity before the next fix, of second order in dt, is left out.)
+
+Fixes arrive late. The filter proper lives in the past: its covariance is of the estimate at the instant of which the last fix
+spoke. A fix is compared with the estimate of its own instant, and the correction is carried forward through the estimates
+since then by the same transition. So it is the Kalman filter of the fixes, followed by a prediction over the latency.
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from quadstep.numbers import Matrix, Number, Vector, maximum, total, vector
+from quadstep.numbers.rotations import (
+    conjugate,
+    cross,
+    from_rotation_vector,
+    multiply,
+    normalised,
+    rotation_matrix,
+    rotation_vector,
+)
+from quadstep.sensing.covariance import Triangle, diagonal, observed, sheared, widened
+from quadstep.sensing.delay import filled, passed
+from quadstep.sensing.sensors import Navigation, Sensors
+
+POSITION, VELOCITY, ATTITUDE, ACCELEROMETER_BIAS, GYRO_BIAS = 0, 3, 6, 9, 12
+"""Where the errors of each part start among the fifteen."""
+
+LEAST = Sensors(1e-5, 1e-4, 1e-6, 1e-4, 1e-3, 1e-5, 1e-4, 1e-4, 1e-4, 0.0)
+"""The filter takes no sensor to be better than this: a perfect one would make its covariance singular."""
+
+ZERO = vector(0.0, 0.0, 0.0)
+
+
+class Instant(NamedTuple):
+    """An estimate in a row of them. since: time from the one before [s]."""
+
+    state: Navigation
+    since: Number
+
+
+class Filter(NamedTuple):
+    """What the filter remembers.
+
+    now: the latest estimate. gyro_bias [rad/s], accelerometer_bias [m/s^2]: estimated. gyro, accelerometer: the last samples.
+    recent: estimates at the last samples of the IMU, without `now`; older: at the last fixes, a lag before each; oldest first.
+    elapsed: time from the last of `older` to the oldest in `recent` [s]. settled: the estimate that the covariance is of.
+    covariance: of the errors (dp, dv, dtheta, da_b, dw_b), dtheta in world axes.
+    """
+
+    now: Instant
+    gyro_bias: Vector
+    accelerometer_bias: Vector
+    gyro: Vector
+    accelerometer: Vector
+    recent: tuple[Instant, ...]
+    older: tuple[Instant, ...]
+    elapsed: Number
+    settled: Navigation
+    covariance: Triangle
+
+
+class Transition(NamedTuple):
+    """How errors grow from one instant to another. elapsed: dt [s]. gained: sum of T R f [m/s]. turned: sum of T R [s]."""
+
+    elapsed: Number
+    gained: Vector
+    turned: Matrix
+
+
+def believed(sensors: Sensors) -> Sensors:
+    """The sensors as the filter sees them."""
+    return Sensors(*(maximum(size, least) for size, least in zip(sensors, LEAST, strict=True)))
+
+
+def variances(*sizes: Number) -> Vector:
+    """Of groups of three errors with these standard deviations."""
+    return Vector(size * size for size in sizes for _ in range(3))
+
+
+def fix_variances(sensors: Sensors) -> Vector:
+    """The variances of a fix, shape (9): position, velocity, attitude."""
+    sizes = believed(sensors)
+    return variances(sizes.position_noise, sizes.velocity_noise, sizes.attitude_noise)
+
+
+def start(first: Navigation, gyro: Vector, sensors: Sensors, lag: int, delay: int) -> Filter:
+    """The filter that knows one fix. Later ones speak of `delay` fixes and `lag` samples ago, fewer than between two fixes."""
+    sizes, instant = believed(sensors), Instant(first, 0.0)
+    biases = variances(sizes.accelerometer_bias, sizes.gyro_bias)
+    return Filter(
+        now=instant,
+        gyro_bias=ZERO,
+        accelerometer_bias=ZERO,
+        gyro=gyro,
+        accelerometer=ZERO,
+        recent=filled(instant, lag),
+        older=filled(instant, delay),
+        elapsed=0.0,
+        settled=first,
+        covariance=diagonal(Vector((*fix_variances(sensors), *biases))),
+    )
+
+
+def predict(memory: Filter, gyro: Vector, accelerometer: Vector, gravity: Number, period: Number) -> Filter:
+    """The estimate `period` [s] later, when these samples come in: midpoint rule with the mean of each pair of samples."""
+    rates = 0.5 * (memory.gyro + gyro) - memory.gyro_bias
+    force = 0.5 * (memory.accelerometer + accelerometer) - memory.accelerometer_bias
+    position, velocity, attitude = memory.now.state
+    half_turn = from_rotation_vector((0.5 * period) * rates)
+    middle = multiply(attitude, half_turn)
+    acceleration = rotation_matrix(middle) @ force - vector(0.0, 0.0, gravity)
+    state = Navigation(
+        position=position + period * (velocity + (0.5 * period) * acceleration),
+        velocity=velocity + period * acceleration,
+        attitude=normalised(multiply(middle, half_turn)),
+    )
+    line = (*memory.recent, memory.now, Instant(state, period))[1:]
+    return memory._replace(
+        now=line[-1],
+        gyro=gyro,
+        accelerometer=accelerometer,
+        recent=line[:-1],
+        elapsed=memory.elapsed + line[0].since,
+    )
+
+
+def transition(before: Navigation, after: Instant, gravity: Number) -> Transition:
+    """From an estimate to the next: sum T R f is the velocity gained, and lost to gravity; sum T R by the trapezoidal rule."""
+    elapsed = after.since
+    gained = after.state.velocity - before.velocity + vector(0.0, 0.0, gravity * elapsed)
+    turned = (0.5 * elapsed) * (rotation_matrix(before.attitude) + rotation_matrix(after.state.attitude))
+    return Transition(elapsed, gained, turned)
+
+
+def carried(error: Vector, step: Transition) -> Vector:
+    """The errors, shape (15), after a transition."""
+    dp, dv, dtheta, da, dw = parts(error)
+    later = dv - cross(step.gained, dtheta) - step.turned @ da
+    return Vector((*(dp + (0.5 * step.elapsed) * (dv + later)), *later, *(dtheta - step.turned @ dw), *da, *dw))
+
+
+def propagated(p: Triangle, step: Transition, sensors: Sensors) -> Triangle:
+    """The covariance after a transition: that of `carried`, and the noise of the IMU."""
+    sizes, (x, y, z), half = believed(sensors), step.gained, 0.5 * step.elapsed
+    drift = Matrix([vector(half, 0.0, 0.0), vector(0.0, half, 0.0), vector(0.0, 0.0, half)])
+    tilt = Matrix([vector(0.0, z, -y), vector(-z, 0.0, x), vector(y, -x, 0.0)])
+    noise = variances(0.0, sizes.accelerometer_noise, sizes.gyro_noise, sizes.accelerometer_walk, sizes.gyro_walk)
+    p = sheared(p, POSITION, VELOCITY, drift)
+    p = sheared(p, VELOCITY, ATTITUDE, tilt)
+    p = sheared(p, VELOCITY, ACCELEROMETER_BIAS, -1.0 * step.turned)
+    p = sheared(p, ATTITUDE, GYRO_BIAS, -1.0 * step.turned)
+    return sheared(widened(p, step.elapsed * noise), POSITION, VELOCITY, drift)
+
+
+def innovation(fix: Navigation, estimate: Navigation) -> Vector:
+    """What a fix says beyond an estimate, shape (9): position [m], velocity [m/s], and the turn in world axes [rad]."""
+    turn = rotation_vector(multiply(fix.attitude, conjugate(estimate.attitude)))
+    return Vector((*(fix.position - estimate.position), *(fix.velocity - estimate.velocity), *turn))
+
+
+def parts(error: Vector) -> tuple[Vector, ...]:
+    """(dp, dv, dtheta, da_b, dw_b)."""
+    return tuple(Vector(error.entries[place : place + 3]) for place in range(0, 15, 3))
+
+
+def moved(state: Navigation, error: Vector) -> Navigation:
+    """An estimate less its error."""
+    dp, dv, dtheta, _, _ = parts(error)
+    return Navigation(
+        state.position + dp, state.velocity + dv, normalised(multiply(from_rotation_vector(dtheta), state.attitude))
+    )
+
+
+def correct(memory: Filter, fix: Navigation, sensors: Sensors) -> Filter:
+    """The filter after a fix, whose nine numbers are taken in one by one.
+
+    The estimates in `recent` stay as they are: none will be compared with a fix, as the lag is shorter than to the next one.
+    """
+    line, gravity = (*memory.recent, memory.now), sensors.gravity
+    older, seen = passed(memory.older, line[0]._replace(since=memory.elapsed))
+    covariance = propagated(memory.covariance, transition(memory.settled, seen, gravity), sensors)
+    error = Vector([0.0] * 15)
+    for place, (surprise, variance) in enumerate(zip(innovation(fix, seen.state), fix_variances(sensors), strict=True)):
+        gain, covariance = observed(covariance, place, variance)
+        error = error + (surprise - error[place]) * gain
+
+    _, _, _, da, dw = parts(error)
+    last = (memory.now._replace(since=total(instant.since for instant in line[1:])),) if memory.recent else ()
+    chain, states = (seen, *older, *last), [moved(seen.state, error)]
+    for before, after in pairwise(chain):
+        error = carried(error, transition(before.state, after, gravity))
+        states.append(moved(after.state, error))
+    return memory._replace(
+        now=memory.now._replace(state=states[-1]),
+        gyro_bias=memory.gyro_bias + dw,
+        accelerometer_bias=memory.accelerometer_bias + da,
+        older=tuple(instant._replace(state=state) for instant, state in zip(older, states[1:], strict=False)),
+        elapsed=0.0,
+        settled=states[0],
+        covariance=covariance,
+    )

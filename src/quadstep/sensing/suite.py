@@ -1,0 +1,128 @@
+"""The sensors of a vehicle as a whole: between what it does and what its controller gets to know.
+
+An IMU on board (gyro, accelerometer) is sampled at its own rate. A fix, a sample of position, velocity and attitude from a
+camera system or a satellite receiver, comes at a slower rate, speaks of an instant some time ago, and is held until the next.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from quadstep.airframe.motion import Motion
+from quadstep.numbers import Number, Vector, sqrt, where
+from quadstep.numbers.noise import Key
+from quadstep.sensing import estimator
+from quadstep.sensing.delay import filled, passed, pushed
+from quadstep.sensing.sensors import FIX, IMU, START, Navigation, Sensors, draws, fixed, navigation
+
+
+class Memory(NamedTuple):
+    """What the sensors remember; what a suite does not have is empty. Lines of samples are oldest first.
+
+    biases: the true ones, of the gyro [rad/s] and of the accelerometer [m/s^2]. lagged: true states at the last samples of the
+    IMU and at this one; queued: at the last fixes, a lag before each. filter: the estimator's. held: what is known without an
+    estimator. board: what was known on board at the last samples of the IMU.
+    """
+
+    biases: tuple[Vector, ...]
+    lagged: tuple[Navigation, ...]
+    queued: tuple[Navigation, ...]
+    filter: Any
+    held: Any
+    board: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Which sensors there are. At an instant at which all are due, call `sense`, then `fix`, then `measured`.
+
+    noisy: whether they have noise and biases. estimator: whether an error-state Kalman filter puts them together; without it
+    the controller gets the gyro and the last fix as they are. A fix speaks of `delay` fixes and `lag` samples of the IMU ago:
+    divmod(n, m) for a latency of n samples and a fix every m (so a lag is fewer than m). imu_delay: samples of the IMU until
+    the controller gets to know the estimate, or without an estimator the gyro.
+    """
+
+    noisy: bool = False
+    estimator: bool = False
+    delay: int = 0
+    lag: int = 0
+    imu_delay: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("delay", "lag", "imu_delay"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} is a number of samples, 0 or more")
+
+    @property
+    def on_board(self) -> int:
+        """How many sensors of the IMU are used: the gyro, and with an estimator the accelerometer."""
+        return 2 if self.estimator else 1
+
+    def start(self, motion: Motion, sensors: Sensors, key: Key) -> Memory:
+        """The memory before the first sample of a flight that starts with this motion, as an estimator learns from a fix."""
+        truth = first = navigation(motion)
+        biases: tuple[Vector, ...] = ()
+        if self.noisy:
+            noise = draws(key, START, 0.0, 3 + self.on_board)
+            first = fixed(truth, sensors, noise[:3])
+            biases = tuple(size * bias for size, bias in zip(sensors.biases, noise[3:], strict=False))
+        memory = Memory(
+            biases=biases,
+            lagged=filled(truth, self.lag + 1 if self.lag else 0),
+            queued=filled(truth, self.delay),
+            filter=estimator.start(first, motion.rates, sensors, self.lag, self.delay) if self.estimator else (),
+            held=() if self.estimator else Motion(*first, motion.rates),
+            board=(),
+        )
+        return memory._replace(board=filled(self._on_board(memory), self.imu_delay))
+
+    def sense(
+        self, memory: Memory, motion: Motion, specific_force: Vector, sensors: Sensors, key: Key, tick: Number, period: Number
+    ) -> Memory:
+        """A sample of the IMU, every `period` [s] from tick 0 on.
+
+        specific_force: acceleration of the body's origin less that of gravity, body axes [m/s^2].
+        """
+        memory = memory._replace(
+            board=pushed(memory.board, self._on_board(memory)) if self.imu_delay else (),
+            lagged=pushed(memory.lagged, navigation(motion)) if self.lag else (),
+        )
+        samples = [motion.rates, specific_force][: self.on_board]
+        if self.noisy:
+            sizes = [density / sqrt(period) for density in sensors.densities]
+            noise = draws(key, IMU, tick, self.on_board)
+            samples = [
+                sample + bias + size * white
+                for sample, bias, size, white in zip(samples, memory.biases, sizes, noise, strict=False)
+            ]
+        if not self.estimator:
+            return memory._replace(held=memory.held._replace(rates=samples[0]))
+        gyro, force = samples
+        since = where(tick > 0.0, period, 0.0)  # no time has passed before the first sample
+        return memory._replace(filter=estimator.predict(memory.filter, gyro, force, sensors.gravity, since))
+
+    def fix(self, memory: Memory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number) -> Memory:
+        """A fix, every `period` [s] from tick 0 on, after the sample of the IMU at that instant. The biases wander here."""
+        queued, fix = passed(memory.queued, memory.lagged[0] if self.lag else navigation(motion))
+        memory = memory._replace(queued=queued)
+        if self.noisy:
+            noise = draws(key, FIX, tick, 3 + self.on_board)
+            fix = fixed(fix, sensors, noise[:3])
+            steps = [walk * sqrt(period) for walk in sensors.walks]
+            biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[3:], strict=False))
+            memory = memory._replace(biases=tuple(biases))
+        if self.estimator:
+            return memory._replace(filter=estimator.correct(memory.filter, fix, sensors))
+        return memory._replace(held=Motion(*fix, memory.held.rates))
+
+    def measured(self, memory: Memory) -> Motion:
+        """What the controller gets to know now."""
+        known = memory.board[0] if self.imu_delay else self._on_board(memory)
+        motion: Motion = known if self.estimator else memory.held._replace(rates=known)
+        return motion
+
+    def _on_board(self, memory: Memory) -> Any:
+        """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates."""
+        if not self.estimator:
+            return memory.held.rates
+        known: estimator.Filter = memory.filter
+        return Motion(*known.now.state, known.gyro - known.gyro_bias)

@@ -1,0 +1,249 @@
+"""Rotations by finite turns about known axes, and at random against SciPy, on every kind of number."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from quadstep.numbers import Matrix, Vector, flatten, vector
+from quadstep.numbers.rotations import (
+    IDENTITY,
+    conjugate,
+    cross,
+    from_rotation_vector,
+    from_yaw_pitch_roll,
+    heading,
+    multiply,
+    normalised,
+    quaternion_of,
+    quaternion_rate,
+    rotate,
+    rotation_matrix,
+    rotation_vector,
+    unrotate,
+    yaw_pitch_roll,
+)
+from tests.flights import array, column, through_lanes
+
+RNG = np.random.default_rng(11)
+X, Y, Z = vector(1.0, 0.0, 0.0), vector(0.0, 1.0, 0.0), vector(0.0, 0.0, 1.0)
+QUARTER = math.sqrt(0.5)
+
+
+def on_floats(law, *columns):
+    return np.array([law(*row) for row in np.transpose(columns).tolist()]).T
+
+
+def on_arrays(law, *columns):
+    return np.array([np.broadcast_to(entry, len(columns[0])) for entry in law(*np.array(columns))])
+
+
+def on_lanes(law, *columns):
+    return through_lanes(law, *columns)
+
+
+def on_f32_lanes(law, *columns):
+    return through_lanes(law, *columns, double=False)
+
+
+EVERY_KIND = pytest.mark.parametrize(
+    ("run", "tolerance"),
+    [(on_floats, 3e-15), (on_arrays, 3e-15), (on_lanes, 3e-15), (on_f32_lanes, 2e-6)],
+    ids=["floats", "arrays", "f64 lanes", "f32 lanes"],
+)
+
+
+def quaternions(rotation):
+    """Shape (4, n), w first, either sign."""
+    x, y, z, w = rotation.as_quat().T
+    return np.array([w, x, y, z])
+
+
+def rotations():
+    """At random, and by nothing, by next to nothing, by a half turn and by nearly one, about the axes and others."""
+    axes = np.concatenate([np.eye(3), -np.eye(3), RNG.normal(size=(20, 3))])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    angles = [0.0, 1e-12, 1e-7, 1e-5, 1e-4, 2e-4, 0.01, math.pi / 2, 3.0, math.pi - 1e-5, math.pi - 1e-9, math.pi]
+    edges = np.concatenate([axes * angle for angle in angles])
+    return Rotation.concatenate([Rotation.from_rotvec(edges), Rotation.random(500, random_state=5)])
+
+
+ALL = rotations()
+
+
+def assert_same_rotation(got, wanted, tolerance):
+    """Up to the quaternion's sign."""
+    sign = np.sign(np.sum(got * wanted, axis=0))
+    np.testing.assert_allclose(got * sign, wanted, atol=tolerance, rtol=0)
+
+
+def test_cross_product_is_right_handed():
+    for a, b, c in ((X, Y, Z), (Y, Z, X), (Z, X, Y)):
+        assert array(cross(a, b)).tolist() == array(c).tolist()
+        assert array(cross(b, a)).tolist() == array(-c).tolist()
+    a, b = RNG.normal(size=(2, 3))
+    np.testing.assert_allclose(array(cross(column(a), column(b))), np.cross(a, b), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "x_goes_to", "y_goes_to", "z_goes_to"),
+    [
+        (IDENTITY, X, Y, Z),
+        (vector(QUARTER, QUARTER, 0.0, 0.0), X, Z, -Y),
+        (vector(QUARTER, 0.0, QUARTER, 0.0), -Z, Y, X),
+        (vector(QUARTER, 0.0, 0.0, QUARTER), Y, -X, Z),
+        (vector(0.0, 1.0, 0.0, 0.0), X, -Y, -Z),
+        (vector(0.0, 0.0, 1.0, 0.0), -X, Y, -Z),
+        (vector(0.0, 0.0, 0.0, 1.0), -X, -Y, Z),
+    ],
+)
+def test_quarter_and_half_turns_take_the_body_axes_where_the_right_hand_rule_says(quaternion, x_goes_to, y_goes_to, z_goes_to):
+    for body, world in ((X, x_goes_to), (Y, y_goes_to), (Z, z_goes_to)):
+        np.testing.assert_allclose(array(rotate(quaternion, body)), array(world), atol=1e-15)
+        np.testing.assert_allclose(array(unrotate(quaternion, world)), array(body), atol=1e-15)
+    wanted = np.array([array(x_goes_to), array(y_goes_to), array(z_goes_to)]).T
+    np.testing.assert_allclose(array(rotation_matrix(quaternion)), wanted, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("angles", "x_goes_to", "y_goes_to"),
+    [
+        (vector(math.pi / 2, 0.0, 0.0), Y, -X),  # yaw: the nose turns left
+        (vector(0.0, math.pi / 2, 0.0), -Z, Y),  # pitch: the nose goes down
+        (vector(0.0, 0.0, math.pi / 2), X, Z),  # roll: the left side goes up
+        (vector(math.pi / 2, math.pi / 2, 0.0), -Z, -X),  # pitch about the axis that yaw has turned
+        (vector(math.pi / 2, 0.0, math.pi / 2), Y, Z),
+        (vector(0.0, math.pi / 2, math.pi / 2), -Z, X),
+    ],
+)
+def test_yaw_pitch_and_roll_turn_the_body_in_this_order(angles, x_goes_to, y_goes_to):
+    q = from_yaw_pitch_roll(angles)
+    np.testing.assert_allclose(array(rotate(q, X)), array(x_goes_to), atol=1e-15)
+    np.testing.assert_allclose(array(rotate(q, Y)), array(y_goes_to), atol=1e-15)
+
+
+@pytest.mark.parametrize("angle", [0.3, -1.2, 3.0])
+def test_each_angle_is_the_turn_about_its_own_axis(angle):
+    for place, axis in enumerate((Z, Y, X)):
+        alone = Vector(angle if i == place else 0.0 for i in range(3))
+        turn = from_rotation_vector(angle * axis)
+        np.testing.assert_allclose(array(from_yaw_pitch_roll(alone)), array(turn), atol=1e-15)
+    np.testing.assert_allclose(
+        array(from_rotation_vector(angle * Z)), [math.cos(angle / 2), 0, 0, math.sin(angle / 2)], atol=1e-15
+    )
+    np.testing.assert_allclose(array(yaw_pitch_roll(from_rotation_vector(angle * Z))), [angle, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(array(yaw_pitch_roll(from_rotation_vector(angle * X))), [0, 0, angle], atol=1e-15)
+    np.testing.assert_allclose(array(yaw_pitch_roll(from_rotation_vector(0.4 * angle * Y))), [0, 0.4 * angle, 0], atol=1e-15)
+
+
+def test_the_product_of_quaternions_is_hamiltons():
+    i, j, k = (Vector((0.0, *axis)) for axis in (X, Y, Z))
+    for a, b, product in ((i, j, k), (j, k, i), (k, i, j)):
+        assert array(multiply(a, b)).tolist() == array(product).tolist()
+        assert array(multiply(b, a)).tolist() == array(-product).tolist()
+        assert array(multiply(a, a)).tolist() == array(-IDENTITY).tolist()
+
+
+@EVERY_KIND
+def test_a_product_turns_by_the_second_then_by_the_first(run, tolerance):
+    first, second = Rotation.random(100, random_state=1), Rotation.random(100, random_state=2)
+    got = run(lambda *n: [*multiply(Vector(n[:4]), Vector(n[4:]))], *quaternions(first), *quaternions(second))
+    assert_same_rotation(got, quaternions(first * second), tolerance)
+
+
+@EVERY_KIND
+def test_the_conjugate_is_the_inverse_rotation(run, tolerance):
+    got = run(lambda *n: [*conjugate(Vector(n))], *quaternions(ALL))
+    assert_same_rotation(got, quaternions(ALL.inv()), tolerance)
+
+
+@EVERY_KIND
+def test_vectors_and_the_matrix_turn_as_scipy_turns_them(run, tolerance):
+    v = RNG.normal(size=(3, len(ALL)))
+
+    def law(*n):
+        q, u = Vector(n[:4]), Vector(n[4:])
+        return [*rotate(q, u), *unrotate(q, u), *flatten(rotation_matrix(q))]
+
+    got = run(law, *quaternions(ALL), *v)
+    np.testing.assert_allclose(got[:3], ALL.apply(v.T).T, atol=3 * tolerance)
+    np.testing.assert_allclose(got[3:6], ALL.inv().apply(v.T).T, atol=3 * tolerance)
+    np.testing.assert_allclose(got[6:].T.reshape(-1, 3, 3), ALL.as_matrix(), atol=tolerance)
+
+
+@EVERY_KIND
+def test_the_quaternion_of_a_matrix_is_its_own_with_w_not_negative(run, tolerance):
+    matrices = ALL.as_matrix().reshape(-1, 9).T
+    got = run(lambda *n: [*quaternion_of(Matrix(Vector(n[i : i + 3]) for i in (0, 3, 6)))], *matrices)
+    assert np.all(got[0] >= 0)
+    np.testing.assert_allclose(np.linalg.norm(got, axis=0), 1.0, atol=tolerance)
+    assert_same_rotation(got, quaternions(ALL), tolerance)
+
+
+@EVERY_KIND
+def test_turns_about_a_vector_are_those_of_scipy(run, tolerance):
+    vectors = np.concatenate([ALL.as_rotvec(), 3.0 * RNG.normal(size=(100, 3))])
+    got = run(lambda *n: [*from_rotation_vector(Vector(n))], *vectors.T)
+    assert_same_rotation(got, quaternions(Rotation.from_rotvec(vectors)), tolerance)
+
+
+@EVERY_KIND
+def test_the_turn_that_a_quaternion_stands_for_is_at_most_half_a_turn_and_gives_it_back(run, tolerance):
+    q = quaternions(ALL)
+    for sign in (1.0, -1.0):
+        got = run(lambda *n: [*rotation_vector(Vector(n))], *(sign * q))
+        assert np.all(np.linalg.norm(got, axis=0) <= math.pi + tolerance)
+        assert_same_rotation(quaternions(Rotation.from_rotvec(got.T.astype(float))), q, tolerance)
+
+
+@EVERY_KIND
+@pytest.mark.parametrize("angle", [1e-9, 1e-6, 0.9e-5, 1.1e-5, 2.1e-5, 0.9e-4, 1.1e-4, 1e-2])
+def test_small_turns_keep_their_relative_accuracy(run, tolerance, angle):
+    v = angle * np.array([[0.48, 0.36], [-0.6, 0.48], [0.64, -0.8]])
+    np.testing.assert_allclose(run(lambda *n: [*rotation_vector(from_rotation_vector(Vector(n)))], *v), v, rtol=tolerance)
+
+
+@EVERY_KIND
+def test_euler_angles_are_those_of_scipy_and_come_back(run, tolerance):
+    angles = RNG.uniform((-3.1, -1.5, -3.1), (3.1, 1.5, 3.1), (300, 3))
+    wanted = Rotation.from_euler("ZYX", angles)
+    assert_same_rotation(run(lambda *n: [*from_yaw_pitch_roll(Vector(n))], *angles.T), quaternions(wanted), tolerance)
+    got = run(lambda *n: [*yaw_pitch_roll(Vector(n)), heading(Vector(n))], *quaternions(wanted))
+    worst = 20 * tolerance  # yaw and roll lose what 1 / cos(pitch) magnifies
+    np.testing.assert_allclose(got[:3], angles.T, atol=worst)
+    np.testing.assert_allclose(got[3], angles[:, 0], atol=worst)
+
+
+@EVERY_KIND
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2])
+def test_pitch_of_a_quarter_turn_is_found_and_nothing_is_infinite(run, tolerance, pitch):
+    q = quaternions(Rotation.from_euler("ZYX", [[0.3, pitch, -0.2], [0.0, pitch, 0.0]]))
+    got = run(lambda *n: [*yaw_pitch_roll(Vector(n))], *q)
+    np.testing.assert_allclose(got[1], pitch, atol=max(tolerance, 1e-7))
+    assert np.all(np.isfinite(got))
+
+
+@EVERY_KIND
+def test_normalised_keeps_the_direction(run, tolerance):
+    v = RNG.normal(size=(4, 50)) * 10
+    np.testing.assert_allclose(run(lambda *n: [*normalised(Vector(n))], *v), v / np.linalg.norm(v, axis=0), atol=tolerance)
+
+
+@EVERY_KIND
+def test_the_rate_of_a_quaternion_is_that_of_turning_about_the_bodys_axes(run, tolerance):
+    rates = RNG.normal(size=(len(ALL), 3))
+    got = run(lambda *n: [*quaternion_rate(Vector(n[:4]), Vector(n[4:]))], *quaternions(ALL), *rates.T)
+    assert got.shape == (4, len(ALL))
+    h = 1e-4
+    ahead, behind = (quaternions(ALL * Rotation.from_rotvec(sign * h * rates)) for sign in (1.0, -1.0))
+    now = quaternions(ALL)
+    ahead, behind = (q * np.sign(np.sum(q * now, axis=0)) for q in (ahead, behind))
+    np.testing.assert_allclose(got, (ahead - behind) / (2 * h), atol=1e-7 + tolerance)
+
+
+def test_a_body_that_yaws_while_it_lies_on_its_side_turns_about_its_own_axis():
+    on_its_side = from_yaw_pitch_roll(vector(0.0, 0.0, math.pi / 2))
+    spun = on_its_side + 1e-6 * quaternion_rate(on_its_side, Z)  # body z lies along world -y
+    np.testing.assert_allclose(array(rotate(spun, Z)), array(-Y), atol=1e-11)
+    np.testing.assert_allclose(array(rotate(spun, X)), [1, 0, 1e-6], atol=1e-11)
