@@ -34,7 +34,7 @@ def body_rate(properties, motion, force, torque, spin=NOTHING, gravity=GRAVITY):
 
 # Against the Lagrange form: many flights at once, each number a column of an array.
 
-FLIGHTS, STEP = 40, 0.004
+FLIGHTS, STEP = 40, 0.002
 
 
 def random_inertias(rng, count):
@@ -51,7 +51,7 @@ def papers_quaternion(attitude):
     )
 
 
-def apart(kinematics, inertia, seconds=1.2, seed=5):
+def apart(kinematics, inertia, seconds=1.0, seed=5):
     """Largest difference in position and in attitude of two plants under the same thrust and torque, held for 0.2 s each.
 
     Only of flights that stay away from theta = +-90 degrees.
@@ -66,7 +66,7 @@ def apart(kinematics, inertia, seconds=1.2, seed=5):
     motion = Motion(euler.position, euler.velocity, papers_quaternion(euler.attitude), rates)
     steepest = np.zeros(FLIGHTS)
     for tick in range(round(seconds / STEP)):
-        if tick % 50 == 0:
+        if tick % 100 == 0:
             thrust, torque = mass * rng.uniform(5.0, 15.0, FLIGHTS), inertia * draw(-2, 2)
 
         def lagrange_rate(now, u=thrust, tau=torque):
@@ -109,7 +109,7 @@ def test_with_unequal_inertias_no_other_kinematics_agree(kinematics):
 
 # Against Newton and Euler about the centre of gravity, on rotation matrices.
 
-INERTIA = np.array([[0.020, 0.001, -0.002], [0.001, 0.030, 0.003], [-0.002, 0.003, 0.041]])
+INERTIA = np.array([[0.020, 0.001, -0.002], [0.001, 0.041, 0.003], [-0.002, 0.003, 0.030]])
 MASS = 1.3
 
 
@@ -148,7 +148,9 @@ def test_a_body_tumbles_through_plus_and_minus_90_degrees_and_inverted(offset):
         if tick == 1500:
             turn = -turn
         motion = renormalised(
-            runge_kutta_4(lambda now, tau=turn: body_rate(properties, now, column(push), column(tau), column(spin)), motion, 1e-3)
+            runge_kutta_4(
+                lambda now, tau=turn: body_rate(properties, now, column(push), column(tau), column(spin)), motion, 1e-3
+            )
         )
         if tick == 1499:
             middle = motion

@@ -2,7 +2,7 @@
 
 from quadstep.airframe.events import MassProperties
 from quadstep.airframe.motion import AirframeState, Motion
-from quadstep.numbers import Matrix, Number, Vector, solve_symmetric
+from quadstep.numbers import Matrix, Number, Vector, solve_symmetric, where
 from quadstep.numbers.rotations import cross, quaternion_rate
 
 
@@ -26,5 +26,5 @@ def motion_rate(
 
 def renormalised(state: AirframeState) -> AirframeState:
     """The state with its quaternion at length one; integration moves it by a little."""
-    q = state.attitude
-    return state._replace(attitude=q * (1.0 / q.norm()))
+    length = state.attitude.norm()  # zero only where a diverging one has overflowed
+    return state._replace(attitude=state.attitude * (1.0 / where(length > 0.0, length, 1.0)))

@@ -60,11 +60,12 @@ def speed_rate(rotor: Rotor, speed: Number, wanted: Number, fastest: Number) -> 
 
 
 def rotor_loads(rotor: Rotor, drag: Drag, rotors: Iterable[tuple[Mount, Turning]], effects: Effects) -> RotorLoads:
-    """Sums over the rotors, each at r, turning at w (speed) and s (spin) about its axis a, its hub moving by v through the
-    air.
+    """Sums over the rotors, each at r with axis a, turning at w, its hub moving by v through the air.
 
-    Force: (k_f w^2 + k_h |v_across|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a - k_flap w v x a. Spin:
-    J_r s w a. K = diag(k_d, k_d, k_z) in the rotor's axes. A fault scales all but what J_r does.
+    Force: (k_f w^2 + k_h |v across a|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a + k_flap w v x a. Spin:
+    J_r s w a. s is the mount's spin, K = diag(k_d, k_d, k_z) in the rotor's axes. A fault scales all but what J_r does.
+
+    Flapping blades rise ahead, a quarter turn after they advance against the air, so they tip the vehicle back.
     """
     force = levers = reaction = spin_up = spin = flapping = NOTHING
     for mount, (speed, rate, share, cushion, air) in rotors:
@@ -85,5 +86,10 @@ def rotor_loads(rotor: Rotor, drag: Drag, rotors: Iterable[tuple[Mount, Turning]
         if effects.gyroscopic:
             spin_up = spin_up + (turn * rate) * axis
             spin = spin + (turn * speed) * axis
-    torque = levers - rotor.torque * reaction - rotor.inertia * spin_up - drag.flapping * flapping
-    return RotorLoads(force, torque, rotor.inertia * spin)
+    torque = levers - rotor.torque * reaction
+    if effects.drag:
+        torque = torque + drag.flapping * flapping
+    if effects.gyroscopic:
+        torque = torque - rotor.inertia * spin_up
+        spin = rotor.inertia * spin
+    return RotorLoads(force, torque, spin)

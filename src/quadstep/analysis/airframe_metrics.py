@@ -21,7 +21,8 @@ def saturated(log: FlightLog) -> NDArray[np.bool_]:
     """For each sample, whether the rotors' limits left less than was asked for."""
     wanted, made = log.table("u", "tau_x", "tau_y", "tau_z"), log.table("u_a", "tau_x_a", "tau_y_a", "tau_z_a")
     scale = float(np.abs(wanted[:, 0]).mean())
-    lost: NDArray[np.bool_] = (np.abs(wanted - made) > SATURATED * np.array([scale, *3 * [0.1 * scale]])).any(axis=1)
+    missing = np.abs(wanted - made) > SATURATED * np.array([scale, *3 * [0.1 * scale]])
+    lost: NDArray[np.bool_] = np.any(missing, axis=1)
     return lost
 
 

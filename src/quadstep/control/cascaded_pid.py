@@ -16,9 +16,10 @@ from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotat
 class CascadedPidGains(NamedTuple):
     """What the controller believes of the vehicle, and its gains; vectors are x, y, z.
 
-    mass [kg], inertia (diagonal) [kg m^2], gravity [m/s^2], most_thrust it may ask for [N]. position: P [1/s]. velocity: P
-    [1/s], velocity_integral: I [1/s^2], bounded to integral_bound [m/s^2]. attitude: P [1/s]. rate: P [1/s], rate_integral:
-    I [1/s^2], bounded to rate_integral_bound [rad/s^2], rate_derivative: D [-] of the rate filtered with rate_filter [rad/s].
+    mass [kg], inertia (diagonal) [kg m^2], gravity [m/s^2], most_thrust it may ask for [N]. position: P [1/s], for at most
+    most_speed [m/s]. velocity: P [1/s], velocity_integral: I [1/s^2], bounded to integral_bound [m/s^2]. attitude: P [1/s].
+    rate: P [1/s], rate_integral: I [1/s^2], bounded to rate_integral_bound [rad/s^2], rate_derivative: D [-] of the rate
+    filtered with rate_filter [rad/s].
     """
 
     mass: Number
@@ -26,10 +27,12 @@ class CascadedPidGains(NamedTuple):
     gravity: Number
     most_thrust: Number
     position: Vector
+    most_speed: Number
     velocity: Vector
     velocity_integral: Vector
     integral_bound: Number
     attitude: Vector
+    most_rate: Number
     rate: Vector
     rate_integral: Vector
     rate_integral_bound: Number
@@ -70,7 +73,8 @@ class CascadedPid(AirframeLaw):
         period: Number,
     ) -> CascadedPidMemory:
         """Position P gives a velocity, velocity PI an acceleration, and that a force within the rotors' reach."""
-        wanted_velocity = reference.velocity + gains.position * (reference.position - measured.position)
+        back_on_path = project(gains.position * (reference.position - measured.position), gains.most_speed)
+        wanted_velocity = reference.velocity + back_on_path
         error = wanted_velocity - measured.velocity
         pull = reference.acceleration + gains.velocity * error + memory.integral
         asked = gains.mass * (pull + vector(0.0, 0.0, gains.gravity))
@@ -97,7 +101,7 @@ class CascadedPid(AirframeLaw):
     ) -> tuple[Command, CascadedPidMemory]:
         """Attitude P gives body rates, rate PID an angular acceleration."""
         error = rotation_vector(multiply(conjugate(measured.attitude), memory.wanted))
-        rate_error = gains.attitude * error - measured.rates
+        rate_error = project(gains.attitude * error, gains.most_rate) - measured.rates
         share = 1.0 - exp(-(gains.rate_filter * period))
         rates = memory.rates + share * (measured.rates - memory.rates)
         derivative = (rates - memory.rates) * (1.0 / period)

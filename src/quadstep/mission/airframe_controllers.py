@@ -4,7 +4,7 @@ size.
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -12,86 +12,87 @@ from quadstep.control.cascaded_pid import CascadedPid, CascadedPidGains
 from quadstep.control.geometric import Geometric, GeometricGains
 from quadstep.control.lqr import Lqr, hover_gains
 from quadstep.control.networks import Net, random_input_weights
-from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.control.rotation_backstepping import FORCE_INPUTS, TORQUE_INPUTS, RotationBackstepping, RotationGains
+from quadstep.mission.agility import BelievedSection, Usual, agility, most_thrust
 from quadstep.mission.airframe import BuiltAirframe
-from quadstep.mission.controllers import BacksteppingSection, BuiltController, CompletedSection, NetsSection, Pair
-from quadstep.mission.fields import NonNegativeDiagonal, Positive, PositiveDiagonal, Section, as_tuple
-from quadstep.mission.vehicles import VehicleSection
+from quadstep.mission.controllers import BuiltController, NetsSection, Pair
+from quadstep.mission.fields import NonNegativeDiagonal, Positive, PositiveDiagonal, as_tuple
+from quadstep.mission.paper_law import PaperSection
 from quadstep.numbers import Vector
-
-MARGIN = 0.95
-"""Share of all rotors' thrust that a position loop may ask for; the rest is for turning."""
-
-
-class BelievedSection(Section):
-    """What a controller believes of the vehicle: the vehicle's own mass [kg] and inertia [kg m^2] if left out."""
-
-    mass: Positive | None = None
-    inertia: PositiveDiagonal | None = None
-
-    def believed(self, vehicle: BuiltAirframe) -> dict[str, Any]:
-        """mass, inertia and gravity as gains."""
-        airframe = vehicle.airframe
-        inertia = Vector(self.inertia) if self.inertia else airframe.inertia
-        return {"mass": self.mass or airframe.mass, "inertia": inertia, "gravity": airframe.gravity}
-
-
-def most_thrust(vehicle: BuiltAirframe) -> float:
-    """What a position loop may ask for [N]."""
-    return MARGIN * len(vehicle.geometry.mounts) * vehicle.allocation.most
 
 
 class GeometricSection(BelievedSection):
-    """Geometric tracking control on SE(3) (Lee, Leok, McClamroch 2010). k_x, k_v, k_i over mass; k_R, k_Omega over inertia."""
+    """Geometric tracking control on SE(3) (Lee, Leok, McClamroch 2010), with an integral (Goodarzi, Lee, Lee 2013).
+
+    k_x, k_v, k_i over mass; k_R, k_Omega over inertia.
+    """
 
     type: Literal["geometric"]
-    k_x: PositiveDiagonal = (6.0, 6.0, 6.0)
-    k_v: PositiveDiagonal = (4.0, 4.0, 4.0)
-    k_i: NonNegativeDiagonal = (0.0, 0.0, 0.0)
-    k_R: PositiveDiagonal = (120.0, 120.0, 30.0)  # noqa: N815 (the paper's symbols)
-    k_Omega: PositiveDiagonal = (18.0, 18.0, 9.0)  # noqa: N815
+    k_x: PositiveDiagonal | None = None
+    k_v: PositiveDiagonal | None = None
+    k_i: NonNegativeDiagonal | None = None
+    k_R: PositiveDiagonal | None = None  # noqa: N815 (the paper's symbols)
+    k_Omega: PositiveDiagonal | None = None  # noqa: N815
     integral_bound: Positive = 5.0
 
+    usual: ClassVar[dict[str, Usual]] = {
+        "k_x": Usual((24.0, 24.0, 24.0), 2),
+        "k_v": Usual((3.8, 3.8, 3.8), 1),
+        "k_i": Usual((20.0, 20.0, 20.0), 3),
+        "k_R": Usual((270.0, 270.0, 70.0), 2),
+        "k_Omega": Usual((35.0, 35.0, 17.0), 1),
+    }
+
     def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
+        gain = self.gains_for(vehicle)
         gains = GeometricGains(
             **self.believed(vehicle),
-            stiffness=Vector(self.k_x),
-            damping=Vector(self.k_v),
-            integral=Vector(self.k_i),
-            turn_stiffness=Vector(self.k_R),
-            turn_damping=Vector(self.k_Omega),
+            stiffness=gain["k_x"],
+            damping=gain["k_v"],
+            integral=gain["k_i"],
+            turn_stiffness=gain["k_R"],
+            turn_damping=gain["k_Omega"],
             integral_bound=self.integral_bound,
         )
         return BuiltController(Geometric(), gains, [])
 
 
 class PidSection(BelievedSection):
-    """Cascaded PID: position P, velocity PI, attitude P, body rate PID."""
+    """Cascaded PID: position P (asking for at most most_speed [m/s] back to the path), velocity PI, attitude P, body rate
+    PID.
+    """
 
     type: Literal["pid"]
-    position: PositiveDiagonal = (2.0, 2.0, 2.0)
-    velocity: PositiveDiagonal = (5.0, 5.0, 5.0)
-    velocity_integral: NonNegativeDiagonal = (3.0, 3.0, 3.0)
+    position: PositiveDiagonal | None = None
+    most_speed: Positive = 3.0
+    velocity: PositiveDiagonal | None = None
+    velocity_integral: NonNegativeDiagonal | None = None
     integral_bound: Positive = 15.0
-    attitude: PositiveDiagonal = (8.0, 8.0, 4.0)
-    rate: PositiveDiagonal = (18.0, 18.0, 9.0)
-    rate_integral: NonNegativeDiagonal = (10.0, 10.0, 10.0)
+    attitude: PositiveDiagonal | None = None
+    most_rate: Positive = 8.0
+    rate: PositiveDiagonal | None = None
+    rate_integral: NonNegativeDiagonal | None = None
     rate_integral_bound: Positive = 20.0
     rate_derivative: NonNegativeDiagonal = (0.0, 0.0, 0.0)
     rate_filter: Positive = 60.0
 
+    usual: ClassVar[dict[str, Usual]] = {
+        "position": Usual((5.0, 5.0, 5.0), 1),
+        "velocity": Usual((6.2, 6.2, 6.2), 1),
+        "velocity_integral": Usual((5.2, 5.2, 5.2), 2),
+        "attitude": Usual((12.3, 12.3, 6.2), 1),
+        "rate": Usual((40.0, 40.0, 20.0), 1),
+        "rate_integral": Usual((25.0, 25.0, 10.0), 2),
+    }
+
     def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
         gains = CascadedPidGains(
             **self.believed(vehicle),
+            **self.gains_for(vehicle),
             most_thrust=most_thrust(vehicle),
-            position=Vector(self.position),
-            velocity=Vector(self.velocity),
-            velocity_integral=Vector(self.velocity_integral),
+            most_speed=self.most_speed,
+            most_rate=self.most_rate,
             integral_bound=self.integral_bound,
-            attitude=Vector(self.attitude),
-            rate=Vector(self.rate),
-            rate_integral=Vector(self.rate_integral),
             rate_integral_bound=self.rate_integral_bound,
             rate_derivative=Vector(self.rate_derivative),
             rate_filter=self.rate_filter,
@@ -134,121 +135,68 @@ class RotationSection(BelievedSection):
     """
 
     type: Literal["rotation-backstepping"]
-    Lambda1: PositiveDiagonal = (1.2, 1.2, 1.2)
-    K_r1: PositiveDiagonal = (6.8, 6.8, 6.8)
+    Lambda1: PositiveDiagonal | None = None
+    K_r1: PositiveDiagonal | None = None
     K_i1: NonNegativeDiagonal | None = None
-    Lambda2: PositiveDiagonal = (15.0, 15.0, 7.5)
-    K_r2: PositiveDiagonal = (15.0, 15.0, 7.5)
-    K_i2: NonNegativeDiagonal = (2.0, 2.0, 2.0)
-    P: PositiveDiagonal = (8.0, 8.0, 8.0)
-    filter_frequency: PositiveDiagonal = (25.0, 25.0, 12.5)
-    nets: NetsSection = NetsSection(F1=4.0, F2=10.0, kappa1=0.13, kappa2=0.13)
+    Lambda2: PositiveDiagonal | None = None
+    K_r2: PositiveDiagonal | None = None
+    K_i2: NonNegativeDiagonal | None = None
+    P: PositiveDiagonal | None = None
+    filter_frequency: PositiveDiagonal | None = None
+    nets: NetsSection = NetsSection(kappa1=0.06, kappa2=0.06)
     weight_bounds: Pair = (30.0, 100.0)
     integral_bounds: Pair = (20.0, 5.0)
 
+    usual: ClassVar[dict[str, Usual]] = {
+        "Lambda1": Usual((1.2, 1.2, 1.2), 1),
+        "K_r1": Usual((7.0, 7.0, 7.0), 1),
+        "K_i1": Usual((7.0 / 15.0, 7.0 / 15.0, 7.0 / 15.0), 2),
+        "Lambda2": Usual((4.7, 4.7, 2.4), 1),
+        "K_r2": Usual((28.0, 28.0, 14.0), 1),
+        "K_i2": Usual((80.0, 80.0, 40.0), 2),
+        "P": Usual((60.0, 60.0, 60.0), 2),
+        "filter_frequency": Usual((31.0, 31.0, 15.5), 1),
+    }
+
     def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
-        nets = self.nets
+        gain, nets, pace = self.gains_for(vehicle), self.nets, agility(vehicle)
         weights_1, weights_2 = nets.initial_weights(folder)
         force_inputs = random_input_weights(nets.seed, 1, nets.neurons, FORCE_INPUTS)
         torque_inputs = random_input_weights(nets.seed, 2, nets.neurons, TORQUE_INPUTS)
+        rates = {"F1": 6.5 * pace**2, "F2": 36.0 * pace**2}
+        rate_1, rate_2 = (getattr(nets, key) if key in nets.model_fields_set else rate for key, rate in rates.items())
         gains = RotationGains(
             **self.believed(vehicle),
             most_thrust=most_thrust(vehicle),
-            slope_1=Vector(self.Lambda1),
-            gain_1=Vector(self.K_r1),
-            integral_1=Vector(self.K_i1) if self.K_i1 else Vector(self.K_r1) / 15.0,
-            slope_2=Vector(self.Lambda2),
-            gain_2=Vector(self.K_r2),
-            integral_2=Vector(self.K_i2),
-            coupling=Vector(self.P),
-            filter_frequency=Vector(self.filter_frequency),
-            force_net=Net(force_inputs, nets.F1, nets.kappa1),
-            torque_net=Net(torque_inputs, nets.F2, nets.kappa2),
+            slope_1=gain["Lambda1"],
+            gain_1=gain["K_r1"],
+            integral_1=gain["K_i1"],
+            slope_2=gain["Lambda2"],
+            gain_2=gain["K_r2"],
+            integral_2=gain["K_i2"],
+            coupling=gain["P"],
+            filter_frequency=gain["filter_frequency"],
+            force_net=Net(force_inputs, rate_1, nets.kappa1),
+            torque_net=Net(torque_inputs, rate_2, nets.kappa2),
             learning_start=nets.start if nets.enabled else math.inf,
             weight_bounds=Vector(self.weight_bounds),
             integral_bounds=Vector(self.integral_bounds),
             weights_1=weights_1,
             weights_2=weights_2,
         )
-        return BuiltController(RotationBackstepping(), gains, self.theorem_warnings())
-
-    def theorem_warnings(self) -> list[str]:
-        """The gain condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
-        return [
-            f"controller.K_r1 ({axis}) = {gain:g} is not above Lambda1 = {slope:g} (condition of Theorem 5.1, over mass)"
-            for axis, gain, slope in zip("xyz", self.K_r1, self.Lambda1, strict=True)
-            if gain <= slope
-        ]
+        return BuiltController(RotationBackstepping(), gains, theorem_warnings(gains))
 
 
-class PaperKeys(Section):
-    """The paper's law on a real vehicle, through its Euler angles; gains as in the paper, in newtons.
-
-    What is left out is scaled to the vehicle so that the conditions of Theorem 5.1 hold: K_r1 = 5 m, K_i1 = K_r1 / 15,
-    K_r2 = 2.2 max(J) Lambda2 (J_M is 2 max(J)), K_i2 = K_r2 / 15, and the nets' F1 = 5 m, F2 = max(J).
-    """
-
-    mass: Positive | None = None
-    Lambda1: PositiveDiagonal = (1.2, 1.2, 1.2)
-    K_r1: PositiveDiagonal | None = None
-    K_i1: NonNegativeDiagonal | None = None
-    Lambda2: PositiveDiagonal = (6.0, 6.0, 6.0)
-    K_r2: PositiveDiagonal | None = None
-    K_i2: NonNegativeDiagonal | None = None
-    filter_frequency: Positive = 25.0
-    nets: NetsSection = NetsSection()
-
-    def scaled(self, vehicle: BuiltAirframe) -> dict[str, Any]:
-        """All keys of the paper's section."""
-        mass, largest = self.mass or vehicle.airframe.mass, max(vehicle.airframe.inertia)
-        force = self.K_r1 or (5.0 * mass,) * 3
-        torque = self.K_r2 or tuple(2.2 * largest * slope for slope in (max(self.Lambda2),) * 3)
-        chosen = self.nets.model_fields_set
-        rates = {"F1": 5.0 * mass, "F2": largest}
-        nets = self.nets.model_copy(update={key: rate for key, rate in rates.items() if key not in chosen})
-        return {
-            "mass": mass,
-            "Lambda1": self.Lambda1,
-            "K_r1": force,
-            "K_i1": self.K_i1 or tuple(gain / 15.0 for gain in force),
-            "Lambda2": self.Lambda2,
-            "K_r2": torque,
-            "K_i2": self.K_i2 or tuple(gain / 15.0 for gain in torque),
-            "filter_frequency": self.filter_frequency,
-            "nets": nets,
-        }
-
-
-def as_paper_vehicle(vehicle: BuiltAirframe) -> VehicleSection:
-    """The vehicle as the paper's plant: its T_eta of a true rigid body turns about body axes, so the inertia stays as it is."""
-    airframe = vehicle.airframe
-    x, y, z = airframe.inertia
-    return VehicleSection(mass=airframe.mass, inertia=(x, y, z), gravity=airframe.gravity, kinematics="rigid")
-
-
-class PaperSection(PaperKeys):
-    """The paper's own law."""
-
-    type: Literal["backstepping"]
-
-    def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
-        section = BacksteppingSection.model_validate({"type": "backstepping", **self.scaled(vehicle)})
-        built = section.build(as_paper_vehicle(vehicle), folder)
-        return built._replace(law=PaperOnAirframe(built.law))
-
-
-class PaperCompletedSection(PaperKeys):
-    """The paper's law completed (docs/theory.md), still on Euler angles."""
-
-    type: Literal["completed-backstepping"]
-
-    def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
-        section = CompletedSection.model_validate({"type": "completed-backstepping", **self.scaled(vehicle)})
-        built = section.build(as_paper_vehicle(vehicle), folder)
-        return built._replace(law=PaperOnAirframe(built.law))
+def theorem_warnings(gains: RotationGains) -> list[str]:
+    """The gain condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
+    return [
+        f"controller.K_r1 ({axis}) = {gain:g} is not above Lambda1 = {slope:g} (condition of Theorem 5.1, over mass)"
+        for axis, gain, slope in zip("xyz", gains.gain_1, gains.slope_1, strict=True)
+        if gain <= slope
+    ]
 
 
 AnyAirframeController = Annotated[
-    GeometricSection | PidSection | LqrSection | RotationSection | PaperSection | PaperCompletedSection,
+    GeometricSection | PidSection | LqrSection | RotationSection | PaperSection,
     Field(discriminator="type"),
 ]

@@ -11,7 +11,7 @@ Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def check(model: type[Checked], content: dict[str, Any], source: str, folder: Path = Path()) -> Checked:
-    """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong first."""
+    """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong."""
     try:
         return model.model_validate(content, context={"folder": folder})
     except ValidationError as error:

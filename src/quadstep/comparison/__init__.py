@@ -1,0 +1,1 @@
+"""`quadstep study vehicles`: every preset vehicle through the same flights under every controller, over many seeds."""

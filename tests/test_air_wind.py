@@ -1,0 +1,74 @@
+"""Wind at a time: its parts, their directions, and the axes of the turbulence."""
+
+import math
+
+import numpy as np
+import pytest
+
+from quadstep.air.wind import DRAWS, Dryden, Turbulence, Wind, start_turbulence, wind_at
+from quadstep.numbers import flatten, rebuild, vector
+from tests.flights import array, column, through_lanes
+
+NONE = vector(0.0, 0.0, 0.0)
+CALM = Wind(NONE, NONE, 0.0, NONE, gust_start=0.0, gust_length=1.0, turbulence=Dryden(0.0, 6.0, 1.0))
+ALONG = Turbulence(1.0, 1.0 / math.sqrt(2.0), vector(0.0, 0.0), vector(0.0, 0.0))
+ACROSS = Turbulence(1.0, 0.0, vector(1.0 / math.sqrt(3.0), 0.0), vector(0.0, 0.0))
+VERTICAL = Turbulence(1.0, 0.0, vector(0.0, 0.0), vector(1.0 / math.sqrt(3.0), 0.0))
+
+
+def blowing(wind, t=0.0, memory=None):
+    return array(wind_at(wind, memory or start_turbulence(), t))
+
+
+def test_a_step_takes_five_draws():
+    assert DRAWS == 5
+
+
+def test_calm_is_calm_and_the_mean_blows_always():
+    assert blowing(CALM, 3.0).tolist() == [0, 0, 0]
+    for t in (0.0, 2.0, 1e3):
+        assert blowing(CALM._replace(mean=vector(3.0, -4.0, 0.5)), t).tolist() == [3, -4, 0.5]
+
+
+def test_wind_swings_about_the_mean():
+    wind = CALM._replace(mean=vector(8.5, 0.0, 0.0), swing=vector(2.4, 0.0, 1.0), swing_frequency=2.0)
+    for t in (0.0, 0.3, math.pi / 4, 2.0):
+        np.testing.assert_allclose(blowing(wind, t), [8.5 + 2.4 * math.sin(2 * t), 0, math.sin(2 * t)], atol=1e-12)
+
+
+def test_a_gust_comes_and_goes_within_its_length():
+    wind = CALM._replace(gust=vector(0.0, 6.0, -2.0), gust_start=5.0, gust_length=4.0)
+    for t, share in [(0.0, 0), (5.0, 0), (6.0, 0.5), (7.0, 1.0), (8.0, 0.5), (9.0, 0), (50.0, 0)]:
+        np.testing.assert_allclose(blowing(wind, t), [0, 6 * share, -2 * share], atol=1e-12)
+    assert abs(blowing(wind, 5.001)[1]) < 1e-5  # it begins softly
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7, 2.0, -2.5, math.pi])
+@pytest.mark.parametrize("climb", [0.0, 3.0])
+def test_turbulence_is_along_the_mean_wind_to_its_left_and_up(heading, climb):
+    mean = np.array([7 * math.cos(heading), 7 * math.sin(heading), climb])
+    wind = CALM._replace(mean=column(mean))
+    left = [-math.sin(heading), math.cos(heading), 0]
+    for memory, direction in [(ALONG, [math.cos(heading), math.sin(heading), 0]), (ACROSS, left), (VERTICAL, [0, 0, 1])]:
+        np.testing.assert_allclose(blowing(wind, 0.0, memory) - mean, direction, atol=1e-12)
+
+
+@pytest.mark.parametrize("mean", [(0, 0, 0), (0, 0, 2)])
+def test_turbulence_without_a_level_wind_is_along_x(mean):
+    wind = CALM._replace(mean=column(mean))
+    for memory, direction in [(ALONG, [1, 0, 0]), (ACROSS, [0, 1, 0]), (VERTICAL, [0, 0, 1])]:
+        np.testing.assert_allclose(blowing(wind, 0.0, memory) - mean, direction, atol=1e-15)
+
+
+@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
+def test_wind_in_lanes_is_that_of_floats(double):
+    rng = np.random.default_rng(4)
+    shape = (CALM, start_turbulence(), 0.0)
+    columns = rng.uniform(0.1, 3.0, (len(flatten(shape)), 9))
+    columns[:3, 5:] = 0.0  # without a mean wind
+
+    def law(*leaves):
+        return list(wind_at(*rebuild(shape, iter(leaves))))
+
+    wanted = np.array([law(*row) for row in columns.T.tolist()]).T
+    np.testing.assert_allclose(through_lanes(law, *columns, double=double), wanted, atol=1e-12 if double else 1e-5)
