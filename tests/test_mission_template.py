@@ -5,10 +5,12 @@ import tomllib
 
 import pytest
 
-from quadstep import UserError, read_mission
+from quadstep import UserError, fly, read_mission
+from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.controllers import BacksteppingSection
 from quadstep.mission.read import check_mission
 from quadstep.mission.template import TEMPLATE, write_template
+from quadstep.numbers import Table, flatten
 from quadstep.report.publish import fingerprint
 
 COMMENTED = re.compile(r"^# ([A-Za-z][\w.]*) = (.*)$")
@@ -128,3 +130,35 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path, place):
     with pytest.raises(UserError, match="cannot be written"):
         write_template(tmp_path / place)
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+def test_the_template_for_a_real_vehicle_flies_and_every_line_of_it_is_known(tmp_path):
+    write_template(tmp_path / "mission.toml", "x500")
+    text = (tmp_path / "mission.toml").read_text()
+    assert fly(read_mission(tmp_path / "mission.toml").plan()).outcome is Outcome.COMPLETED
+    keys = re.compile(r"^# (?=(\[\[events\]\]|\w+ = ))", re.MULTILINE)
+    everything = check_mission(tomllib.loads(keys.sub("", text)), "the template, uncommented")
+    assert everything.plan().ticks.step == 0.002
+
+
+def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path):
+    write_template(tmp_path / "mission.toml", "research-2.6kg")
+    text = (tmp_path / "mission.toml").read_text()
+    quiet = re.sub(r"# \[\[events\]\].*(?=\[simulation\])", "", text, flags=re.DOTALL)
+    shown = re.sub(
+        r"^# (?=\w+ = )", "", "\n".join(line for line in quiet.split("\n") if "example" not in line), flags=re.MULTILINE
+    )
+    bare = "\n".join(line for line in text.split("\n") if not line.startswith("#"))
+    given, default = (check_mission(tomllib.loads(part), "the template") for part in (shown, bare))
+    shown_numbers, numbers = (
+        [leaf for leaf in flatten(mission.plan().parameters) if not isinstance(leaf, Table)] for mission in (given, default)
+    )
+    assert shown_numbers == pytest.approx(numbers, rel=0.01)
+    assert given.plan().ticks == default.plan().ticks
+    assert given.plan().loop == default.plan().loop
+
+
+def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path):
+    with pytest.raises(UserError, match="'boat' is not known; allowed: crazyflie"):
+        write_template(tmp_path / "mission.toml", "boat")
+    assert not list(tmp_path.iterdir())

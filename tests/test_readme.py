@@ -21,9 +21,11 @@ def run(*arguments: str) -> str:
     return subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout
 
 
-def test_mission_of_the_readme_flies_to_its_end():
-    (text,) = blocks("toml")
-    assert fly(check_mission(tomllib.loads(text), "README.md").plan()).outcome is Outcome.COMPLETED
+def test_missions_of_the_readme_fly_to_their_end():
+    texts = blocks("toml")
+    assert len(texts) == 2
+    for text in texts:
+        assert fly(check_mission(tomllib.loads(text), "README.md").plan()).outcome is Outcome.COMPLETED
 
 
 def test_python_of_the_readme_runs():

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-__all__ = ["Engine", "Mission", "UserError", "flight_metrics", "fly", "fly_all", "read_mission"]
+__all__ = ["Engine", "Mission", "UserError", "airframe_metrics", "flight_metrics", "fly", "fly_all", "read_mission"]
 
 if TYPE_CHECKING:
+    from quadstep.analysis.airframe_metrics import airframe_metrics
     from quadstep.analysis.metrics import flight_metrics
     from quadstep.errors import UserError
     from quadstep.flight.engine import Engine
@@ -22,6 +23,7 @@ _PLACES = {
     "Engine": "quadstep.flight.engine",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.errors",
+    "airframe_metrics": "quadstep.analysis.airframe_metrics",
     "flight_metrics": "quadstep.analysis.metrics",
     "fly": "quadstep.flight.engines",
     "fly_all": "quadstep.flight.engines",

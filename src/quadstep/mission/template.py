@@ -1,8 +1,9 @@
-"""The commented mission file that `quadstep new` writes."""
+"""The commented mission files that `quadstep new` writes."""
 
 from pathlib import Path
 
 from quadstep.errors import UserError
+from quadstep.mission.presets import preset_names
 from quadstep.report.publish import write_beside
 
 TEMPLATE = """\
@@ -38,7 +39,7 @@ duration = 10.0             # s
 # psi_unit = "rad"          # or "deg"
 # smoothing = 0.15          # s; faster motion is taken for noise
 
-[vehicle]                   # the paper's quadrotor
+[vehicle]                   # the paper's quadrotor; for a real one: quadstep new --vehicle x500
 # mass = 1.0                # kg
 # inertia = [5.0, 5.0, 5.0] # kg m^2
 # gravity = 9.81            # m/s^2
@@ -100,11 +101,98 @@ type = "backstepping"       # the paper's; or "completed-backstepping", or "nest
 """
 
 
-def write_template(path: Path) -> None:
-    """Write the template to a new file. Raises UserError if it exists or cannot be written."""
+VEHICLE_TEMPLATE = """\
+# A quadstep mission for a real vehicle. Fly it: quadstep fly THIS_FILE
+# SI units, angles in radians, z up; commented lines show defaults, or an example where it says so.
+
+name = "My first flight"
+# seed = 1                  # of all noise and turbulence
+# score_from = 0.0          # s; errors count from here on
+
+[vehicle]
+preset = "PRESET"           # `quadstep vehicles` lists them; or file = "my.toml", see docs/vehicles.md
+# mass = 2.0                # example: any key beside it replaces one of the preset's [kg]
+# ground = 0.0              # example: height of the ground [m]; the vehicle crashes on it
+# effects = { drag = true, gyroscopic = true, ground = false, battery = false }
+
+[path]
+# Others: minimum-jerk, waypoints, circle, step, recorded; `quadstep new` without --vehicle shows their keys.
+type = "figure-eight"
+centre = [0.0, 0.0, 3.0]    # m
+length = 6.0                # m
+width = 3.0                 # m
+period = 8.0                # s
+
+[controller]
+type = "rotation-backstepping"  # or geometric, pid, lqr, backstepping (the paper's law through its Euler angles)
+# mass and inertia are what the controller believes; the vehicle's if left out.
+# Gains are over mass and inertia; what is left out suits the vehicle. For rotation-backstepping:
+# Lambda1 = 1.2             # 1/s; a gain is one number, or a list for x, y, z
+# K_r1 = 7.0                # 1/s
+# K_i1 = 0.47               # 1/s^2
+# Lambda2 = [4.7, 4.7, 2.4] # 1/s
+# K_r2 = [28.0, 28.0, 14.0] # 1/s
+# K_i2 = [80.0, 80.0, 40.0] # 1/s^2
+# P = 60.0                  # 1/s^2
+# filter_frequency = [31.0, 31.0, 15.5] # rad/s
+# nets = { enabled = true, start = 0.0, neurons = 10, seed = 1, F1 = 6.5, F2 = 36.0, kappa1 = 0.06, kappa2 = 0.06 }
+
+[start]                     # what is left out follows the path, or is zero
+# position = [0.0, 0.0, 3.0]   # m
+# velocity = [0.0, 0.0, 0.0]   # m/s
+# attitude = [0.0, 0.0, 0.0]   # yaw, pitch, roll [rad]
+# rates = [0.0, 0.0, 0.0]      # about the body's axes [rad/s]
+# hovering = true              # rotors turn as in hover; false: they idle
+
+[wind]                      # world axes [m/s]
+# mean = [0.0, 0.0, 0.0]
+# swing = [2.0, 0.0, 0.0]   # example: amplitude of a sine
+# swing_frequency = 1.0     # example [rad/s]
+# gust = { velocity = [5.0, 0.0, 0.0], start = 3.0, length = 1.0 }          # example
+# turbulence = { wind_20 = 5.0, height = 6.0, airspeed = 5.0 }              # example; or intensity = "light"
+
+[sensors]                   # without noise and latency the controller knows the truth
+# gyro_noise = 0.0          # rad/s/sqrt(Hz); gyro_bias [rad/s], gyro_walk; accelerometer_noise, _bias, _walk
+# position_noise = 0.0      # m, of one fix; velocity_noise [m/s], attitude_noise [rad]
+# imu_period = 0.002        # s; fix_period likewise: what is left out is as the control period
+# latency = 0.0             # of a fix [s]; imu_latency of the gyro
+# estimator = false         # true: an error-state Kalman filter
+
+# [[events]]                # examples
+# type = "payload"          # a point mass; or "centre-of-gravity" with shift = [m]
+# time = 5.0                # s; until = 10.0
+# mass = 0.3                # kg
+# position = [0.0, 0.0, -0.1] # m, body axes
+# [[events]]
+# type = "rotor"
+# time = 8.0
+# rotor = 1
+# efficiency = 0.8
+
+[simulation]
+# duration = 17.5           # s; the path's own length if left out
+# step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
+# control_period = 0.002    # of the attitude loop [s]
+# guidance_period = 0.01    # of the position loop [s]
+# air_period = 0.01         # of the turbulence [s]
+# log_period = 0.01         # s
+
+[limits]                    # when a flight counts as lost
+# distance = 100.0          # off the path [m]
+# rate = 100.0              # about a body axis [rad/s]
+"""
+
+
+def write_template(path: Path, preset: str | None = None) -> None:
+    """Write the template to a new file: for the paper's plant, or for a real vehicle.
+
+    Raises UserError if the preset is unknown, or if the file exists or cannot be written.
+    """
+    if preset is not None and preset not in preset_names():
+        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}")
     try:
         if path.exists():
             raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
     except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
-    write_beside(path, TEMPLATE)
+    write_beside(path, VEHICLE_TEMPLATE.replace("PRESET", preset) if preset else TEMPLATE)

@@ -1,0 +1,42 @@
+"""A controller of one's own for a real vehicle, in Python, compiled with the rest of the flight.
+
+    python examples/own_airframe_controller.py
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep import airframe_metrics, fly, read_mission
+from quadstep.control.controller import AirframeLaw, Command
+from quadstep.control.geometric import vee_error
+from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.numbers import Vector, vector
+from quadstep.numbers.rotations import rotation_matrix
+
+
+class Gains(NamedTuple):
+    mass: float
+    inertia: Vector
+
+
+@dataclass(frozen=True)
+class ProportionalDerivative(AirframeLaw):
+    def start(self, measured, gains):
+        return ()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        zero, rotation = vector(0.0, 0.0, 0.0), rotation_matrix(measured.attitude)
+        pull = 6.0 * (reference.position - measured.position) + 4.0 * (reference.velocity - measured.velocity)
+        force = gains.mass * (reference.acceleration + pull + vector(0.0, 0.0, 9.81))
+        wanted = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
+        torque = gains.inertia * (-120.0 * vee_error(wanted, rotation) - 18.0 * measured.rates)
+        return Command(thrust=force @ up_axis(rotation), torque=torque), memory
+
+
+if __name__ == "__main__":
+    mission = read_mission(Path(__file__).parent / "wind_tunnel.toml")
+    plan = mission.plan()
+    airframe = plan.parameters.airframe
+    log = fly(plan.with_controller(ProportionalDerivative(), Gains(airframe.mass, airframe.inertia)))
+    print(log.outcome.name, airframe_metrics(log, mission.score_from)["position_rmse[m]"])
