@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-.PHONY: help setup reproduce test lint types bench golden errata clean
+.PHONY: help setup reproduce test lint types bench golden errata frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
@@ -13,6 +13,7 @@ help:
 	@echo "make bench      speed and memory, accuracy beside them"
 	@echo "make golden     accept the present results of the study as the committed ones"
 	@echo "make errata     write docs/errata.md from the rows of quadstep verify"
+	@echo "make frontend   rebuild the page that ships with the package; needs Node.js 20 or newer"
 
 setup: $(READY)
 
@@ -44,6 +45,10 @@ golden: $(READY)
 
 errata: $(READY)
 	$(BIN)/python -m quadstep.verify.errata
+
+frontend:
+	@command -v npm >/dev/null || { echo "make frontend needs Node.js 20 or newer with npm"; exit 2; }
+	cd frontend && npm ci --silent && npm run --silent check && npm run --silent build
 
 clean:
 	rm -rf $(VENV) out

@@ -1,7 +1,4 @@
-"""Any Python callable as a controller: not compiled, asked at every sample, in the same mission.
-
-    python examples/opaque_controller.py
-"""
+"""Any Python callable as a controller, asked at every sample, not compiled: `python examples/opaque_controller.py`."""
 
 from pathlib import Path
 
@@ -13,7 +10,8 @@ from quadstep.control.opaque import flying
 MASS, INERTIA = 2.644, np.array([0.03, 0.03, 0.05])
 
 
-def controller(t, measured, reference):
+def controller(_, measured, reference):
+    """Thrust [N] and torque [N m] at a time, for what is measured and wanted: arrays."""
     w, x, y, z = measured.attitude
     up = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     pull = 6 * (reference.position - measured.position) + 4 * (reference.velocity - measured.velocity)

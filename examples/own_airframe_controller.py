@@ -1,7 +1,4 @@
-"""A controller of one's own for a real vehicle, in Python, compiled with the rest of the flight.
-
-    python examples/own_airframe_controller.py
-"""
+"""A controller of one's own for a real vehicle, compiled with the rest: `python examples/own_airframe_controller.py`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +13,16 @@ from quadstep.numbers.rotations import rotation_matrix
 
 
 class Gains(NamedTuple):
+    """mass [kg], inertia [kg m^2]: what the controller believes of the vehicle."""
+
     mass: float
     inertia: Vector
 
 
 @dataclass(frozen=True)
 class ProportionalDerivative(AirframeLaw):
+    """Force from the position error, torque from the attitude error."""
+
     def start(self, measured, gains):
         return ()
 

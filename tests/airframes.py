@@ -6,7 +6,7 @@ from quadstep.airframe.aerodynamics import Drag
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.events import Events, efficiencies, mass_properties
 from quadstep.airframe.geometry import Effects, Geometry, Mount
-from quadstep.airframe.motion import AirframeState, Motion
+from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.plant import Airframe, derivative
 from quadstep.airframe.rigid_body import renormalised
 from quadstep.airframe.rotor import Rotor
@@ -27,8 +27,8 @@ PLUS = Geometry(
 
 ALL = Effects(battery=True, ground=True, gyroscopic=True, drag=True)
 NONE = Effects(battery=False, ground=False, gyroscopic=False, drag=False)
-STILL = column((0, 0, 0))
-NO_DRAG = Drag(STILL, STILL, 0.0, 0.0)
+NOTHING = vector(0.0, 0.0, 0.0)
+NO_DRAG = Drag(NOTHING, NOTHING, 0.0, 0.0)
 
 
 def rotor(**changes):
@@ -86,10 +86,3 @@ def momenta(properties, motion, spin=(0, 0, 0)):
     turning = array(properties.inertia) @ omega
     energy = 0.5 * properties.mass * velocity @ velocity + 0.5 * omega @ turning
     return properties.mass * velocity, r @ (turning + np.array(spin)), energy
-
-
-def motion_of(state):
-    return Motion(state.position, state.velocity, state.attitude, state.rates)
-
-
-NOTHING = vector(0.0, 0.0, 0.0)

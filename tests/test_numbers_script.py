@@ -162,6 +162,18 @@ def test_a_law_cut_into_functions_is_the_same_law(monkeypatch, longest):
 
 
 @needs_node
+def test_outputs_that_change_places_do_not_overwrite_each_other():
+    record = Record()
+    places = [record.input(f"C[{i}]") for i in range(3)]
+    swapped = [Output(f"C[{i}]", record.at(number)) for i, number in enumerate([places[1], places[2], places[0] * 2.0])]
+    (text,) = Writer(record, []).functions(swapped)
+    assert run_node(f"const C=[1,2,3];{text}console.log(C.join())").strip() == "2,3,2"
+    cycle = [Output(f"C[{(i + 1) % 3}]", record.at(number)) for i, number in enumerate(places)]
+    (text,) = Writer(record, []).functions(cycle)
+    assert run_node(f"const C=[1,2,3];{text}console.log(C.join())").strip() == "3,1,2"
+
+
+@needs_node
 def test_deep_brackets_are_cut():
     def law(a):
         value = a

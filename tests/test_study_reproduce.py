@@ -61,7 +61,8 @@ def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, cla
 
 
 def test_the_issues_files_are_there(out, metrics):
-    needed = [*CSV, "metrics.json", "claims.json", "report.html", *(f"{f}.{kind}" for f in FIGURES for kind in ("png", "svg"))]
+    pages = ["report.html", "page.html"]
+    needed = [*CSV, "metrics.json", "claims.json", *pages, *(f"{f}.{kind}" for f in FIGURES for kind in ("png", "svg"))]
     there = files(out)
     assert set(needed) <= set(there)
     assert all(there.values())

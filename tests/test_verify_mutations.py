@@ -18,9 +18,9 @@ INVERSION, NESTED, JERK = "control.inversion", "control.nested_saturation", "gui
 LINEAR, FUNCTIONS, LOG = "numbers.linear", "numbers.functions", "flight.columns"
 
 MUTANTS = [
-    (KINEMATICS, "return matrix((-sin(theta)", "return matrix((sin(theta)", "T_eta"),
-    (KINEMATICS, "(cos(theta) * c, -s, 0.0))", "(cos(theta) * c, s, 0.0))", "T_eta"),
-    (KINEMATICS, "(cos(theta) * s, c, 0.0)", "(cos(theta) * s, -c, 0.0)", "4"),
+    (KINEMATICS, "return matrix((-sin_theta", "return matrix((sin_theta", "T_eta"),
+    (KINEMATICS, "(cos_theta * c, -s, 0.0))", "(cos_theta * c, s, 0.0))", "T_eta"),
+    (KINEMATICS, "(cos_theta * s, c, 0.0)", "(cos_theta * s, -c, 0.0)", "4"),
     (KINEMATICS, "return 2 if self", "return 1 if self", "T_eta"),
     (KINEMATICS, "matrix((-cos_theta,", "matrix((cos_theta,", "T_eta"),
     (KINEMATICS, "(-sin_theta * s,", "(sin_theta * s,", "T_eta"),

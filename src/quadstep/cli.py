@@ -17,6 +17,7 @@ from typer.exceptions import TyperException
 from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
+from quadstep.page.commands import add_commands
 
 app = typer.Typer(
     name="quadstep",
@@ -106,6 +107,7 @@ def fly(
 
 study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)
 app.add_typer(study, name="study")
+add_commands(app, screen)
 
 
 @study.command()
@@ -130,6 +132,65 @@ def completion(
     screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
     if not all(margin.holds for margin in found.margins):
         raise typer.Exit(1)
+
+
+@study.command("vehicles")
+def study_vehicles(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/vehicles"),
+    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Flights of each scenario and controller.")] = 30,
+    only: Annotated[list[str] | None, typer.Option(help="A vehicle; give it again for more.", show_default=False)] = None,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Fly every preset vehicle through hover, figure eights, a step, wind, payload and a weak rotor under five controllers."""
+    from quadstep.comparison import run  # noqa: PLC0415
+
+    chosen = list(dict.fromkeys(only or run.VEHICLES))
+    unknown = [name for name in chosen if name not in run.VEHICLES]
+    if unknown:
+        raise UserError(f"--only: {unknown[0]!r:.60} is not known; allowed: {', '.join(run.VEHICLES)}")
+    with Progress(
+        TextColumn("flying"), BarColumn(), TextColumn("{task.completed}/{task.total}"), TimeRemainingColumn(),
+        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
+    ) as bar:  # fmt: skip
+        task = bar.add_task("flying", total=None)
+        found = run.study_vehicles(
+            out, seeds, chosen, overwrite, lambda done, total: bar.update(task, completed=done, total=total)
+        )
+    for vehicle in chosen:
+        table = Table("RMSE [cm], 95 % interval", *run.CONTROLLERS, title=vehicle)
+        for row in run.table_rows(found, vehicle):
+            table.add_row(*row)
+        screen.print(table)
+    for sentence in run.sentences(found, chosen):
+        screen.print(sentence)
+    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+
+
+@app.command()
+def vehicles(
+    vehicle: Annotated[
+        str | None, typer.Argument(help="A preset's name, or your own vehicle file (TOML).", show_default=False)
+    ] = None,
+) -> None:
+    """List the vehicles that come along, or every number of one, with unit and source."""
+    from quadstep.mission.vehicle_list import load_preset, parameters, preset_names, read_vehicle  # noqa: PLC0415
+
+    if vehicle is None:
+        table = Table("preset", "what", "mass [kg]", "rotors", "thrust over weight")
+        for name in preset_names():
+            section = load_preset(name)
+            built = section.build()
+            lift = len(built.geometry.mounts) * built.allocation.most / (section.mass * section.gravity)
+            table.add_row(name, section.description, f"{section.mass:g}", str(len(built.geometry.mounts)), f"{lift:.3g}")
+        screen.print(table)
+        return
+    section = (
+        load_preset(vehicle) if vehicle in preset_names() or not vehicle.endswith(".toml") else read_vehicle(Path(vehicle))
+    )
+    table = Table("key", "value", "unit", "meaning", "source", title=section.description or vehicle)
+    for parameter in parameters(section):
+        table.add_row(*parameter)
+    screen.print(table)
 
 
 @app.command()
@@ -162,11 +223,14 @@ def certify(
 @app.command()
 def new(
     mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
+    vehicle: Annotated[
+        str | None, typer.Option(help="For a real vehicle: a preset that `quadstep vehicles` lists.", show_default=False)
+    ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
     from quadstep.mission.template import write_template  # noqa: PLC0415
 
-    write_template(mission)
+    write_template(mission, vehicle)
     screen.print(f"Wrote {mission}. Fly it: quadstep fly {mission}", soft_wrap=True)
 
 

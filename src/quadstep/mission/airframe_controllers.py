@@ -16,7 +16,7 @@ from quadstep.control.rotation_backstepping import FORCE_INPUTS, TORQUE_INPUTS, 
 from quadstep.mission.agility import BelievedSection, Usual, agility, most_thrust
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.mission.controllers import BuiltController, NetsSection, Pair
-from quadstep.mission.fields import NonNegativeDiagonal, Positive, PositiveDiagonal, as_tuple
+from quadstep.mission.fields import NonNegative, NonNegativeDiagonal, Positive, PositiveDiagonal, as_tuple
 from quadstep.mission.paper_law import PaperSection
 from quadstep.numbers import Vector
 
@@ -128,6 +128,13 @@ class LqrSection(BelievedSection):
         return BuiltController(Lqr(), gains, [])
 
 
+class RotationNets(NetsSection):
+    """The two nets; F1 = 6.5 and F2 = 36 times the agility squared if left out."""
+
+    kappa1: NonNegative = 0.06
+    kappa2: NonNegative = 0.06
+
+
 class RotationSection(BelievedSection):
     """Adaptive neural backstepping on the rotation group; the paper's symbols, K over mass or inertia, nets for accelerations.
 
@@ -143,7 +150,7 @@ class RotationSection(BelievedSection):
     K_i2: NonNegativeDiagonal | None = None
     P: PositiveDiagonal | None = None
     filter_frequency: PositiveDiagonal | None = None
-    nets: NetsSection = NetsSection(kappa1=0.06, kappa2=0.06)
+    nets: RotationNets = RotationNets()
     weight_bounds: Pair = (30.0, 100.0)
     integral_bounds: Pair = (20.0, 5.0)
 

@@ -7,8 +7,15 @@ from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.mission.agility import agility
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.mission.controllers import BacksteppingSection, BuiltController, NetsSection
-from quadstep.mission.fields import NonNegativeDiagonal, Positive, PositiveDiagonal, Section
+from quadstep.mission.fields import NonNegative, NonNegativeDiagonal, Positive, PositiveDiagonal, Section
 from quadstep.mission.vehicles import VehicleSection
+
+
+class PaperNets(NetsSection):
+    """The two nets, damped as suits real vehicles."""
+
+    kappa1: NonNegative = 0.008
+    kappa2: NonNegative = 0.008
 
 
 class PaperSection(Section):
@@ -28,7 +35,7 @@ class PaperSection(Section):
     K_r2: PositiveDiagonal | None = None
     K_i2: NonNegativeDiagonal | None = None
     filter_frequency: Positive | None = None
-    nets: NetsSection = NetsSection(kappa1=0.008, kappa2=0.008)
+    nets: PaperNets = PaperNets()
 
     def scaled(self, vehicle: BuiltAirframe) -> dict[str, Any]:
         """All keys of the paper's section."""

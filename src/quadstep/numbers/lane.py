@@ -16,18 +16,25 @@ FLAGS = ("contract", "reassoc", "arcp", "nsz")
 
 
 class Emitter:
-    """Where lanes put their instructions: a builder, the vector type, and what the current block already holds."""
+    """Where lanes put their instructions: a builder, the vector type, and what the current block already holds.
+
+    One lane (width 1) is plain scalars, as a processor without vectors wants them: a graphics processor.
+    """
 
     def __init__(self, builder: ir.IRBuilder, element: ir.Type, width: int) -> None:
         self.builder = builder
         self.element = element
         self.width = width
-        self.vector = ir.VectorType(element, width)
+        self.vector = self.many(element)
         self.double = isinstance(element, ir.DoubleType)
         self.whole = ir.IntType(64 if self.double else 32)
-        self.wholes = ir.VectorType(self.whole, width)
+        self.wholes = self.many(self.whole)
         self.known: dict[tuple[Any, ...], ir.Value] = {}
         self.constants: dict[tuple[Any, str], ir.Constant] = {}
+
+    def many(self, element: ir.Type) -> ir.Type:
+        """What holds one `element` a lane."""
+        return element if self.width == 1 else ir.VectorType(element, self.width)
 
     def enter(self, block: ir.Block) -> None:
         """Continue at the end of `block`."""
@@ -42,12 +49,21 @@ class Emitter:
         """The same integer in every lane."""
         return self.splat(self.wholes, self.whole, value)
 
-    def splat(self, kind: ir.VectorType, element: ir.Type, value: float) -> ir.Constant:
-        """A constant of this vector type."""
+    def splat(self, kind: ir.Type, element: ir.Type, value: float) -> ir.Constant:
+        """A constant of this type, which holds one `element` a lane."""
         key = (kind, repr(value))  # as text, 0.0 and -0.0 differ
         if key not in self.constants:
-            self.constants[key] = ir.Constant(kind, [ir.Constant(element, value)] * self.width)
+            one = ir.Constant(element, value)
+            self.constants[key] = one if self.width == 1 else ir.Constant(kind, [one] * self.width)
         return self.constants[key]
+
+    def spread(self, scalar: ir.Value) -> ir.Value:
+        """The same scalar in every lane."""
+        if self.width == 1:
+            return scalar
+        nothing = ir.Constant(self.many(scalar.type), ir.Undefined)
+        one = self.builder.insert_element(nothing, scalar, ir.IntType(32)(0))
+        return self.builder.shuffle_vector(one, nothing, ir.Constant(self.many(ir.IntType(32)), [0] * self.width))
 
     def value(self, number: Lane | float) -> ir.Value:
         """The LLVM value of a lane or a Python number."""
@@ -62,7 +78,7 @@ class Emitter:
 
     def intrinsic(self, name: str, *values: ir.Value) -> ir.Value:
         """A call of an LLVM intrinsic on vectors."""
-        full = f"llvm.{name}.v{self.width}f{64 if self.double else 32}"
+        full = f"llvm.{name}.{'' if self.width == 1 else f'v{self.width}'}f{64 if self.double else 32}"
         module = self.builder.module
         function = module.globals.get(full)
         if function is None:
@@ -197,6 +213,8 @@ class LaneTable:
         emitter, builder = self.emitter, self.emitter.builder
         wanted = emitter.value(index)
         whole = emitter.once(("fptoui", wanted), lambda: builder.fptoui(wanted, emitter.wholes))
+        if emitter.width == 1:
+            return Lane(emitter, builder.load(builder.gep(self.pointer, [whole])))
         result = ir.Constant(emitter.vector, ir.Undefined)
         for lane in range(emitter.width):
             place = ir.Constant(ir.IntType(32), lane)

@@ -25,7 +25,7 @@ class LaneWord:
     def of(cls, x: Lane) -> LaneWord:
         """The bits of a whole number in [0, 2^31); beyond that and for NaN they are of no meaning."""
         emitter = x.emitter
-        kind = ir.VectorType(WHOLE, emitter.width)
+        kind = emitter.many(WHOLE)
         bits = emitter.once(("word", x.value), lambda: emitter.builder.fptosi(x.value, kind))
         return cls(emitter, bits)
 

@@ -23,6 +23,8 @@ NAME = "The paper's simulation study"
 
 def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False) -> list[Claim]:
     """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
+    from quadstep.page.paper import write_paper_page  # noqa: PLC0415 (the page is made of the study)
+
     plans = plan_study()
     with publishing(folder, fingerprint(plans.all()), overwrite) as out, drawing_pool() as pool:
         drawn: list[Future[None]] = []
@@ -38,7 +40,8 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
         write_json(out / "claims.json", [claim._asdict() for claim in claims])
         for figure in drawn:
             figure.result()
-        page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims))
+        flying = write_paper_page(out / "page.html", study, plans, claims)
+        page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims, flying))
     return claims
 
 
@@ -113,11 +116,12 @@ def case_rows(study: Study) -> list[list[str]]:
 VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 
-def report_sections(out: Path, study: Study, claims: list[Claim]) -> list[str]:
-    """The body of report.html."""
+def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool = False) -> list[str]:
+    """The body of report.html. flying: whether page.html stands beside it."""
     header, rows = stress_table(study)
     start_header, start_rows = start_table(claims)
     return [
+        '<p><a href="page.html">Fly these flights in your browser</a></p>' if flying else "",
         '<nav><a href="#claims">Claims</a><a href="#figures">Figures</a><a href="#cases">Cases</a>'
         '<a href="#starts">Case 3 by start</a><a href="#stress">Stress flights</a><a href="#choices">Choices</a></nav>',
         page.paragraph(

@@ -1,0 +1,69 @@
+// window.quadstep: what a test, a teacher or the console can ask of the page.
+
+import { csv } from "./data/csv";
+import { controlsOf, controllerOf, withValues } from "./data/settings";
+import { attitudeAt } from "./scene/pose";
+import type { Session, Shown } from "./session";
+import type { Clock } from "./view/clock";
+
+export function api(session: Session, clock: Clock): object {
+  const shown = (): Shown => {
+    const now = session.shown.value;
+    if (!now) throw new Error("no flight is shown");
+    return now;
+  };
+  return Object.freeze({
+    version: session.page.version,
+    flights: () => session.page.flights.map((flight) => flight.id),
+    /** Show a flight as its file has it. */
+    select: (id: string) => session.select(id),
+    columns: () => [...shown().flight.names],
+    units: () => [...shown().flight.units],
+    /** The flight on the screen, row by row. */
+    rows: (): number[][] => {
+      const { names, rows, table } = shown().flight;
+      return Array.from({ length: rows }, (_, i) => Array.from(table.subarray(i * names.length, (i + 1) * names.length)));
+    },
+    csv: () => csv(shown().flight),
+    outcome: () => {
+      const { flight, ghost, live, took } = shown();
+      const end = ghost ? { held: ghost.held, ended: ghost.ended, why: ghost.why } : null;
+      return { held: flight.held, ended: flight.ended, why: flight.why, ghost: end, live, took };
+    },
+    conditions: () => shown().conditions.map(({ condition, left, right, holds }) => ({ text: condition.text, left, right, holds })),
+    settings: () => structuredClone(shown().settings),
+    controls: () => {
+      const { data, settings } = shown();
+      return controlsOf(data, controllerOf(data, settings.controller)).map(([control, owner]) => ({
+        id: control.id,
+        controller: owner?.id ?? "",
+        values: control.components.map((component) => component.value),
+      }));
+    },
+    /** One value for all components, or one each; flies. */
+    setControl: (id: string, value: number | readonly number[]) => {
+      const { data, settings } = shown();
+      const found = controlsOf(data, controllerOf(data, settings.controller)).find(([control]) => control.id === id);
+      if (!found) throw new Error(`no control ${id}`);
+      const values = typeof value === "number" ? found[0].components.map(() => value) : value;
+      session.apply(withValues(settings, found[0], found[1], values));
+    },
+    setController: (controller: string) => session.apply({ ...shown().settings, controller }),
+    setGhost: (ghost: string) => session.apply({ ...shown().settings, ghost }),
+    /** Fly once more with the settings as they are; milliseconds it took. */
+    fly: (): number => {
+      session.apply({ ...shown().settings });
+      return shown().took;
+    },
+    /** Body to world as the scene draws it, at time t: w, x, y, z. */
+    attitude: (t: number): number[] => {
+      const q = attitudeAt(shown().flight, shown().data.scene.attitude, t);
+      return [q.w, q.x, q.y, q.z];
+    },
+    seek: (t: number) => clock.seek(t),
+    time: () => clock.time.value,
+    play: () => clock.playing.set(true),
+    pause: () => clock.playing.set(false),
+    playing: () => clock.playing.value,
+  });
+}

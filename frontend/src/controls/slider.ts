@@ -1,0 +1,77 @@
+// A control as the reader sees it: its name, its value to type, a slider.
+
+import type { Control } from "../data/contract";
+import { hold } from "../data/settings";
+import { h } from "../view/dom";
+import { plain } from "../view/format";
+
+const FINE = 400; // positions of a slider
+
+/** Between a slider's position, 0 to FINE, and a value. */
+export function valueOfPosition(control: Control, position: number): number {
+  const share = position / FINE;
+  if (control.scale === "log") return Number((control.min * (control.max / control.min) ** share).toPrecision(4));
+  const raw = control.min + share * (control.max - control.min);
+  const step = control.step > 0 ? control.step : (control.max - control.min) / FINE;
+  return Number((control.min + Math.round((raw - control.min) / step) * step).toPrecision(10));
+}
+
+export function positionOfValue(control: Control, value: number): number {
+  const share =
+    control.scale === "log"
+      ? Math.log(value / control.min) / Math.log(control.max / control.min)
+      : (value - control.min) / (control.max - control.min);
+  return Math.round(Math.min(Math.max(Number.isFinite(share) ? share : 0, 0), 1) * FINE);
+}
+
+export interface Slider {
+  readonly element: HTMLElement;
+  /** Shows a value; null: several that differ. */
+  show(value: number | null): void;
+}
+
+/** label: of the whole, for the reader's ear. moving: while it is dragged; chosen: when it is let go or typed. */
+export function slider(
+  control: Control,
+  label: string,
+  short: string,
+  moving: (value: number) => void,
+  chosen: (value: number) => void,
+): Slider {
+  const name = control.unit && control.unit !== "-" ? `${label} in ${control.unit}` : label;
+  const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), "aria-label": name });
+  const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", "aria-label": name, size: 7 });
+  const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, range, typed);
+  let current: number | null = null;
+
+  const show = (value: number | null): void => {
+    current = value;
+    typed.value = value === null ? "" : plain(value);
+    typed.placeholder = value === null ? "differ" : "";
+    if (value !== null) {
+      range.value = String(positionOfValue(control, value));
+      range.setAttribute("aria-valuetext", `${plain(value)} ${control.unit === "-" ? "" : control.unit}`.trim());
+      range.style.setProperty("--at", `${(Number(range.value) / FINE) * 100}%`);
+    }
+  };
+  range.addEventListener("input", () => {
+    const value = hold(control, valueOfPosition(control, Number(range.value)));
+    show(value);
+    moving(value);
+  });
+  range.addEventListener("change", () => chosen(hold(control, valueOfPosition(control, Number(range.value)))));
+  typed.addEventListener("change", () => {
+    const value = Number(typed.value.trim().replace("−", "-").replace(",", "."));
+    const usable = typed.value.trim() !== "" && Number.isFinite(value);
+    typed.toggleAttribute("aria-invalid", !usable);
+    if (usable) chosen(hold(control, value));
+    show(usable ? hold(control, value) : current);
+  });
+  typed.addEventListener("focus", () => typed.select());
+  return { element, show };
+}
+
+function stepOf(control: Control): number {
+  if (control.scale === "log" || !(control.step > 0)) return 1;
+  return Math.max((control.step / (control.max - control.min)) * FINE, 1);
+}

@@ -1,0 +1,177 @@
+// What Python writes into the page (src/quadstep/page): data as JSON, laws as JavaScript.
+
+/** JSON has neither Infinity nor NaN: read with Number(). */
+export type Num = number | "Infinity" | "-Infinity";
+
+/** base64 of little-endian numbers. */
+export type Packed = string;
+
+export interface PageData {
+  readonly format: 1;
+  readonly version: string;
+  readonly title: string;
+  readonly intro: string;
+  readonly links: readonly { label: string; href: string }[];
+  readonly laws: Readonly<Record<string, Law>>;
+  readonly presets: Readonly<Record<string, Packed>>;
+  readonly tables: Readonly<Record<string, Packed>>;
+  /** By code; code 0 is completed. */
+  readonly outcomes: readonly { name: string; text: string; ended: boolean }[];
+  readonly flights: readonly FlightData[];
+  readonly claims: readonly Claim[];
+}
+
+/** Facts about a compiled loop. */
+export interface Law {
+  readonly names: readonly string[];
+  readonly starts: readonly string[];
+  readonly tables: readonly string[];
+  readonly columns: readonly (readonly [name: string, unit: string])[];
+  readonly tasks: readonly string[];
+  /** To switch neuron k off, off[i] goes to parameter number parameters[i]; presets have all on. */
+  readonly neurons: readonly { parameters: readonly number[]; off: readonly number[] }[];
+}
+
+export interface Ticks {
+  step: number;
+  every: number[];
+  log: number;
+  last: number;
+}
+
+/** A compiled loop. rows: filled; code: index into outcomes; ended at tick * step; the result's rows are the valid ones. */
+export interface LawCode {
+  fly(
+    parameters: Float64Array,
+    tables: Float64Array[],
+    start: Float64Array,
+    ticks: Ticks,
+    rows: Float64Array,
+  ): { code: number; tick: number; rows: number };
+}
+
+export interface FlightData {
+  readonly id: string;
+  readonly name: string;
+  readonly group: string;
+  readonly note: string;
+  readonly claims: readonly number[];
+  readonly outcome: { readonly code: number; readonly ended: number; readonly text: string };
+  readonly facts: readonly (readonly [label: string, value: string])[];
+  /** Why it is not flown live; "" if it is. */
+  readonly whyNot: string;
+  readonly warnings: readonly string[];
+  readonly recorded: Recorded | null;
+  readonly controllers: readonly Controller[];
+  readonly controls: readonly Control[];
+  readonly ticks: Readonly<Ticks>;
+  readonly scene: SceneData;
+  readonly panels: readonly PanelData[];
+}
+
+export interface Recorded {
+  readonly columns: readonly (readonly [string, string])[];
+  readonly rows: Packed;
+  readonly type: "f64" | "f32";
+  readonly count: number;
+  readonly period: number;
+}
+
+export interface Controller {
+  readonly id: string;
+  readonly label: string;
+  readonly law: string;
+  readonly preset: string;
+  readonly overrides: readonly (readonly [index: number, value: Num])[];
+  readonly tables: readonly string[];
+  readonly start: readonly Num[];
+  readonly controls: readonly Control[];
+  readonly conditions: readonly Condition[];
+}
+
+export interface Control {
+  readonly id: string;
+  readonly label: string;
+  readonly unit: string;
+  readonly group: string;
+  readonly hint: string;
+  readonly kind: "number" | "toggle" | "neurons";
+  readonly scale: "linear" | "log";
+  /** Of the slider. */
+  readonly min: number;
+  readonly max: number;
+  /** Of what may be typed. */
+  readonly low: number;
+  readonly high: number;
+  readonly step: number;
+  readonly components: readonly Component[];
+}
+
+export interface Component {
+  readonly label: string;
+  readonly value: number;
+  readonly sets: readonly Effect[];
+}
+
+/** new = factor * value^power + offset, instead of the old or added to it. */
+export interface Effect {
+  readonly what: "parameter" | "start" | "duration";
+  readonly name: string;
+  readonly factor: Num;
+  readonly power: 1 | -1;
+  readonly offset: Num;
+  readonly add: boolean;
+}
+
+export interface Condition {
+  readonly text: string;
+  readonly left: Term;
+  readonly right: Term;
+  readonly orEqual: boolean;
+  readonly source: string;
+}
+
+export type Term = number | { readonly name: string } | { readonly op: "+" | "-" | "*" | "/" | "max" | "min"; readonly of: readonly Term[] };
+
+export interface Claim {
+  readonly name: string;
+  readonly sentence: string;
+  readonly measured: string;
+  readonly verdict: "holds" | "fails" | "open";
+  readonly verdictText: string;
+  readonly flights: readonly string[];
+  readonly look: string;
+  readonly panels: readonly string[];
+}
+
+export interface PanelData {
+  readonly id: string;
+  readonly title: string;
+  readonly unit: string;
+  readonly lines: readonly { label: string; column: string; minus: string | null; dashed: boolean }[];
+  readonly log: boolean;
+}
+
+type Triple<T> = readonly [T, T, T];
+
+export interface SceneData {
+  readonly arm: number;
+  readonly radius: number;
+  readonly rotors: readonly { position: Triple<number>; spin: 1 | -1; force: string | null; speed: string | null }[];
+  /** Thrust of one rotor at hover [N]. */
+  readonly hover: number;
+  readonly position: Triple<string>;
+  readonly wanted: Triple<string>;
+  readonly attitude:
+    | { readonly kind: "lagrange"; readonly columns: Triple<string> }
+    | { readonly kind: "quaternion"; readonly columns: readonly [string, string, string, string] };
+  readonly thrust: string | null;
+  readonly arrows: readonly {
+    label: string;
+    unit: string;
+    kind: "force" | "wind";
+    columns: Triple<string> | null;
+    parameters: Triple<string> | null;
+  }[];
+  readonly ground: number;
+}

@@ -1,0 +1,85 @@
+// A flight flown in the page: settings become parameters, and the compiled law flies them.
+
+import type { Controller, Effect, FlightData, PageData, Ticks } from "./contract";
+import { Flight } from "./flight";
+import { lawCode, unpack } from "./page";
+import { FILE, type Settings, controllerOf, controlsOf, valuesOf } from "./settings";
+
+/** Every number of a flight. */
+export interface Inputs {
+  readonly controller: Controller;
+  readonly names: ReadonlyMap<string, number>;
+  readonly parameters: Float64Array;
+  readonly start: Float64Array;
+  readonly tables: Float64Array[];
+  readonly ticks: Ticks;
+}
+
+/** The numbers that a controller flies with under these settings; `own` false: its gains as in the file. */
+export function inputs(page: PageData, flight: FlightData, controller: Controller, settings: Settings, own = true): Inputs | undefined {
+  const law = page.laws[controller.law];
+  if (!law) return undefined;
+  const names = indexed(law.names);
+  const starts = indexed(law.starts);
+  const parameters = unpack(`preset ${controller.preset}`, page.presets[controller.preset]).slice();
+  for (const [index, value] of controller.overrides) parameters[index] = Number(value);
+  const start = Float64Array.from(controller.start, Number);
+  const tables = controller.tables.map((key) => unpack(`table ${key}`, page.tables[key]));
+  const ticks = { ...flight.ticks, every: [...flight.ticks.every] };
+  let duration = ticks.last * ticks.step;
+
+  const place = (effect: Effect, value: number): void => {
+    const result = Number(effect.factor) * (effect.power === -1 ? 1 / value : value) + Number(effect.offset);
+    if (effect.what === "duration") {
+      duration = effect.add ? duration + result : result;
+      return;
+    }
+    const [vector, index] = effect.what === "start" ? [start, starts.get(effect.name)] : [parameters, names.get(effect.name)];
+    if (index !== undefined) vector[index] = effect.add ? vector[index]! + result : result;
+  };
+
+  const asFiled = { ...settings, values: {} };
+  for (const [control, owner] of controlsOf(flight, controller)) {
+    const values = valuesOf(owner && !own ? asFiled : settings, control, owner);
+    control.components.forEach((component, i) => {
+      const value = values[i]!;
+      if (control.kind === "neurons") {
+        for (const neuron of law.neurons.slice(value)) neuron.parameters.forEach((at, k) => (parameters[at] = neuron.off[k]!));
+      } else if (control.kind !== "toggle" || value === 0) {
+        for (const effect of component.sets) place(effect, value);
+      }
+    });
+  }
+  ticks.last = Math.max(ticks.log, Math.round(duration / ticks.step));
+  return { controller, names, parameters, start, tables, ticks };
+}
+
+/** Flown by the law compiled for its controller. */
+export function fly(page: PageData, given: Inputs): Flight | undefined {
+  const law = page.laws[given.controller.law];
+  const code = lawCode(given.controller.law);
+  if (!law || !code) return undefined;
+  const width = law.columns.length;
+  const { ticks } = given;
+  const table = new Float64Array((Math.floor(ticks.last / ticks.log) + 1) * width);
+  const end = code.fly(given.parameters, given.tables, given.start, ticks, table);
+  const outcome = page.outcomes[end.code];
+  return new Flight(
+    law.columns.map(([name]) => name),
+    law.columns.map(([, unit]) => unit),
+    table.subarray(0, end.rows * width),
+    outcome?.ended ? outcome.text : "",
+    end.tick * ticks.step,
+  );
+}
+
+/** The controller that is the ghost, and whether it flies with its own settings; undefined: no ghost. */
+export function ghostOf(flight: FlightData, settings: Settings): { controller: Controller; own: boolean } | undefined {
+  const id = settings.ghost === FILE ? settings.controller : settings.ghost;
+  const controller = id ? controllerOf(flight, id) : undefined;
+  return settings.ghost && controller ? { controller, own: settings.ghost !== FILE } : undefined;
+}
+
+function indexed(names: readonly string[]): Map<string, number> {
+  return new Map(names.map((name, i) => [name, i]));
+}

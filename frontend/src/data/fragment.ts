@@ -1,0 +1,92 @@
+// Settings in the address bar: #flight=case1&controller=...&ghost=...&set=K_r1:2,2,3&t=12.5. Whatever does not fit is left
+// out and said; nothing of it is ever run.
+
+import type { FlightData, PageData } from "./contract";
+import { FILE, type Settings, controllerOf, controlsOf, fresh, keyOf, withValues } from "./settings";
+
+export interface Link {
+  readonly settings: Settings;
+  /** Time of the cursor [s], if the link says. */
+  readonly time: number | undefined;
+  /** Sentences on what was not understood. */
+  readonly complaints: readonly string[];
+}
+
+const LONGEST = 8000;
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?$/;
+
+/** The fragment that reproduces these settings, with its #. */
+export function write(settings: Settings, first: FlightData | undefined, time?: number): string {
+  const parts: string[] = [`flight=${encode(settings.flight)}`];
+  if (settings.controller && settings.controller !== first?.controllers[0]?.id) parts.push(`controller=${encode(settings.controller)}`);
+  if (settings.ghost) parts.push(`ghost=${encode(settings.ghost)}`);
+  for (const [key, values] of Object.entries(settings.values)) parts.push(`set=${encode(key)}:${values.map(String).join(",")}`);
+  if (time !== undefined) parts.push(`t=${time.toFixed(2)}`);
+  return `#${parts.join("&")}`;
+}
+
+/** What a fragment says, as far as it can be understood. */
+export function read(fragment: string, page: PageData): Link | undefined {
+  const first = page.flights[0];
+  const text = fragment.replace(/^#/, "");
+  if (!text || !first) return undefined;
+  if (text.length > LONGEST) {
+    return { settings: fresh(first), time: undefined, complaints: ["The link is too long to be one of this page; it was ignored."] };
+  }
+  const complaints: string[] = [];
+  const pairs = text.split("&").map(pair);
+  const named = (name: string): string | undefined => pairs.find((p) => p?.[0] === name)?.[1];
+
+  const id = named("flight");
+  const flight = page.flights.find((candidate) => candidate.id === id) ?? first;
+  if (id !== undefined && flight.id !== id) complaints.push("The link names a flight that this page does not have; the first one is shown.");
+  let settings = fresh(flight);
+  let time: number | undefined;
+  for (const entry of pairs) {
+    const [name, value] = entry ?? ["", ""];
+    if (name === "flight") continue;
+    if (name === "controller" && controllerOf(flight, value)) settings = { ...settings, controller: value };
+    else if (name === "ghost" && (value === FILE || controllerOf(flight, value))) settings = { ...settings, ghost: value };
+    else if (name === "t" && NUMBER.test(value)) time = Number(value);
+    else {
+      const changed = name === "set" ? withPart(settings, flight, value) : undefined;
+      if (changed) settings = changed;
+      else complaints.push(`The link's part “${shown(name || "?", value)}” was not understood and is ignored.`);
+    }
+  }
+  return { settings, time, complaints: complaints.slice(0, 3) };
+}
+
+/** Settings after one "key:1,2,3"; undefined if it does not fit the flight. */
+function withPart(settings: Settings, flight: FlightData, part: string): Settings | undefined {
+  const colon = part.indexOf(":");
+  const key = part.slice(0, colon);
+  const numbers = part.slice(colon + 1).split(",");
+  if (colon < 1 || !numbers.every((text) => NUMBER.test(text) && Number.isFinite(Number(text)))) return undefined;
+  for (const controller of [undefined, ...flight.controllers]) {
+    for (const [control, owner] of controlsOf(flight, controller)) {
+      if (keyOf(control, owner) !== key) continue;
+      if (numbers.length !== control.components.length) return undefined;
+      return withValues(settings, control, owner, numbers.map(Number));
+    }
+  }
+  return undefined;
+}
+
+function pair(text: string): readonly [string, string] | undefined {
+  const equals = text.indexOf("=");
+  try {
+    return equals < 0 ? [decodeURIComponent(text), ""] : [text.slice(0, equals), decodeURIComponent(text.slice(equals + 1))];
+  } catch {
+    return undefined; // a broken %-escape
+  }
+}
+
+function encode(text: string): string {
+  return encodeURIComponent(text);
+}
+
+function shown(name: string, value: string): string {
+  const text = value ? `${name}=${value}` : name;
+  return text.length > 40 ? `${text.slice(0, 40)}…` : text;
+}

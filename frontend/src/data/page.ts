@@ -1,0 +1,54 @@
+// The page's own data and laws, as Python left them in it.
+
+import type { LawCode, PageData } from "./contract";
+import { doubles } from "./packed";
+
+declare global {
+  var quadstepLaws: Record<string, LawCode> | undefined;
+}
+
+const EMPTY: PageData = {
+  format: 1,
+  version: "",
+  title: "quadstep",
+  intro: "",
+  links: [],
+  laws: {},
+  presets: {},
+  tables: {},
+  outcomes: [],
+  flights: [],
+  claims: [],
+};
+
+/** The data, or an empty page if there is none. Throws if the data is of a format that this page does not read. */
+export function readPage(): PageData {
+  const text = document.getElementById("quadstep-data")?.textContent ?? "{}";
+  const read = JSON.parse(text) as Partial<PageData> & { shared?: unknown[] };
+  if (read.format !== undefined && read.format !== 1) throw new Error(`data of format ${String(read.format)}; this page reads format 1`);
+  const { shared = [], ...rest } = read;
+  return { ...EMPTY, ...(resolve(rest, shared) as Partial<PageData>) };
+}
+
+/** What { "$": n } stands for, in all of a value. */
+function resolve(value: unknown, shared: readonly unknown[]): unknown {
+  if (Array.isArray(value)) return value.map((part) => resolve(part, shared));
+  if (typeof value !== "object" || value === null) return value;
+  if ("$" in value) return shared[Number(value.$)];
+  return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, resolve(part, shared)]));
+}
+
+/** A compiled law, if the page has it. */
+export function lawCode(id: string): LawCode | undefined {
+  const laws = globalThis.quadstepLaws;
+  return laws && Object.hasOwn(laws, id) ? laws[id] : undefined;
+}
+
+const unpacked = new Map<string, Float64Array>();
+
+/** Numbers unpacked once; key tells them from others. */
+export function unpack(key: string, packed: string | undefined): Float64Array {
+  let found = unpacked.get(key);
+  if (!found) unpacked.set(key, (found = doubles(packed ?? "")));
+  return found;
+}

@@ -1,0 +1,153 @@
+// The page starts here: data in, parts put together.
+
+import { api } from "./api";
+import { badge } from "./controls/badge";
+import { ControlPane } from "./controls/pane";
+import { csv } from "./data/csv";
+import * as fragment from "./data/fragment";
+import { readPage } from "./data/page";
+import { fresh } from "./data/settings";
+import { Board } from "./plots/board";
+import { ScenePanel } from "./scene/panel";
+import { Session } from "./session";
+import { Clock } from "./view/clock";
+import { byId, fill, h } from "./view/dom";
+import { downloadText, fileName } from "./view/download";
+import { help } from "./view/help";
+import { listenToKeys } from "./view/keyboard";
+import { tabs } from "./view/tabs";
+import { startTheme, toggleTheme } from "./view/theme";
+import { transport } from "./view/transport";
+import { story } from "./walk/story";
+import { Strip } from "./walk/strip";
+
+function notice(...sentences: readonly string[]): void {
+  const host = byId("notice");
+  const close = h("button", { type: "button", class: "plain", "aria-label": "Dismiss" }, "✕");
+  close.addEventListener("click", () => (host.hidden = true));
+  fill(host, h("span", {}, sentences.join(" ")), close);
+  host.hidden = !sentences.length;
+}
+
+function start(): void {
+  startTheme();
+  const page = readPage();
+  const session = new Session(page);
+  byId("title").textContent = page.title;
+  fill(byId("colophon"), page.intro, page.version ? ` Made with quadstep ${page.version}.` : null);
+  fill(byId("links"), ...page.links.filter(({ href }) => relative(href)).map(({ label, href }) => h("a", { href }, label)));
+
+  let scene: ScenePanel | undefined;
+  const clock = new Clock((passed) => scene?.view?.spin(passed / clock.speed.value));
+  const board = new Board(byId("plots-list"), clock);
+  const pane = tabs();
+  transport(byId("transport"), clock);
+  const openHelp = help();
+
+  byId("skip").addEventListener("click", () => byId("main-content").focus());
+  byId("theme").addEventListener("click", toggleTheme);
+  byId("keys").addEventListener("click", openHelp);
+  byId("share").addEventListener("click", () => void share(session, clock));
+  byId("csv").addEventListener("click", () => {
+    const shown = session.shown.value;
+    if (shown) downloadText(fileName(shown.data.name, "csv"), csv(shown.flight), "text/csv");
+  });
+  board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
+  byId("whole").addEventListener("click", () => board.window.reset());
+
+  const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  let opened = false;
+  let before = "";
+  session.shown.follow((shown) => {
+    if (!shown) return;
+    const { data, flight, ghost, end, settings } = shown;
+    clock.setEnd(end);
+    if (before !== data.id) {
+      board.window.reset();
+      if (opened) {
+        clock.seek(0);
+        clock.playing.set(!calm);
+      }
+    }
+    board.show(data, flight, ghost, end);
+    badge(byId("badge"), shown);
+    if (before !== data.id) {
+      story(byId("story"), page, shown, (panels) => {
+        pane("plots");
+        board.point(panels);
+      });
+    }
+    before = data.id;
+    address(fragment.write(settings, data));
+  });
+
+  const walk = (step: 1 | -1): void => {
+    const at = page.flights.findIndex((flight) => flight.id === before);
+    const next = page.flights[at + step];
+    if (next) session.select(next.id);
+  };
+  const open = (): void => {
+    const link = fragment.read(location.hash, page);
+    const first = page.flights[0];
+    if (!first) return notice("This page holds no flight.");
+    notice(...(link?.complaints ?? []));
+    clock.playing.set(false);
+    session.apply(link?.settings ?? fresh(first));
+    clock.seek(link?.time ?? 0);
+    clock.playing.set(!calm && link?.time === undefined);
+    opened = true;
+  };
+  Object.assign(globalThis, { quadstep: api(session, clock) });
+  open();
+  new ControlPane(byId("controls"), session);
+  new Strip(byId("walk"), session);
+  afterPaint(() => (scene = new ScenePanel(session, clock)));
+  window.addEventListener("hashchange", open);
+  listenToKeys(clock, {
+    camera: () => scene?.toggleCamera(),
+    theme: toggleTheme,
+    help: openHelp,
+    walk,
+    scene: (key) => scene?.view?.key(key) ?? false,
+  });
+  document.documentElement.dataset["ready"] = "yes";
+}
+
+/** Once the page is on the screen: setting up a 3-D scene may take a while, plots and text need not wait for it. */
+function afterPaint(then: () => void): void {
+  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(then, 50)));
+}
+
+/** The fragment of the address bar; a browser that refuses keeps the old one. */
+function address(text: string): void {
+  try {
+    history.replaceState(null, "", text);
+  } catch {
+    // some browsers refuse this for files; the share button still works
+  }
+}
+
+async function share(session: Session, clock: Clock): Promise<void> {
+  const shown = session.shown.value;
+  if (!shown) return;
+  const link = location.href.split("#")[0] + fragment.write(shown.settings, shown.data, clock.time.value);
+  try {
+    await navigator.clipboard.writeText(link);
+    notice("The link to this flight, with its settings and time, is on the clipboard.");
+  } catch {
+    address(fragment.write(shown.settings, shown.data, clock.time.value));
+    notice("The address bar now holds the link to this flight, with its settings and time.");
+  }
+}
+
+/** Links lead to files beside the page only. */
+function relative(href: string): boolean {
+  return !/^([a-z][a-z0-9+.-]*:|\/\/|\\)/i.test(href.trim());
+}
+
+try {
+  start();
+} catch (error) {
+  notice(`This page could not be shown: ${error instanceof Error ? error.message : String(error)}`);
+  throw error;
+}

@@ -1,0 +1,73 @@
+// A curve's points on the screen: never more than the eye can tell apart, and no peak lost.
+
+/** From data to pixels along both axes; `y` gives NaN for what cannot be shown. */
+export interface Mapping {
+  readonly x: (t: number) => number;
+  readonly y: (value: number) => number;
+}
+
+/**
+ * Pixels (x0, y0, x1, y1, ...) of values over times from index `first` to `last` inclusive. Where many samples share a
+ * column of pixels, the first, least, greatest and last of them stand for all.
+ */
+export function trace(
+  times: ArrayLike<number>,
+  values: ArrayLike<number>,
+  first: number,
+  last: number,
+  mapping: Mapping,
+): number[] {
+  const out: number[] = [];
+  let column = Number.NaN;
+  let entry = 0;
+  let low = 0;
+  let high = 0;
+  let leave = 0;
+  const flush = (): void => {
+    if (Number.isNaN(column)) return;
+    out.push(column, entry);
+    if (low !== entry) out.push(column, low);
+    if (high !== low) out.push(column, high);
+    if (leave !== high) out.push(column, leave);
+  };
+  for (let i = Math.max(first, 0); i <= last && i < times.length; i++) {
+    const x = Math.round(mapping.x(times[i]!) * 2) / 2;
+    const y = mapping.y(values[i]!);
+    if (x !== column || Number.isNaN(y) !== Number.isNaN(entry)) {
+      flush();
+      column = x;
+      entry = low = high = leave = y;
+    } else {
+      low = Math.min(low, y);
+      high = Math.max(high, y);
+      leave = y;
+    }
+  }
+  flush();
+  return out;
+}
+
+/** Index of the last time that is not after t; 0 before the first. Times ascend. */
+export function indexAt(times: ArrayLike<number>, t: number): number {
+  let low = 0;
+  let high = times.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (times[middle]! <= t) low = middle;
+    else high = middle - 1;
+  }
+  return Math.max(low, 0);
+}
+
+/** Least and greatest finite value of a stretch; undefined if there is none. */
+export function extent(values: ArrayLike<number>, first: number, last: number): [number, number] | undefined {
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = Math.max(first, 0); i <= last && i < values.length; i++) {
+    const value = values[i]!;
+    if (!Number.isFinite(value)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low <= high ? [low, high] : undefined;
+}

@@ -1,0 +1,77 @@
+// Hands on a plot: hover reads, click moves the time cursor, drag and wheel zoom, double click shows all again.
+
+import type { Clock } from "../view/clock";
+import { timeAt } from "./figure";
+import type { Plot } from "./plot";
+import type { TimeWindow } from "./range";
+
+const CLICK = 4; // pixels a click may wander
+const STEP = 0.7; // of the range, for one step of zoom
+
+export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: number | undefined) => void): void {
+  const { stage } = plot;
+  let from: { x: number; t: number } | undefined;
+
+  const place = (event: MouseEvent): { x: number; t: number } | undefined => {
+    const { frame } = plot;
+    if (!frame) return undefined;
+    const x = event.clientX - stage.getBoundingClientRect().left;
+    const t = Math.min(Math.max(timeAt(frame, x), frame.time.least), frame.time.most);
+    return { x, t };
+  };
+
+  stage.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    from = place(event);
+    if (event.pointerType === "mouse") stage.setPointerCapture(event.pointerId);
+    else if (from) clock.seek(from.t);
+  });
+  stage.addEventListener("pointermove", (event) => {
+    const here = place(event);
+    if (!here) return;
+    hover(here.t);
+    if (!from) return;
+    if (event.pointerType === "mouse") plot.setBrush(Math.abs(here.x - from.x) > CLICK ? { from: from.t, to: here.t } : undefined);
+    else clock.seek(here.t);
+  });
+  stage.addEventListener("pointerup", (event) => {
+    const here = place(event);
+    if (from && here && event.pointerType === "mouse") {
+      if (Math.abs(here.x - from.x) > CLICK) window.zoom(from.t, here.t);
+      else clock.seek(here.t);
+    }
+    from = undefined;
+    plot.setBrush(undefined);
+  });
+  stage.addEventListener("pointercancel", () => {
+    from = undefined;
+    plot.setBrush(undefined);
+  });
+  stage.addEventListener("pointerleave", () => hover(undefined));
+  stage.addEventListener("dblclick", () => reset(plot, window));
+  stage.addEventListener(
+    "wheel",
+    (event) => {
+      // Without Ctrl (or a pinch) a plot that nobody has clicked lets the page scroll on.
+      if (!event.ctrlKey && document.activeElement !== stage) return;
+      const here = place(event);
+      if (!here) return;
+      event.preventDefault();
+      window.zoomAbout(here.t, event.deltaY > 0 ? 1 / STEP : STEP);
+    },
+    { passive: false },
+  );
+  stage.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "+" || event.key === "=") window.zoomAbout(clock.time.value, STEP);
+    else if (event.key === "-") window.zoomAbout(clock.time.value, 1 / STEP);
+    else if (event.key === "0") reset(plot, window);
+    else return;
+    event.preventDefault();
+  });
+}
+
+function reset(plot: Plot, window: TimeWindow): void {
+  plot.zoomValues(undefined);
+  window.reset();
+}

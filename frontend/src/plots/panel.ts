@@ -1,0 +1,48 @@
+// What a plot shows: curves over time with names, units and strokes.
+
+import type { Palette } from "../view/theme";
+import { indexAt } from "./curve";
+
+export type Hue = "blue" | "orange" | "green" | "vermillion" | "pink" | "sky" | "ink" | "muted";
+
+/** Flown: a thin line. Wanted: the pale band it should stay on. Ghost: the other controller, dotted. */
+export type Role = "flown" | "wanted" | "ghost";
+
+export interface Curve {
+  /** As quadstep logs it, and as it can stand on a canvas. */
+  readonly label: string;
+  readonly name: string;
+  readonly role: Role;
+  readonly hue: Hue;
+  readonly dash: readonly number[];
+  readonly times: Float64Array;
+  readonly values: Float64Array;
+}
+
+export interface Panel {
+  readonly id: string;
+  readonly title: string;
+  readonly note: string;
+  readonly unit: string;
+  readonly logarithmic: boolean;
+  readonly curves: readonly Curve[];
+}
+
+export const SOLID: readonly number[] = [];
+export const DASHES: readonly (readonly number[])[] = [SOLID, [7, 3], [2, 2.5], [9, 3, 2, 3], [12, 3], [4, 2], [1, 2], [6, 2, 1, 2]];
+const GHOST: readonly number[] = [1.5, 3.5];
+
+/** How a curve is drawn. */
+export function strokeOf(curve: Curve, palette: Palette): { colour: string; width: number; dash: readonly number[]; opacity: number } {
+  const colour = palette[curve.hue];
+  if (curve.role === "wanted") return { colour, width: 5, dash: SOLID, opacity: palette.dark ? 0.34 : 0.26 };
+  if (curve.role === "ghost") return { colour, width: 1.5, dash: GHOST, opacity: 0.85 };
+  return { colour, width: 1.6, dash: curve.dash, opacity: 1 };
+}
+
+/** What a curve is at time t, at the sample before it; NaN beyond its end. */
+export function valueAt(curve: Curve, t: number): number {
+  const last = curve.times[curve.times.length - 1];
+  if (last === undefined || t > last + 1e-9) return Number.NaN;
+  return curve.values[indexAt(curve.times, t)]!;
+}

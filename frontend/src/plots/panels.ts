@@ -1,0 +1,40 @@
+// The panels that Python asks for, as curves of the flight, the ghost and the wanted path.
+
+import type { PanelData } from "../data/contract";
+import { type Flight, difference } from "../data/flight";
+import { flat } from "../view/notation";
+import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
+
+const HUES: readonly Hue[] = ["blue", "orange", "green", "pink", "vermillion", "sky", "muted", "ink"];
+
+/** A panel's curves; undefined if the flight has none of its columns. */
+export function panelOf(data: PanelData, flight: Flight, ghost: Flight | undefined): Panel | undefined {
+  const curves: Curve[] = [];
+  let flown = 0;
+  let wanted = 0;
+  for (const line of data.lines) {
+    const style = line.dashed ? wanted++ : flown++;
+    const add = (label: string, from: Flight, role: Role): void => {
+      const values = valuesOf(from, line.column, line.minus, data.log);
+      const name = flat(label);
+      const hue = HUES[style % HUES.length]!;
+      if (values) curves.push({ label, name, role, hue, dash: DASHES[style % DASHES.length]!, times: from.times, values });
+    };
+    add(line.label, flight, line.dashed ? "wanted" : "flown");
+    if (ghost && !line.dashed) add(`${line.label}, ghost`, ghost, "ghost");
+  }
+  if (!curves.length) return undefined;
+  return { id: data.id, title: flat(data.title), note: "", unit: data.unit, logarithmic: data.log && positive(curves), curves };
+}
+
+function valuesOf(flight: Flight, name: string, minus: string | null, absolute: boolean): Float64Array | undefined {
+  const column = flight.column(name);
+  const other = minus === null ? undefined : flight.column(minus);
+  if (!column || (minus !== null && !other)) return undefined;
+  const values = other ? difference(column, other) : column;
+  return absolute ? values.map(Math.abs) : values;
+}
+
+function positive(curves: readonly Curve[]): boolean {
+  return curves.some((curve) => curve.values.some((value) => value > 0));
+}

@@ -1,0 +1,87 @@
+// The scene on the page: canvas, camera switch, legend, and a sentence where there is no WebGL.
+
+import type { Inputs } from "../data/engine";
+import type { Session, Shown } from "../session";
+import type { Clock } from "../view/clock";
+import { byId, fill, h, swatch } from "../view/dom";
+import { join, number, plain } from "../view/format";
+import { type Palette, palette } from "../view/theme";
+import { type Caption, SceneView } from "./view";
+
+export class ScenePanel {
+  readonly view: SceneView | undefined;
+  private flight = "";
+
+  constructor(session: Session, clock: Clock) {
+    const canvas = byId("scene") as HTMLCanvasElement;
+    try {
+      this.view = new SceneView(canvas);
+    } catch {
+      byId("stage").classList.add("flat");
+      canvas.hidden = true;
+      byId("camera").hidden = true;
+      fill(byId("no-webgl"), "This browser offers no WebGL, so there is no 3-D scene. Plots, controls and flights work all the same.");
+      byId("no-webgl").hidden = false;
+      document.documentElement.dataset["scene"] = "no";
+      return;
+    }
+    const { view } = this;
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    for (const button of byId("camera").querySelectorAll("button")) {
+      button.addEventListener("click", () => view.look(button.value === "follow" ? "follow" : "orbit"));
+    }
+    view.view.watch((now) => {
+      for (const button of byId("camera").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.value === now));
+    });
+    view.caption.watch((caption) => captionOf(caption));
+    session.shown.watch((shown) => shown && this.show(shown));
+    palette.follow((colours) => session.shown.value && legend(session.shown.value, colours));
+    clock.time.watch((t) => view.setTime(t));
+    document.documentElement.dataset["scene"] = "yes";
+  }
+
+  toggleCamera(): void {
+    this.view?.look(this.view.view.value === "orbit" ? "follow" : "orbit");
+  }
+
+  private show(shown: Shown): void {
+    const { data, flight, ghost, given } = shown;
+    this.view?.show(data.scene, flight, ghost, (name) => parameter(given, name), this.flight === data.id);
+    this.flight = data.id;
+    legend(shown, palette.value);
+  }
+}
+
+function parameter(given: Inputs | undefined, name: string): number {
+  return given?.parameters[given.names.get(name) ?? -1] ?? Number.NaN;
+}
+
+/** What the colours mean. */
+function legend({ data, ghost, flight, given }: Shown, colours: Palette): void {
+  const entry = (colour: string, width: number, dash: number[], text: string, opacity = 1): HTMLElement => {
+    const mark = swatch(colour, dash, width);
+    mark.style.opacity = String(opacity);
+    return h("li", {}, mark, text);
+  };
+  const entries = [
+    entry(colours.blue, 5, [], "wanted", 0.32),
+    entry(colours.blue, 2.4, [], "flown"),
+    ghost ? entry(colours.vermillion, 2.2, [4, 3], "ghost") : null,
+    data.scene.thrust && flight.has(data.scene.thrust) ? entry(colours.orange, 3, [], "thrust") : null,
+    ...data.scene.arrows.map((arrow) => {
+      const constant = arrow.parameters?.map((name) => parameter(given, name));
+      const size = constant ? Math.hypot(...constant) : Number.NaN;
+      if (constant && !(size > 0)) return null;
+      const text = constant ? `${arrow.label} ${join(number(size, 3), arrow.unit)}` : arrow.label;
+      return entry(arrow.kind === "wind" ? colours.sky : colours.pink, 3, arrow.kind === "wind" ? [4, 2.5] : [], text);
+    }),
+  ];
+  fill(byId("legend"), ...entries);
+}
+
+function captionOf({ grid, magnified }: Caption): void {
+  const scale = magnified > 1.05 ? `vehicle drawn ${magnified < 10 ? magnified.toFixed(1) : Math.round(magnified)}× its size` : "vehicle to scale";
+  const text = `grid ${plain(Number(grid.toPrecision(2)))} m · ${scale}`;
+  const host = byId("caption");
+  if (host.textContent !== text) host.textContent = text;
+}

@@ -1,0 +1,226 @@
+// The scene: ground, wanted path, the vehicle and its ghost, seen through one of two cameras. Drawn only when something changed.
+
+import {
+  BufferGeometry,
+  Color,
+  DirectionalLight,
+  HemisphereLight,
+  Line,
+  LineBasicMaterial,
+  Mesh,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  RingGeometry,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+
+import type { SceneData } from "../data/contract";
+import type { Flight } from "../data/flight";
+import { roundStep } from "../plots/ticks";
+import { Watched } from "../view/events";
+import { type Palette, palette } from "../view/theme";
+import { Cameras, type View } from "./cameras";
+import { Flyer, POINTS } from "./flyer";
+import { Ground } from "./ground";
+import { pathOf } from "./pose";
+import { shadow } from "./shadow";
+import { Trail } from "./trail";
+
+const APPARENT = 0.048; // of the picture's height: the least radius the vehicle is drawn with
+const FEWEST = 26; // pixels
+const THICKEST = 1.8; // pixels: radius of an arrow
+const FOV = 32;
+
+export interface Caption {
+  readonly grid: number;
+  readonly magnified: number;
+}
+
+export class SceneView {
+  readonly caption = new Watched<Caption>({ grid: 1, magnified: 1 });
+  readonly view = new Watched<View>("orbit");
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(FOV, 1, 0.1, 1000);
+  private readonly cameras: Cameras;
+  private readonly ground = new Ground();
+  private readonly wanted = new Trail(7, -3);
+  private readonly target = new Mesh(new RingGeometry(0.72, 1, 48), new MeshBasicMaterial({ side: 2 }));
+  private readonly plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
+  private readonly shade = shadow();
+  private flyer: Flyer | undefined;
+  private ghost: Flyer | undefined;
+  private data: SceneData | undefined;
+  private centre = new Vector3();
+  private radius = 1;
+  private level = 0;
+  private time = 0;
+  private pending = 0;
+
+  /** Throws where there is no WebGL. */
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    const context = canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true, premultipliedAlpha: true });
+    if (!context) throw new Error("no WebGL");
+    this.renderer = new WebGLRenderer({ canvas, context, alpha: true });
+    this.camera.up.set(0, 0, 1);
+    this.cameras = new Cameras(this.camera, canvas);
+    this.cameras.controls.addEventListener("change", () => this.request());
+    const sun = new DirectionalLight("#ffffff", 2.2);
+    sun.position.set(-3, -5, 9);
+    this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.object);
+    this.scene.add(this.target, this.plumb, this.shade);
+    palette.watch((colours) => this.colour(colours));
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
+  }
+
+  private readonly renderer: WebGLRenderer;
+
+  /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. */
+  show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean): void {
+    if (data !== this.data) this.rebuild(data);
+    this.level = data.ground;
+    const { points } = pathOf(flight, data.wanted, POINTS);
+    this.measure(points, pathOf(flight, data.position, 400).points);
+    this.wanted.set(points, this.radius);
+    const end = points.length >= 3 ? points.slice(-3) : [0, 0, 0];
+    this.target.position.set(end[0]!, end[1]!, end[2]!);
+    this.target.visible = points.length >= 3;
+    this.flyer?.show(flight, this.radius * 2, constant);
+    if (ghost && !this.ghost) {
+      this.ghost = new Flyer(data, true);
+      this.ghost.colour(palette.value);
+      this.scene.add(this.ghost.object);
+    }
+    if (this.ghost) this.ghost.object.visible = ghost !== undefined;
+    if (ghost) this.ghost?.show(ghost, this.radius * 2, constant);
+    this.setTime(this.time);
+    if (!keep) this.look(this.view.value);
+  }
+
+  setTime(t: number): void {
+    this.time = t;
+    for (const flyer of [this.flyer, this.ghost]) flyer?.place(t);
+    if (this.flyer) this.cameras.track(this.flyer.position);
+    this.request();
+  }
+
+  /** The blades turn while the flight plays. */
+  spin(seconds: number): void {
+    for (const flyer of [this.flyer, this.ghost]) flyer?.spin(seconds, this.time);
+  }
+
+  /** Look through this camera, from where it starts. */
+  look(view: View): void {
+    this.view.set(view);
+    if (view === "follow" && this.flyer) this.cameras.follow(this.flyer.position, this.flyer.vehicle.size);
+    else this.cameras.orbit(this.centre, this.radius);
+    this.request();
+  }
+
+  key(key: string): boolean {
+    const used = this.cameras.key(key);
+    if (used) this.request();
+    return used;
+  }
+
+  private rebuild(data: SceneData): void {
+    this.data = data;
+    for (const flyer of [this.flyer, this.ghost]) {
+      if (flyer) this.scene.remove(flyer.object);
+      flyer?.dispose();
+    }
+    this.ghost = undefined;
+    this.flyer = new Flyer(data, false);
+    this.flyer.colour(palette.value);
+    this.scene.add(this.flyer.object);
+  }
+
+  /** Centre and size of the wanted path, and of what was flown near it: a diverged flight may end anywhere. */
+  private measure(wanted: Float32Array, flown: Float32Array): void {
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    const take = (points: Float32Array, reach: number): void => {
+      const [from, to] = [low.clone().subScalar(reach), high.clone().addScalar(reach)];
+      for (let i = 0; i + 2 < points.length; i += 3) {
+        const point = new Vector3(points[i], points[i + 1], points[i + 2]);
+        if (reach && (point.clone().max(from).distanceTo(point) > 0 || point.clone().min(to).distanceTo(point) > 0)) continue;
+        low.min(point);
+        high.max(point);
+      }
+    };
+    take(wanted, 0);
+    if (low.x > high.x) take(flown, 0);
+    const size = high.distanceTo(low);
+    take(flown, Math.max(size * 0.35, this.flyer ? this.flyer.vehicle.size * 10 : 1));
+    if (!(low.x <= high.x)) return void (this.radius = 1);
+    this.centre.addVectors(low, high).multiplyScalar(0.5);
+    this.radius = Math.max(high.distanceTo(low) * 0.57, (this.flyer?.vehicle.size ?? 0.3) * 4);
+  }
+
+  private colour(colours: Palette): void {
+    this.flyer?.colour(colours);
+    this.ghost?.colour(colours);
+    this.ground.colour(colours.muted, colours.dark);
+    const mixed = new Color(colours.blue).lerp(new Color(colours.paper), colours.dark ? 0.68 : 0.6);
+    this.wanted.colour(`#${mixed.getHexString()}`);
+    this.target.material.color = mixed;
+    (this.plumb.material as LineBasicMaterial).color = new Color(colours.muted);
+    this.shade.material.opacity = colours.dark ? 0.55 : 0.24;
+    this.request();
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement ?? this.canvas;
+    if (!width || !height) return;
+    const aspect = this.camera.aspect;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (Math.abs(aspect / this.camera.aspect - 1) > 0.15) this.look(this.view.value);
+    this.draw();
+  }
+
+  /** Draw once, at the next frame. */
+  private request(): void {
+    this.pending ||= requestAnimationFrame(() => {
+      this.pending = 0;
+      if (this.cameras.controls.update()) this.request();
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const { flyer, camera } = this;
+    const seen = this.cameras.controls.target;
+    const distance = camera.position.distanceTo(seen);
+    const above = Math.abs(camera.position.z - this.level);
+    const cell = roundStep(Math.max(distance, above, 1e-3) / 14);
+    this.ground.place(seen, this.level, cell, Math.max(distance * 1.7, above * 4));
+    if (flyer) {
+      const height = this.canvas.clientHeight || 1;
+      const pixel = (2 * Math.tan((FOV * Math.PI) / 360)) / height;
+      const least = Math.max(APPARENT * height, FEWEST);
+      const wish = (at: Vector3): number => (least * camera.position.distanceTo(at) * pixel) / flyer.vehicle.size;
+      const magnified = Math.max(1, wish(flyer.position));
+      const thickest = THICKEST * pixel * camera.position.distanceTo(flyer.position);
+      flyer.magnify(magnified, this.time, thickest);
+      this.ghost?.magnify(Math.max(1, wish(this.ghost.position)), this.time, thickest);
+      this.beneath(flyer, magnified);
+      this.target.scale.setScalar(Math.max(flyer.vehicle.size, wish(this.target.position) * flyer.vehicle.size * 0.36));
+      this.caption.set({ grid: cell, magnified });
+    }
+    this.target.quaternion.copy(camera.quaternion);
+    this.renderer.render(this.scene, camera);
+  }
+
+  /** Shadow and plumb line tell where above the ground the vehicle is. */
+  private beneath(flyer: Flyer, magnified: number): void {
+    const { x, y, z } = flyer.position;
+    this.shade.position.set(x, y, this.level + 1e-3 * this.radius);
+    this.shade.scale.setScalar(flyer.vehicle.size * magnified * 1.3);
+    this.plumb.geometry.setFromPoints([new Vector3(x, y, this.level), new Vector3(x, y, z)]);
+    this.plumb.geometry.computeBoundingSphere();
+  }
+}

@@ -1,0 +1,49 @@
+// The one time cursor that scene and plots share.
+
+import { Watched } from "./events";
+
+const LONGEST = 0.5; // s between pictures: after a longer pause (another tab) the flight does not leap
+
+export class Clock {
+  readonly time = new Watched(0);
+  readonly playing = new Watched(false);
+  readonly speed = new Watched(1);
+  readonly end = new Watched(1);
+  private previous = 0;
+  private frame = 0;
+
+  /** onFrame: told how much flight time has passed since the last picture [s]. */
+  constructor(private readonly onFrame: (passed: number) => void) {
+    this.playing.follow((playing) => {
+      cancelAnimationFrame(this.frame);
+      if (!playing) return;
+      if (this.time.value >= this.end.value) this.time.set(0);
+      this.previous = performance.now();
+      this.frame = requestAnimationFrame(this.advance);
+    });
+  }
+
+  toggle(): void {
+    this.playing.set(!this.playing.value);
+  }
+
+  /** To a time within the flight. */
+  seek(t: number): void {
+    this.time.set(Math.min(Math.max(Number.isFinite(t) ? t : 0, 0), this.end.value));
+  }
+
+  /** The flight has another length: stay within it. */
+  setEnd(t: number): void {
+    this.end.set(t > 0 ? t : 1);
+    this.seek(this.time.value);
+  }
+
+  private readonly advance = (now: number): void => {
+    const passed = Math.min((now - this.previous) / 1000, LONGEST) * this.speed.value;
+    this.previous = now;
+    this.seek(this.time.value + passed);
+    this.onFrame(passed);
+    if (this.time.value >= this.end.value) this.playing.set(false);
+    else this.frame = requestAnimationFrame(this.advance);
+  };
+}

@@ -1,0 +1,82 @@
+// Numbers for people: as many digits as tell something, SI prefixes, a true minus sign.
+
+const PREFIXES: readonly [number, string][] = [
+  [1e3, "k"],
+  [1, ""],
+  [1e-3, "m"],
+  [1e-6, "µ"],
+  [1e-9, "n"],
+];
+const PREFIXED = new Set(["m", "m/s", "N", "N m", "J", "s"]);
+
+/** A factor and a unit: a number times the factor is in that unit. */
+export interface Scale {
+  readonly factor: number;
+  readonly unit: string;
+}
+
+/** The scale in which numbers of this size read well. Angles become degrees, other units get a prefix. */
+export function scaleFor(unit: string, size: number): Scale {
+  if (unit === "rad" || unit === "rad/s") return angleScale(unit, size);
+  if (!plainUnit(unit)) return { factor: 1, unit: "" };
+  if (!PREFIXED.has(unit) || !(size > 0) || !Number.isFinite(size)) return { factor: 1, unit };
+  if (size >= 0.1 && size < 1e4) return { factor: 1, unit };
+  const found = PREFIXES.find(([value]) => size >= value) ?? PREFIXES[PREFIXES.length - 1]!;
+  return { factor: 1 / found[0], unit: found[1] + unit };
+}
+
+/** A unit as shown: none for pure numbers. */
+export function plainUnit(unit: string): string {
+  return unit === "-" || unit === "1" ? "" : unit;
+}
+
+/** Degrees for angles one can see, fractions of a radian for those one cannot. */
+function angleScale(unit: string, size: number): Scale {
+  if (size > 1e-3 || !(size > 0)) return { factor: 180 / Math.PI, unit: unit.replace("rad", "°") };
+  return size > 1e-4 ? { factor: 1e3, unit: `m${unit}` } : { factor: 1e6, unit: `µ${unit}` };
+}
+
+/** A number with as many decimals as suit numbers of this size, so that its width stays while it changes. */
+export function steady(x: number, size: number): string {
+  if (!Number.isFinite(x) || !(size > 0) || size >= 1e6 || size < 1e-4) return number(x, 3);
+  const decimals = Math.min(Math.max(2 - Math.floor(Math.log10(size)), size < 1000 ? 2 : 0), 6);
+  return minus((Math.abs(x) < 0.5 * 10 ** -decimals ? 0 : x).toFixed(decimals));
+}
+
+/** A number with about `digits` significant digits. */
+export function number(x: number, digits = 4): string {
+  if (Number.isNaN(x)) return "–";
+  if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
+  if (x === 0) return "0";
+  const size = Math.abs(x);
+  if (size >= 1e6 || size < 1e-4) return minus(x.toExponential(Math.max(digits - 2, 1)));
+  const decimals = Math.min(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0), 8);
+  return minus(x.toFixed(decimals));
+}
+
+/** A number without trailing zeros: for the ends and the value of a control. */
+export function plain(x: number): string {
+  if (!Number.isFinite(x)) return number(x);
+  return minus(String(Number(x.toPrecision(6))));
+}
+
+/** A quantity with its unit, in the scale that suits it. */
+export function quantity(x: number, unit: string, digits = 3): string {
+  const scale = scaleFor(unit, Math.abs(x));
+  return join(number(x * scale.factor, digits), scale.unit);
+}
+
+/** A number and its unit, with a space where one belongs. */
+export function join(text: string, unit: string): string {
+  if (!unit) return text;
+  return unit.startsWith("°") ? text + unit : `${text}\u00a0${unit}`;
+}
+
+/** A time on the clock, in tenths. */
+export function seconds(t: number): string {
+  return t.toFixed(2);
+}
+
+function minus(text: string): string {
+  return text.replace(/-/g, "−");
+}

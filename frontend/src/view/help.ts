@@ -1,0 +1,34 @@
+// The keys, in a dialog.
+
+import { byId, h } from "./dom";
+
+const KEYS: readonly (readonly [string, string])[] = [
+  ["Space", "play, pause"],
+  ["← →", "time cursor; with Shift in leaps"],
+  ["Home End", "to the start, to the end"],
+  ["n p", "next, previous flight"],
+  ["c", "camera: orbit, follow"],
+  ["[ ] + −", "turn and zoom the scene"],
+  ["+ − 0", "on a plot: zoom about the cursor, show all"],
+  ["d", "dark, light"],
+];
+
+const HANDS: readonly (readonly [string, string])[] = [
+  ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click"],
+  ["Scene", "drag turns, wheel zooms, right drag shifts"],
+  ["Sliders", "type any number beside a slider; the flight is flown again as you let go"],
+];
+
+export function help(): () => void {
+  const dialog = byId("help") as HTMLDialogElement;
+  const list = (pairs: readonly (readonly [string, string])[]): HTMLElement => {
+    const made = h("dl");
+    for (const [key, what] of pairs) made.append(h("div", {}, h("dt", {}, key), h("dd", {}, what)));
+    return made;
+  };
+  const close = h("button", { type: "button", class: "plain" }, "Close");
+  close.addEventListener("click", () => dialog.close());
+  dialog.append(h("h2", {}, "Keys and hands"), list(KEYS), list(HANDS), close);
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  return () => (dialog.open ? dialog.close() : dialog.showModal());
+}

@@ -1,0 +1,76 @@
+// Symbols as the field writes them, out of names as code writes them: `K_r1 > m Lambda1` has a subscript and a capital lambda.
+
+const GREEK: Readonly<Record<string, string>> = {
+  psi: "ψ",
+  theta: "θ",
+  phi: "φ",
+  tau: "τ",
+  kappa: "κ",
+  sigma: "σ",
+  xi: "ξ",
+  eta: "η",
+  omega: "ω",
+  Lambda: "Λ",
+  Omega: "Ω",
+  Gamma: "Γ",
+  Sigma: "Σ",
+};
+
+interface Piece {
+  readonly text: string;
+  readonly low: boolean;
+}
+
+// a name with parts after underscores or a number at its end; psi, tau_psi, K_r1, Lambda2, x_d, norm_W1, W1
+const SYMBOL = /(?<![\p{L}\p{N}_.])(\p{L}+)(\d?)((?:_[\p{L}\p{N}]+)*)(?![\p{L}\p{N}_]|\.[\p{L}\p{N}])/gu;
+
+function pieces(text: string): Piece[] {
+  const found: Piece[] = [];
+  let done = 0;
+  for (const match of text.matchAll(SYMBOL)) {
+    const [whole, name, digit, tail] = match as unknown as [string, string, string, string];
+    const greek = Object.hasOwn(GREEK, name) ? GREEK[name]! : undefined;
+    const isSymbol = greek !== undefined || ((name.length <= 2 || tail === "_d") && (digit !== "" || tail !== "") && !/^(u?m|s|N)$/.test(name));
+    if (!isSymbol) continue;
+    const low = [digit, ...tail.split("_")].filter(Boolean).map((part) => (Object.hasOwn(GREEK, part) ? GREEK[part]! : part));
+    found.push({ text: text.slice(done, match.index) + (greek ?? name), low: false });
+    if (low.length) found.push({ text: low.join(" "), low: true });
+    done = match.index + whole.length;
+  }
+  found.push({ text: text.slice(done), low: false });
+  return found.filter((piece) => piece.text).map((piece) => ({ ...piece, text: prose(piece.text) }));
+}
+
+/** Text with signs set properly: a minus between spaces, micro, squares. */
+export function prose(text: string): string {
+  return text
+    .replace(/(?<=\d )um\b/g, "µm")
+    .replace(/ - /g, " − ")
+    .replace(/\^2/g, "²")
+    .replace(/\^3/g, "³")
+    .replace(/(?<=\d)e\+00\b/g, "")
+    .replace(/(?<=\d)e-0?(\d+)/g, "e−$1")
+    .replace(/'/g, "’");
+}
+
+/** The same as nodes, subscripts set low. */
+export function rich(text: string): Node[] {
+  return pieces(text).map((piece) => {
+    if (!piece.low) return document.createTextNode(piece.text);
+    const sub = document.createElement("sub");
+    sub.textContent = piece.text;
+    return sub;
+  });
+}
+
+/** The same where nothing can be set low: on a canvas, in a title. */
+export function flat(text: string): string {
+  return pieces(text)
+    .map((piece, _, all) => (piece.low && /^\p{L}/u.test(piece.text) && all.length > 1 ? `_${piece.text}` : piece.text))
+    .join("");
+}
+
+/** The same, beginning with a capital where it begins with a word. */
+export function sentence(text: string): Node[] {
+  return rich(/^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u.test(text) && !Object.hasOwn(GREEK, text.split(/\W/)[0] ?? "") ? text[0]!.toUpperCase() + text.slice(1) : text);
+}

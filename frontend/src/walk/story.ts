@@ -1,0 +1,43 @@
+// What a flight shows: its note, the paper's claims with their verdicts, and where to look.
+
+import type { Claim, PageData } from "../data/contract";
+import type { Shown } from "../session";
+import { fill, h } from "../view/dom";
+import { prose, rich, sentence } from "../view/notation";
+
+const VERDICTS = { holds: "Holds", fails: "Fails", open: "Open" } as const;
+
+/** look: bring plots forward. */
+export function story(host: HTMLElement, page: PageData, shown: Shown, look: (panels: readonly string[]) => void): void {
+  const { data, live } = shown;
+  const claims = data.claims.flatMap((index) => page.claims[index] ?? []);
+  fill(
+    host,
+    h("h2", { id: "flight-name" }, data.name),
+    data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
+    !live ? h("p", { class: "why", id: "why-not" }, data.whyNot || "Shown as it was recorded.") : null,
+    ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(warning))),
+    claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
+    data.facts.length ? facts(data.facts) : null,
+  );
+}
+
+function card(claim: Claim, open: boolean, look: (panels: readonly string[]) => void): HTMLElement {
+  const verdict = h("span", { class: `verdict ${claim.verdict}`, title: claim.verdictText }, VERDICTS[claim.verdict]);
+  const button = h("button", { type: "button", class: "look" }, ...rich(claim.look || "Show me where to look"));
+  button.addEventListener("click", () => look(claim.panels));
+  return h(
+    "details",
+    { class: "claim", name: "claim", open },
+    h("summary", {}, h("h3", {}, ...sentence(claim.name)), verdict),
+    h("blockquote", {}, "“", ...rich(claim.sentence), "”"),
+    h("p", { class: "measured" }, ...sentence(claim.measured)),
+    claim.panels.length ? button : claim.look ? h("p", { class: "measured" }, ...rich(claim.look)) : null,
+  );
+}
+
+function facts(pairs: readonly (readonly [string, string])[]): HTMLElement {
+  const list = h("dl", { class: "facts" });
+  for (const [label, value] of pairs) list.append(h("div", {}, h("dt", {}, ...sentence(label)), h("dd", {}, prose(value))));
+  return h("details", { class: "claim" }, h("summary", {}, h("h3", {}, "Measured by quadstep"), h("span", { class: "more", "aria-hidden": "true" })), list);
+}

@@ -1,0 +1,84 @@
+// The walk: every flight of the page in a strip, one click each.
+
+import type { FlightData } from "../data/contract";
+import type { Session } from "../session";
+import { fill, h } from "../view/dom";
+
+const MANY = 12;
+const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
+
+export class Strip {
+  private readonly buttons = new Map<string, HTMLButtonElement>();
+
+  constructor(host: HTMLElement, session: Session) {
+    const groups = new Map<string, HTMLElement[]>();
+    for (const flight of session.page.flights) {
+      const button = this.button(flight, session);
+      this.buttons.set(flight.id, button);
+      const group = groups.get(flight.group) ?? [];
+      group.push(button);
+      groups.set(flight.group, group);
+    }
+    const parts = [...groups].map(([name, buttons]) => stretch(name, buttons));
+    fill(host, ...parts);
+    host.hidden = session.page.flights.length < 2;
+    session.shown.watch((shown) => shown && this.mark(shown.data.id));
+  }
+
+  private button(flight: FlightData, session: Session): HTMLButtonElement {
+    const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
+    const holding = verdicts.filter((verdict) => verdict === "holds").length;
+    const diverged = session.page.outcomes[flight.outcome.code]?.ended ?? false;
+    const state = diverged ? "diverges" : "holds its path";
+    const button = h(
+      "button",
+      { type: "button", class: "stop", title: `${flight.name} · ${flight.outcome.text || state}` },
+      h("span", { class: `dot ${diverged ? "bad" : "good"}`, "aria-label": state, role: "img" }),
+      h("span", { class: "name" }, flight.name),
+      verdicts.length ? h("span", { class: "verdict", title: `${holding} of ${verdicts.length} claims hold` }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]) : null,
+    );
+    button.addEventListener("click", () => session.select(flight.id));
+    return button;
+  }
+
+  private mark(id: string): void {
+    for (const [key, button] of this.buttons) {
+      const here = key === id;
+      if (here && button.getAttribute("aria-current") !== "true") reveal(button);
+      if (here) button.setAttribute("aria-current", "true");
+      else button.removeAttribute("aria-current");
+    }
+  }
+}
+
+/** A group under its heading. Many flights become a field of marks, and the heading says which one is meant. */
+function stretch(name: string, buttons: readonly HTMLElement[]): HTMLElement {
+  const many = buttons.length > MANY;
+  const which = h("span", { class: "which" });
+  const part = h(
+    "div",
+    { class: many ? "stretch field" : "stretch", role: "group", "aria-label": name },
+    h("h2", {}, name, many ? which : null),
+    h("div", { class: "row" }, ...buttons),
+  );
+  if (many) {
+    const tell = (event: Event | null): void => {
+      const on = event?.target instanceof Element ? event.target.closest("button") : null;
+      const meant = on ?? part.querySelector("[aria-current]");
+      which.textContent = meant ? ` · ${meant.querySelector(".name")?.textContent ?? ""}` : "";
+    };
+    for (const kind of ["pointerover", "focusin", "click"]) part.addEventListener(kind, tell);
+    for (const kind of ["pointerleave", "focusout"]) part.addEventListener(kind, () => tell(null));
+    new MutationObserver(() => tell(null)).observe(part, { attributes: true, attributeFilter: ["aria-current"], subtree: true });
+  }
+  return part;
+}
+
+/** Within its strip only: the page itself must not move. */
+function reveal(button: HTMLElement): void {
+  const strip = button.closest<HTMLElement>("#walk");
+  if (!strip) return;
+  const [outer, inner] = [strip.getBoundingClientRect(), button.getBoundingClientRect()];
+  if (inner.left < outer.left + 16) strip.scrollBy({ left: inner.left - outer.left - 40 });
+  else if (inner.right > outer.right - 16) strip.scrollBy({ left: inner.right - outer.right + 40 });
+}

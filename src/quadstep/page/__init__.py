@@ -1,0 +1,1 @@
+"""The page that flies: missions as one HTML file in which the same laws fly as JavaScript."""

@@ -1,0 +1,193 @@
+"""Sliders and switches: how each is made, and those that every controller of a flight shares."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.engines import FlightPlan
+from quadstep.mission.fields import LEAST, MOST
+from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath
+from quadstep.mission.schema import Mission
+from quadstep.numbers import Vector
+from quadstep.page.model import Component, Control, Effect
+
+AXES, ANGLES, ONE = ("x", "y", "z"), ("psi", "theta", "phi"), ("",)
+
+BELIEVES = "The vehicle's; the controller goes on believing its own."
+
+LONGEST_TICKS = 300_000
+"""Steps of the longest flight that the page flies."""
+
+
+def parameter(name: str, factor: float = 1.0, power: int = 1, offset: float = 0.0) -> Effect:
+    """A parameter takes the control's value."""
+    return Effect("parameter", name, factor, power, offset)
+
+
+def control(
+    name: str,
+    label: str,
+    unit: str,
+    components: Sequence[Component],
+    span: tuple[float, float],
+    hint: str = "",
+    scale: str = "linear",
+    bounds: tuple[float, float] = (-MOST, MOST),
+) -> Control:
+    """A slider over `span`, widened to hold the file's values. Its group is given by `grouped`."""
+    values = [component.value for component in components]
+    least, most = min(span[0], *values), max(span[1], *values)
+    least, most = max(least, bounds[0]), min(most, bounds[1])
+    step = 10.0 ** math.floor(math.log10(max(most - least, LEAST) / 100.0))
+    return Control(name, label, unit, "", hint, "number", scale, least, most, *bounds, step, tuple(components))
+
+
+POSITIVE, NOT_NEGATIVE = (LEAST, MOST), (0.0, MOST)
+
+
+def positive(name: str, label: str, unit: str, components: Sequence[Component], hint: str = "") -> Control:
+    """A slider over two decades, around the file's value, for what must be above zero."""
+    values = [component.value for component in components]
+    return control(name, label, unit, components, (min(values) / 10.0, max(values) * 10.0), hint, "log", POSITIVE)
+
+
+def from_zero(name: str, label: str, unit: str, components: Sequence[Component], most: float, hint: str = "") -> Control:
+    """A slider from zero."""
+    return control(name, label, unit, components, (0.0, most), hint, bounds=NOT_NEGATIVE)
+
+
+def grouped(group: str, *controls: Control) -> list[Control]:
+    """The controls under one heading."""
+    return [one._replace(group=group) for one in controls]
+
+
+def each(values: Sequence[float] | Vector, labels: Sequence[str], prefix: str) -> list[Component]:
+    """A component for each entry of the vector `prefix` of the parameters."""
+    return [
+        Component(label, float(value), (parameter(f"{prefix}.{place}"),))
+        for place, (label, value) in enumerate(zip(labels, values, strict=True))
+    ]
+
+
+def one(value: float, *effects: Effect) -> list[Component]:
+    """The single component of a plain slider."""
+    return [Component("", float(value), effects)]
+
+
+def shared_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
+    """Path, vehicle, disturbance and start of a mission on the paper's plant."""
+    tilt: Vector = plan.start.attitude
+    angles = [
+        Component(angle, float(tilt[place]), (Effect("start", f"attitude.{place}"),)) for place, angle in enumerate(ANGLES)
+    ]
+    tilted = control("tilt", "attitude at the start", "rad", angles, (-1.0, 1.0), bounds=(-1.5, 1.5))
+    return [
+        *grouped("Path", *path_controls(mission, plan.ticks)),
+        *grouped("Vehicle", *vehicle_controls(mission)),
+        *grouped("Disturbance", *disturbance_controls(mission)),
+        *grouped("Start", moved_start(), tilted),
+    ]
+
+
+def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
+    """Path, mass, wind and start of a mission for a real vehicle."""
+    airframe, wind = plan.parameters.airframe, plan.parameters.wind
+    return [
+        *grouped("Path", *path_controls(mission, plan.ticks)),
+        *grouped(
+            "Vehicle",
+            positive("mass", "true mass", "kg", one(airframe.mass, parameter("airframe.mass")), BELIEVES),
+            positive("inertia", "true inertia", "kg m^2", each(airframe.inertia, AXES, "airframe.inertia"), BELIEVES),
+        ),
+        *grouped(
+            "Wind",
+            control("wind", "mean wind", "m/s", each(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
+            control("gust", "gust", "m/s", each(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
+        ),
+        *grouped("Start", moved_start()),
+    ]
+
+
+def moved_start() -> Control:
+    """Where the flight starts."""
+    offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(AXES)]
+    return control("start", "start, moved by", "m", offset, (-5.0, 5.0), "Off the place that the file says.")
+
+
+def path_controls(mission: Any, ticks: Ticks) -> list[Control]:
+    """What of the path a slider can move; knots of waypoints and recordings stay as they are."""
+    path = mission.path
+    if isinstance(path, MinimumJerkPath):
+        return jerk_controls(path, ticks)
+    if isinstance(path, CirclePath | FigureEightPath) and path.ramp > 0.0:  # else its start is in motion
+        return orbit_controls(path, mission, ticks)
+    return []
+
+
+def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
+    """Target, time and final yaw; the flight goes on after t_f for as long as the file says."""
+    reach = max(30.0, *(abs(value) for value in path.end))
+    stretch = Effect("duration", "", 1.0, 1, -path.duration, add=True)
+    longest = LONGEST_TICKS * ticks.step - (ticks.last * ticks.step - path.duration)
+    time = one(path.duration, parameter("path.duration"), stretch)
+    haste = "Seconds from start to target; the faster the way, the stronger the disturbance."
+    yaw = one(path.yaw_end, parameter("path.yaw_end"))
+    return [
+        control("t_f", "time t_f", "s", time, (2.0, 60.0), haste, "log", (0.5, max(longest, path.duration))),
+        control("target", "target", "m", each(path.end, AXES, "path.end"), (-reach, reach), "Where the path ends."),
+        control("yaw_end", "final yaw", "rad", yaw, (-math.pi, math.pi)),
+    ]
+
+
+def orbit_controls(path: CirclePath | FigureEightPath, mission: Any, ticks: Ticks) -> list[Control]:
+    """Size and speed of a circle or figure eight."""
+    harmonics = (1.0, 1.0, 1.0) if isinstance(path, CirclePath) else (1.0, 2.0, 2.0)
+    effects = [parameter(f"path.frequency.{axis}", times * 2.0 * math.pi, -1) for axis, times in enumerate(harmonics)]
+    if mission.simulation.duration is None:
+        effects.append(Effect("duration", "", path.turns, 1, -path.turns * path.period, add=True))
+    longest = (LONGEST_TICKS - ticks.last) * ticks.step / path.turns + path.period
+    bounds = (0.5, max(longest, path.period))
+    period = control("period", "time of a turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
+    if isinstance(path, CirclePath):
+        sizes = [parameter("path.amplitude.0"), parameter("path.amplitude.1", -1.0 if path.clockwise else 1.0)]
+        if mission.start.position is None:
+            sizes.append(Effect("start", "position.0", 1.0, 1, -path.radius, add=True))
+        return [period, positive("radius", "radius", "m", one(path.radius, *sizes))]
+    across = 1 if path.plane == "horizontal" else 2
+    halves = [
+        Component("length", path.length, (parameter("path.amplitude.0", 0.5),)),
+        Component("width", path.width, (parameter(f"path.amplitude.{across}", 0.5),)),
+    ]
+    return [period, positive("size", "length and width", "m", halves)]
+
+
+def vehicle_controls(mission: Mission) -> list[Control]:
+    """The true vehicle; the controller goes on believing what it did."""
+    vehicle = mission.vehicle
+    factors = [parameter(f"vehicle.inertia.{axis}", value) for axis, value in enumerate(vehicle.inertia)]
+    controls = [
+        positive("mass", "true mass", "kg", one(vehicle.mass, parameter("vehicle.mass")), BELIEVES),
+        positive("inertia", "true inertia, times the file's", "-", one(1.0, *factors), BELIEVES),
+    ]
+    if vehicle.rotors.limits:
+        least, greatest = vehicle.rotors.limits
+        limits = [
+            Component("least", least, (parameter("vehicle.rotors.minimum"),)),
+            Component("greatest", greatest, (parameter("vehicle.rotors.maximum"),)),
+        ]
+        controls.append(from_zero("limits", "thrust limits of a rotor", "N", limits, 2.0 * greatest))
+    return controls
+
+
+def disturbance_controls(mission: Mission) -> list[Control]:
+    """The paper's disturbance, and steady ones."""
+    disturbance, weight = mission.disturbance, mission.vehicle.mass * mission.vehicle.gravity
+    times = one(disturbance.scale, parameter("disturbance.scale"))
+    hint = "1 is the paper's, which its own cases hardly excite."
+    force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")
+    return [
+        control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),
+        control("wind", "wind: a steady force", "N", force, (-0.5 * weight, 0.5 * weight)),
+        control("torque", "steady torque", "N m", torque, (-5.0, 5.0)),
+    ]

@@ -1,0 +1,112 @@
+"""A closed loop as JavaScript: the laws are called once with script numbers, the loop around them is written here."""
+
+from typing import Any, NamedTuple, cast
+
+from quadstep.flight.closed_loop import Clock, ClosedLoop
+from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
+from quadstep.numbers.script import Record, ScriptTable
+from quadstep.page.writing import Output, Writer
+
+
+class Law(NamedTuple):
+    """A compiled loop.
+
+    text: a JavaScript expression, an object with `fly`. names, starts, tables: of its numeric parameters, its start and its
+    tables, in the order in which `fly` takes them. columns: name and unit. tasks: names of the sampled laws.
+    """
+
+    text: str
+    names: list[str]
+    starts: list[str]
+    tables: list[str]
+    columns: list[tuple[str, str]]
+    tasks: list[str]
+
+
+class Section(NamedTuple):
+    """A part of a tick, or what comes before the first. outputs: where its results go. extra: arguments only it takes."""
+
+    name: str
+    outputs: list[Output]
+    extra: tuple[str, ...] = ()
+
+
+def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
+    """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
+    record = Record()
+    leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))
+    names = [name for name, leaf in leaves.items() if not isinstance(leaf, Table)]
+    tables = [name for name, leaf in leaves.items() if isinstance(leaf, Table)]
+    inputs: dict[str, Any] = {name: record.input(f"P[{place}]") for place, name in enumerate(names)}
+    inputs |= {name: ScriptTable(record, f"T{place}", leaves[name].size) for place, name in enumerate(tables)}
+    numbers = rebuild(parameters, iter([inputs[name] for name in leaves]))
+    begin = rebuild(start, iter([record.input(f"S[{place}]") for place in range(len(flatten(start)))]))
+    shape = loop.start(begin, numbers)
+    size = len(flatten(shape))
+    cycle = rebuild(shape, iter([record.input(f"C[{place}]") for place in range(size)]))
+
+    def clock(period: str) -> Clock:
+        return Clock(*(cast(Number, record.input(name)) for name in ("t", "n", period)))
+
+    def stored(structure: Any) -> list[Output]:
+        pairs = ((f"C[{place}]", record.at(leaf)) for place, leaf in enumerate(flatten(structure)))
+        return [Output(target, place) for target, place in pairs if record.nodes[place].text != target]
+
+    sections = [Section("start", stored(shape), ("S",))]
+    for number, task in enumerate(loop.tasks):
+        after, code = task.run(cycle, numbers, clock(f"h{number}"))
+        sections.append(Section(f"task{number}", [*stored(after), Output("code", record.at(code))]))
+    row = loop.row(cycle, numbers, clock("h").time)
+    sections.append(Section("row", [Output(f"R[r+{place}]", record.at(one)) for place, one in enumerate(row)], ("R", "r")))
+    sections.append(Section("move", stored(loop.advance(cycle, numbers, clock("h")))))
+
+    fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
+    text = script(Writer(record, fixed), sections, size, len(loop.columns), len(tables), len(loop.tasks))
+    return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), [task.name for task in loop.tasks])
+
+
+def script(writer: Writer, sections: list[Section], size: int, width: int, tables: int, tasks: int) -> str:
+    """The JavaScript expression of a law.
+
+    P: parameters. T: tables. S: start. C: the cycle. K: what is computed once a flight. X: numbers between functions. R: rows.
+    t, n: time and tick. h, h0, ...: step and the tasks' periods.
+    """
+    for section in sections:
+        writer.keep_steady(section.outputs)
+    common = ("P", *(f"T{number}" for number in range(tables)), "h", *(f"h{number}" for number in range(tasks)), "t", "n")
+    functions: list[str] = []
+    calls: dict[str, str] = {}
+
+    def add(name: str, texts: list[str], extra: tuple[str, ...] = ()) -> None:
+        arguments = ",".join((*common, *extra))
+        for number, text in enumerate(texts):
+            judges = name.startswith("task") and number == len(texts) - 1
+            body = f"let code=0;{text}return code" if judges else text
+            functions.append(f"function {name}_{number}({arguments}){{{body}}}")
+        *first, final = (f"{name}_{number}({arguments});" for number in range(len(texts)))
+        calls[name] = "".join([*first, f"code={final}" if name.startswith("task") else final])
+
+    add("prepare", writer.preparation())
+    for section in sections:
+        add(section.name, writer.functions(section.outputs), section.extra)
+    due = "".join(f"if(n%e{i}===0){{{calls[f'task{i}']}if(code!==0)break}}" for i in range(tasks))
+    return "\n".join(
+        [
+            "(()=>{'use strict';",
+            f"const C=new Float64Array({size}),K=new Float64Array({len(writer.kept)}),X=new Float64Array({writer.carried});",
+            *functions,
+            "function fly(P,T,S,ticks,R){",
+            "const h=ticks.step,log=ticks.log,last=ticks.last;",
+            *(f"const T{i}=T[{i}];" for i in range(tables)),
+            *(f"const e{i}=ticks.every[{i}],h{i}=h*e{i};" for i in range(tasks)),
+            "let code=0,n=0,t=0,r=0;",
+            f"{calls['prepare']}{calls['start']}",
+            f"for(;n<=last;n++){{t=n*h;{due}if(n%log===0){{{calls['row']}r+={width}}}if(n<last){{{calls['move']}}}}}",
+            "if(n>last)n=last;",
+            f"let rows=code!==0?Math.ceil(n/log):r/{width};",
+            f"const broken=R.subarray(0,rows*{width}).findIndex(x=>!Number.isFinite(x));",
+            f"if(broken>=0){{if(code===0)code=1;rows=Math.floor(broken/{width})}}",
+            "return{code,tick:n,rows}}",
+            "return{fly}})()",
+        ]
+    )

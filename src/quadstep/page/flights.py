@@ -1,0 +1,164 @@
+"""Flights as the page shows them: flown live where their laws allow it, as recorded where not."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from quadstep.errors import UserError
+from quadstep.flight.airframe_loop import AirframeParameters
+from quadstep.flight.closed_loop import Outcome, Ticks
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import FlightLog
+from quadstep.flight.loop import Loop
+from quadstep.mission.fly import REASONS
+from quadstep.mission.schema import Mission
+from quadstep.page.airframes import airframe_controllers, plain_controls
+from quadstep.page.controllers import controllers
+from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
+from quadstep.page.laws import Laws
+from quadstep.page.model import Control, Controller, Flight, Recorded, numbers_text
+from quadstep.page.scenes import panels, scene
+
+MOST_ROWS = 60_000
+"""Rows of the longest log that the page flies."""
+
+RECORDED_NUMBERS = 70_000
+"""Numbers that the recordings of one page may hold together; longer ones are thinned."""
+
+
+class Flown(NamedTuple):
+    """A flight to show. mission, plan: None where they are not known; metrics: of the log, as reported.
+
+    folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand.
+    """
+
+    id: str
+    name: str
+    group: str
+    mission: Any
+    plan: FlightPlan | None
+    log: FlightLog
+    metrics: Mapping[str, Any]
+    folder: Path = Path()
+    note: str = ""
+    claims: tuple[int, ...] = ()
+    warnings: tuple[str, ...] = ()
+    why_not: str = ""
+
+
+def outcomes() -> list[dict[str, Any]]:
+    """What each outcome code means."""
+    return [
+        {"name": outcome.name.lower(), "text": words(outcome), "ended": outcome is not Outcome.COMPLETED}
+        for outcome in Outcome
+    ]
+
+
+def words(outcome: Outcome) -> str:
+    """An outcome as a few words."""
+    return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
+
+
+def ending(outcome: Outcome, ended: float) -> dict[str, Any]:
+    """How a flight ended."""
+    text = f"completed {ended:g} s" if outcome is Outcome.COMPLETED else f"diverged at {ended:.4g} s: {words(outcome)}"
+    return {"code": int(outcome), "ended": ended, "text": text}
+
+
+def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
+    """One flight of the page. share: numbers its recording may hold, if it needs one."""
+    plan, log = flown.plan, flown.log
+    live, reason = Live((), ()), flown.why_not or "only its recording is here"
+    if plan is not None:
+        try:
+            live, reason = fliers(flown, plan, laws), ""
+        except UserError as error:
+            reason = str(error)
+    why_not = f"This flight is shown as it was recorded; it cannot be flown in the page: {reason}." if reason else ""
+    return Flight(
+        id=flown.id,
+        name=flown.name,
+        group=flown.group,
+        note=flown.note,
+        claims=flown.claims,
+        outcome=ending(log.outcome, log.ended),
+        facts=facts(flown.metrics),
+        whyNot=why_not,
+        warnings=flown.warnings,
+        recorded=recorded(log, share) if why_not else None,
+        controllers=live.controllers,
+        controls=live.controls,
+        ticks=plan.ticks._asdict() if plan else {"step": 0.01, "every": [1], "log": 1, "last": max(1, len(log.rows) - 1)},
+        scene=scene(plan, log),
+        panels=panels(log.columns),
+    )
+
+
+class Live(NamedTuple):
+    """What flies a flight in the page, and the sliders that all controllers share."""
+
+    controllers: tuple[Controller, ...]
+    controls: tuple[Control, ...]
+
+
+def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
+    """The laws of a flight. Raises UserError where the page cannot fly it."""
+    check_length(plan.ticks)
+    if isinstance(flown.mission, Mission) and isinstance(plan.loop, Loop):
+        found = controllers(flown.mission, plan, flown.folder, laws)
+        return Live(tuple(found), tuple(shared_controls(flown.mission, plan)))
+    if flown.mission is not None and isinstance(plan.parameters, AirframeParameters):
+        found = airframe_controllers(flown.mission, plan, flown.folder, laws)
+        return Live(tuple(found), tuple(airframe_controls(flown.mission, plan)))
+    return Live((lone_controller(plan, laws),), ())
+
+
+def check_length(ticks: Ticks) -> None:
+    """Refuses what would keep a browser busy for seconds, or fill its memory. Raises UserError."""
+    rows = ticks.last // ticks.log + 1
+    if ticks.last > LONGEST_TICKS or rows > MOST_ROWS:
+        raise UserError(
+            f"it has {ticks.last} steps and {rows} log rows; the page flies at most {LONGEST_TICKS} steps and {MOST_ROWS} rows"
+        )
+
+
+def lone_controller(plan: FlightPlan, laws: Laws) -> Controller:
+    """The controller of a plan of which nothing but its numbers is known."""
+    gains = plan.parameters.gains
+    name = type(plan.loop.controller).__name__
+    return Controller("own", name, *laws.add(plan), tuple(plain_controls(gains)), ())
+
+
+def recorded(log: FlightLog, share: int) -> Recorded:
+    """The log as flown, thinned to its share of numbers."""
+    width = len(log.columns)
+    every = max(1, -(-len(log.rows) * width // max(share, width)))
+    rows = log.rows[::every]
+    times = rows[:, list(log.columns).index("t")]
+    period = float(times[1] - times[0]) if len(rows) > 1 else 1.0
+    return Recorded(tuple(log.columns.items()), numbers_text(rows), "f64", len(rows), period)
+
+
+def facts(metrics: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    """A few numbers of a flight, as text."""
+    found = []
+    if "position_rmse[m]" in metrics:
+        found.append(("position RMSE", length(metrics["position_rmse[m]"])))
+    for axis, values in metrics.get("position", {}).items():
+        found.append((f"largest error in {axis}", length(values["largest[m]"])))
+    if "largest_tilt[rad]" in metrics:
+        found.append(("largest tilt", f"{metrics['largest_tilt[rad]']:.3g} rad"))
+    if "u" in metrics:
+        found.append(("largest thrust", f"{metrics['u']['largest[N]']:.4g} N"))
+    torques = [metrics[f"tau_{angle}"]["largest[N m]"] for angle in ("psi", "theta", "phi") if f"tau_{angle}" in metrics]
+    if torques:
+        found.append(("largest torque", f"{max(torques):.3g} N m"))
+    return tuple(found)
+
+
+def length(metres: float) -> str:
+    """A length in the unit that suits."""
+    for unit, factor in (("m", 1.0), ("mm", 1e3), ("um", 1e6)):
+        if metres * factor >= 1.0:
+            return f"{metres * factor:.3g} {unit}"
+    return f"{metres * 1e9:.3g} nm"

@@ -1,0 +1,125 @@
+"""Results under a folder: what `quadstep serve` lists, and a recorded flight read back."""
+
+import csv
+import errno
+import json
+import os
+import stat
+import warnings
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple, TextIO
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.log import FlightLog
+from quadstep.report.publish import MANIFEST
+
+DEEPEST, MOST_RESULTS, LARGEST_FILE = 6, 2000, 400_000_000
+MOST_PAGES = 20
+REPORTS = (
+    "page.html",
+    "report.html",
+    "index.html",
+    "report.md",
+    "certificate.json",
+    "claims.json",
+    "flight.csv",
+    "metrics.json",
+)
+"""What of a result is linked, best first."""
+
+
+class Result(NamedTuple):
+    """A folder with results.
+
+    place: below the folder that is served. ending: how the flight ended, and how exactly it was flown. changed: when its
+    newest file was written, seconds since 1970. files: names of what can be opened, the best first.
+    """
+
+    place: Path
+    name: str
+    ending: str
+    changed: float
+    files: tuple[str, ...]
+
+
+def results(root: Path) -> list[Result]:
+    """All folders below `root` that hold a result, by place. Links are not followed."""
+    found = [result_in(root, Path(folder)) for folder in walk(root)]
+    return sorted((result for result in found if result), key=lambda result: result.place)
+
+
+def walk(root: Path) -> Iterator[str]:
+    """Folders below `root`, not too deep, not too many; hidden ones and links are left out."""
+    for folder, inner, _ in islice(os.walk(root, followlinks=False), MOST_RESULTS):
+        depth = len(Path(folder).relative_to(root).parts)
+        inner[:] = sorted(name for name in inner if not name.startswith(".")) if depth < DEEPEST else []
+        yield folder
+
+
+def result_in(root: Path, folder: Path) -> Result | None:
+    """The result that a folder holds, if it does."""
+    try:
+        files = {entry.name: entry.stat().st_mtime for entry in os.scandir(folder) if entry.is_file(follow_symlinks=False)}
+    except OSError:  # not ours to read, or gone meanwhile
+        return None
+    known = [name for name in REPORTS if name in files]
+    pages = sorted(name for name in files if name.endswith(".html") and name not in known and not name.startswith("."))
+    shown = [*known, *pages[:MOST_PAGES]]
+    if not shown:
+        return None
+    content = manifest(folder)
+    name = content.get("name")
+    title = name if isinstance(name, str) else folder.name
+    return Result(folder.relative_to(root), title, ending(content), max(files[name] for name in shown), tuple(shown))
+
+
+def ending(content: dict[str, Any]) -> str:
+    """How a flight ended and how exactly it was flown, from its metrics.json, as far as that says so."""
+    time, outcome, rmse = (content.get(key) for key in ("ended[s]", "outcome", "position_rmse[m]"))
+    told = []
+    if isinstance(outcome, str) and isinstance(time, int | float):
+        told.append(f"{outcome.replace('_', ' ')} at {time:g} s")
+    if isinstance(rmse, int | float):
+        told.append(f"RMSE {1e3 * rmse:.3g} mm")
+    return ", ".join(told)
+
+
+def manifest(folder: Path) -> dict[str, Any]:
+    """The content of metrics.json; empty where it is not there or something else."""
+    try:
+        with own_file(folder / MANIFEST) as file:
+            content = json.load(file)
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def own_file(path: Path) -> TextIO:
+    """A text file opened for reading; not what a link leads to, nor one that fills the memory. Raises OSError."""
+    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    if not stat.S_ISREG(os.fstat(handle).st_mode) or os.fstat(handle).st_size > LARGEST_FILE:
+        os.close(handle)
+        raise OSError(errno.EFBIG, "not a file, or too large a one")
+    return os.fdopen(handle, encoding="utf-8", newline="")
+
+
+def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
+    """A log from the CSV that `quadstep fly` writes. Raises UserError for anything else."""
+    try:
+        with own_file(path) as file, warnings.catch_warnings(action="ignore"):  # of a log without rows
+            header = next(csv.reader(file), [])
+            rows = np.loadtxt(file, delimiter=",", ndmin=2, dtype=np.float64)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+    except (ValueError, csv.Error):
+        raise UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it") from None
+    rows = rows if rows.size else np.zeros((0, len(header)))
+    columns = {name.partition("[")[0]: name.partition("[")[2].removesuffix("]") for name in header}
+    if rows.shape[1] != len(header) or len(columns) != len(header) or not {"t", "x", "y", "z"} <= columns.keys():
+        raise UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it")
+    return FlightLog(columns, rows[np.isfinite(rows).all(axis=1)], outcome, ended, None)

@@ -1,0 +1,55 @@
+"""A page of missions: each is flown once by Python, and again by whoever moves a slider."""
+
+import contextlib
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from quadstep.errors import UserError
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import FlightPlan, fly
+from quadstep.flight.log import FlightLog
+from quadstep.mission.read import AnyMission, plan_mission, read_mission
+from quadstep.page.build import build_page
+from quadstep.page.flights import Flown
+from quadstep.page.model import Link
+
+GROUP = "Missions"
+
+
+def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, told: Callable[[int], None] | None = None) -> str:
+    """The page of these mission files. told: after each flight, how many are done. Raises UserError naming the file."""
+    flown: list[Flown] = []
+    for number, path in enumerate(paths):
+        mission = read_mission(path)
+        plan = plan_mission(mission, path)
+        flown.append(flown_mission(mission, plan, fly(plan, engine), path.parent, [one.id for one in flown]))
+        if told:
+            told(number + 1)
+    return missions_page(flown)
+
+
+def write_mission_page(path: Path, mission: AnyMission, plan: FlightPlan, log: FlightLog, folder: Path) -> None:
+    """The page of one flight beside its results; none where the package was installed without the front end."""
+    with contextlib.suppress(UserError):
+        path.write_text(missions_page([flown_mission(mission, plan, log, folder)]), encoding="utf-8")
+
+
+def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
+    """The page of missions that were flown. Raises UserError."""
+    title = flown[0].name if len(flown) == 1 else f"{len(flown)} missions"
+    return build_page(title, "", flown, links=links)
+
+
+def flown_mission(mission: AnyMission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
+    """A mission as the page wants it. folder: where its files are looked up; taken: ids in use."""
+    metrics, found = mission.metrics(log)
+    warnings = (*plan.warnings, *found)
+    return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)
+
+
+def identity(name: str, taken: Sequence[str]) -> str:
+    """An id of letters, digits and hyphens that is not taken."""
+    base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40].strip("-") or "flight"
+    candidates = [base, *(f"{base}-{number}" for number in range(2, len(taken) + 3))]
+    return next(candidate for candidate in candidates if candidate not in taken)

@@ -1,0 +1,218 @@
+"""What the page is told, as its front end reads it. Names and meanings are those of `frontend/src/data/contract.ts`."""
+
+import base64
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FORMAT = 1
+
+
+class Effect(NamedTuple):
+    """What a control's value v changes: factor * v + offset, or factor / v + offset where power is -1.
+
+    what: "parameter", "start" or "duration". add: on top of what is there.
+    """
+
+    what: str
+    name: str
+    factor: float = 1.0
+    power: int = 1
+    offset: float = 0.0
+    add: bool = False
+
+
+class Component(NamedTuple):
+    """One number of a control. value: the file's."""
+
+    label: str
+    value: float
+    sets: tuple[Effect, ...]
+
+
+class Control(NamedTuple):
+    """A slider, a switch ("toggle") or the number of neurons. low, high: hard bounds; min, max: of the slider."""
+
+    id: str
+    label: str
+    unit: str
+    group: str
+    hint: str
+    kind: str
+    scale: str
+    min: float
+    max: float
+    low: float
+    high: float
+    step: float
+    components: tuple[Component, ...]
+
+
+class Condition(NamedTuple):
+    """left > right must hold. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
+
+    text: str
+    left: Any
+    right: Any
+    orEqual: bool  # noqa: N815 (the front end's names)
+    source: str
+
+
+class Controller(NamedTuple):
+    """A law that can fly the flight. preset, tables: keys; overrides: (place, value) on top of the preset."""
+
+    id: str
+    label: str
+    law: str
+    preset: str
+    overrides: tuple[tuple[int, float], ...]
+    tables: tuple[str, ...]
+    start: tuple[float, ...]
+    controls: tuple[Control, ...]
+    conditions: tuple[Condition, ...]
+
+
+class Line(NamedTuple):
+    """A line of a plot: column, or column - minus."""
+
+    label: str
+    column: str
+    minus: str | None = None
+    dashed: bool = False
+
+
+class Panel(NamedTuple):
+    """A plot over time."""
+
+    id: str
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    log: bool = False
+
+
+class RotorView(NamedTuple):
+    """A rotor of the drawn vehicle; position in body axes [m], z along the thrust."""
+
+    position: tuple[float, float, float]
+    spin: int
+    force: str | None
+    speed: str | None
+
+
+class Arrow(NamedTuple):
+    """A vector of the world, by columns of the row or by parameters."""
+
+    label: str
+    unit: str
+    kind: str
+    columns: tuple[str, str, str] | None
+    parameters: tuple[str, str, str] | None
+
+
+class Scene(NamedTuple):
+    """How the flight is drawn. hover: thrust of one rotor at hover [N]; ground: height of the grid [m]."""
+
+    arm: float
+    radius: float
+    rotors: tuple[RotorView, ...]
+    hover: float
+    position: tuple[str, str, str]
+    wanted: tuple[str, str, str]
+    attitude: dict[str, Any]
+    thrust: str | None
+    arrows: tuple[Arrow, ...]
+    ground: float
+
+
+class Recorded(NamedTuple):
+    """A flight as flown by Python; rows in base64. period: from row to row [s]."""
+
+    columns: tuple[tuple[str, str], ...]
+    rows: str
+    type: str
+    count: int  # type: ignore[assignment]  # hides a method of tuples that nobody calls
+    period: float
+
+
+class Flight(NamedTuple):
+    """One flight of the page."""
+
+    id: str
+    name: str
+    group: str
+    note: str
+    claims: tuple[int, ...]
+    outcome: dict[str, Any]
+    facts: tuple[tuple[str, str], ...]
+    whyNot: str  # noqa: N815
+    warnings: tuple[str, ...]
+    recorded: Recorded | None
+    controllers: tuple[Controller, ...]
+    controls: tuple[Control, ...]
+    ticks: dict[str, Any]
+    scene: Scene
+    panels: tuple[Panel, ...]
+
+
+class ClaimView(NamedTuple):
+    """A claim of the paper on the page. flights, panels: ids."""
+
+    name: str
+    sentence: str
+    measured: str
+    verdict: str
+    verdictText: str  # noqa: N815
+    flights: tuple[str, ...]
+    look: str
+    panels: tuple[str, ...]
+
+
+class Link(NamedTuple):
+    """A link to something beside the page."""
+
+    label: str
+    href: str
+
+
+def numbers_text(values: Iterable[float] | NDArray[np.float64]) -> str:
+    """Numbers as little-endian doubles in base64."""
+    return base64.b64encode(np.asarray(values, dtype="<f8").tobytes()).decode("ascii")
+
+
+SHARED = (Control, Panel, Scene, Condition)
+"""What is often the same from flight to flight, and is written once."""
+
+
+class Sharing:
+    """Turns records into JSON values; what is the same is kept once and referred to by its place."""
+
+    def __init__(self) -> None:
+        self.values: list[Any] = []
+        self.places: dict[Any, int] = {}
+
+    def value(self, thing: Any, inside: bool = False) -> Any:
+        """The JSON value of a record. inside: within a shared one, where nothing is shared again."""
+        if isinstance(thing, SHARED) and not inside:
+            key = repr(thing)
+            if key not in self.places:
+                self.places[key] = len(self.values)
+                self.values.append(self.value(thing, inside=True))
+            return {"$": self.places[key]}
+        if hasattr(thing, "_fields"):
+            return {name: self.value(part, inside) for name, part in zip(thing._fields, thing, strict=True)}
+        if isinstance(thing, dict):
+            return {name: self.value(part, inside) for name, part in thing.items()}
+        if isinstance(thing, list | tuple):
+            return [self.value(part, inside) for part in thing]
+        return json_number(thing) if isinstance(thing, float) else thing
+
+
+def json_number(value: float) -> float | int | str:
+    """A number as JSON can hold it: infinite ones as text, whole ones short."""
+    if not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
+    return int(value) if value == int(value) and abs(value) < 2**53 else value

@@ -1,0 +1,80 @@
+"""A result on disk as a page: flown live where its metrics.json says how, else as its CSV recorded it."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import FlightPlan
+from quadstep.mission.read import check_mission
+from quadstep.page.build import build_page
+from quadstep.page.flights import Flown, facts
+from quadstep.page.folder import manifest, read_log
+from quadstep.page.missions import GROUP, identity
+from quadstep.page.model import Link
+
+
+class Planned(NamedTuple):
+    """A mission read back, or why it cannot be flown again."""
+
+    mission: Any
+    plan: FlightPlan | None
+    why_not: str
+
+
+def open_result(folder: Path, links: tuple[Link, ...] = ()) -> str:
+    """The page of the flight in `folder`. Raises UserError where there is none."""
+    content = manifest(folder)
+    log = read_log(folder / "flight.csv", outcome(content), ended(content))
+    planned = plan_again(content.get("mission"))
+    name = content["name"] if isinstance(content.get("name"), str) else folder.name
+    found = content.get("warnings")
+    warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
+    metrics = metrics_of(content)
+    flown = Flown(identity(name, ()), name, GROUP, planned.mission, planned.plan, log, metrics,
+                  warnings=warnings, why_not=planned.why_not)  # fmt: skip
+    return build_page(name, "", [flown], links=links)
+
+
+def plan_again(content: Any) -> Planned:
+    """The flight that a metrics.json describes; one that needs further files is not planned, so that none is read."""
+    if not isinstance(content, dict):
+        return Planned(None, None, "its metrics.json does not say how it was flown")
+    try:
+        if names_files(content):
+            return Planned(None, None, "its mission needs further files")
+        mission = check_mission(content, "metrics.json")
+        return Planned(mission, mission.plan(), "")
+    except UserError as error:
+        return Planned(None, None, str(error).rstrip("."))
+    except (ArithmeticError, ValueError, RecursionError):
+        return Planned(None, None, "its metrics.json describes no flight")
+
+
+def names_files(content: Any) -> bool:
+    """Whether a mission names files to be read."""
+    if isinstance(content, dict):
+        own = any(isinstance(content.get(key), str) for key in ("file", "weights"))
+        return own or any(names_files(part) for part in content.values())
+    return isinstance(content, list) and any(names_files(part) for part in content)
+
+
+def outcome(content: dict[str, Any]) -> Outcome:
+    """How the flight ended, as far as that is told."""
+    name = content.get("outcome")
+    return Outcome[name.upper()] if isinstance(name, str) and name.upper() in Outcome.__members__ else Outcome.COMPLETED
+
+
+def ended(content: dict[str, Any]) -> float:
+    """When it ended [s]."""
+    time = content.get("ended[s]")
+    return float(time) if isinstance(time, int | float) else 0.0
+
+
+def metrics_of(content: dict[str, Any]) -> dict[str, Any]:
+    """The metrics that the page shows, where they are of the kind expected."""
+    try:
+        facts(content)
+    except (TypeError, KeyError, ValueError, AttributeError):
+        return {}
+    return content

@@ -1,0 +1,80 @@
+"""The page that ships is the page that its sources give, byte for byte."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+FRONTEND = ROOT / "frontend"
+ASSETS = ROOT / "src" / "quadstep" / "page" / "assets"
+
+needs_npm = pytest.mark.skipif(
+    not (shutil.which("node") and shutil.which("npm")),
+    reason="Node.js (`node` and `npm`) is not installed: the page cannot be rebuilt here",
+)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    """A copy of the sources with their build tools: those installed beside them where they are the pinned ones."""
+    folder = tmp_path_factory.mktemp("build") / "frontend"
+    shutil.copytree(FRONTEND, folder, ignore=shutil.ignore_patterns("node_modules"))
+    if installed_as_pinned():
+        (folder / "node_modules").symlink_to(FRONTEND / "node_modules")
+        return folder
+    done = subprocess.run(["npm", "ci"], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode and any(
+        word in done.stderr for word in ("ENOTFOUND", "ECONNREFUSED", "EAI_AGAIN", "ETIMEDOUT", "network")
+    ):
+        pytest.skip("the pinned build tools are not installed (`npm ci` in frontend/) and no registry can be reached")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def installed_as_pinned():
+    """Whether every package of the lock that is installed has the lock's version, and none that is needed is missing."""
+    installed = FRONTEND / "node_modules" / ".package-lock.json"
+    if not installed.exists():
+        return False
+    there = json.loads(installed.read_text())["packages"]
+    wanted = json.loads((FRONTEND / "package-lock.json").read_text())["packages"]
+    return all(
+        name in there and there[name].get("integrity") == package.get("integrity")
+        for name, package in wanted.items()
+        if name and not package.get("optional")
+    )
+
+
+@needs_npm
+def test_types_are_strict(sources):
+    done = subprocess.run(["npm", "run", "--silent", "check"], cwd=sources, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@needs_npm
+def test_page_is_what_its_sources_give(sources, tmp_path):
+    done = subprocess.run(["node", "build.mjs", str(tmp_path)], cwd=sources, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    for name in ("page.html", "LICENSES.txt"):
+        assert (tmp_path / name).read_bytes() == (ASSETS / name).read_bytes(), f"{name}: run `make frontend` and commit it"
+
+
+def test_lock_pins_every_package_and_names_no_host():
+    text = (FRONTEND / "package-lock.json").read_text()
+    packages = json.loads(text)["packages"]
+    assert '"resolved"' not in text
+    assert all(package.get("integrity") for name, package in packages.items() if name)
+
+
+def test_template_has_each_place_once():
+    page = (ASSETS / "page.html").read_text()
+    for place in (
+        "<title>quadstep</title>",
+        '<script id="quadstep-data" type="application/json">{}</script>',
+        '<script id="quadstep-laws">0</script>',
+    ):
+        assert page.count(place) == 1
+    assert len(page) < 1.5e6

@@ -1,0 +1,462 @@
+"""The page in a real browser: opened from disk, offline, looked at, played with, and flown like Python."""
+
+import importlib.util
+import io
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep import read_mission
+from quadstep.flight.engine import Engine
+from quadstep.flight.engines import fly
+from quadstep.page.missions import fly_missions
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+MISSING = " and ".join(
+    name
+    for name, there in (
+        ("the Python package `playwright`", importlib.util.find_spec("playwright")),
+        ("the browser `chromium`", CHROMIUM),
+    )
+    if not there
+)
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{MISSING} not installed: the page cannot be opened here")
+
+HOSTILE = "<script>alert(1)</script>"
+HOSTILE_MISSION = f"""name = "{HOSTILE}"
+[path]
+type = "circle"
+centre = [0.0, 0.0, 5.0]
+radius = 3.0
+period = 8.0
+[simulation]
+duration = 4.0
+"""
+
+
+def start_browser(playwright, *, webgl=True):
+    """Chromium on a machine whose network is closed, drawing in software."""
+    drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    flags = [
+        "--no-sandbox",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+        "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
+        *(drawing if webgl else ["--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"]),
+    ]
+    return playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+
+
+@pytest.fixture(scope="module")
+def playwright():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def browsers(playwright):
+    """With WebGL, and without, where everything but the scene is quicker."""
+    running = {webgl: start_browser(playwright, webgl=webgl) for webgl in (True, False)}
+    yield running
+    for browser in running.values():
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    """Case 1, the flight that diverges, and a mission whose name is markup."""
+    folder = tmp_path_factory.mktemp("page")
+    hostile = folder / "hostile.toml"
+    hostile.write_text(HOSTILE_MISSION)
+    missions = [EXAMPLES / "case1.toml", EXAMPLES / "stress.toml", hostile]
+    file = folder / "page.html"
+    file.write_text(fly_missions(missions), encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def open_page(browsers, page_file):
+    """Opens the page; every request beyond the file itself, and every error, fails the test."""
+    contexts, requests, errors = [], [], []
+
+    def opened(fragment="", *, width=1440, height=900, scheme="light", webgl=False):
+        context = browsers[webgl].new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.on("request", lambda request: requests.append(request.url))
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.on("dialog", lambda dialog: (errors.append(f"dialog {dialog.message}"), dialog.dismiss()))
+        page.goto(page_file.as_uri() + fragment)
+        page.wait_for_selector(f"html[data-ready][data-scene={'yes' if webgl else 'no'}]", state="attached")
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert errors == []
+
+
+def rows(page):
+    return np.array(page.evaluate("quadstep.rows()"))
+
+
+def picture(page, selector):
+    from matplotlib.image import imread
+
+    return imread(io.BytesIO(page.locator(selector).screenshot()))[..., :3]
+
+
+def test_file_opens_offline_small_and_at_once(open_page, page_file):
+    page = open_page()
+    assert page_file.stat().st_size < 3e6
+    assert page.title()
+    assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
+    assert page.locator(".plot").count() >= 6
+    assert "Held to 40.0 s" in page.locator("#outcome").inner_text()
+    assert "conditions hold" in page.locator("#conditions").inner_text()
+    assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_scene_shows_something_that_moves(open_page, scheme):
+    page = open_page("#t=8", scheme=scheme, webgl=True)
+    page.wait_for_timeout(400)
+    first = picture(page, "#scene")
+    page.evaluate("quadstep.seek(30)")
+    page.wait_for_timeout(400)
+    second = picture(page, "#scene")
+    dark = np.array([0.08, 0.09, 0.1]) if scheme == "dark" else np.array([0.98, 0.98, 0.97])
+    assert np.median(np.abs(first - dark)) < 0.12  # the theme is the one asked for
+    assert first.std() > 0.02
+    assert (np.abs(first - second).max(axis=2) > 0.1).sum() > 300
+
+
+def test_case_1_flies_as_in_python(open_page):
+    page = open_page()
+    plan = read_mission(EXAMPLES / "case1.toml").plan(EXAMPLES)
+    log = fly(plan)
+    assert page.evaluate("quadstep.columns()") == list(log.columns)
+    assert page.evaluate("quadstep.units()") == list(log.columns.values())
+    np.testing.assert_allclose(rows(page), log.rows, rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_case_1_flies_as_floats_do(open_page):
+    page = open_page()
+    log = fly(read_mission(EXAMPLES / "case1.toml").plan(EXAMPLES), Engine.PYTHON)
+    np.testing.assert_allclose(rows(page), log.rows, rtol=0, atol=1e-9)
+
+
+def test_download_is_what_quadstep_writes(open_page, tmp_path):
+    from quadstep.report.tables import write_csv
+
+    page = open_page()
+    with page.expect_download() as begun:
+        page.click("#csv")
+    text = Path(begun.value.path()).read_text()
+    write_csv(tmp_path / "flight.csv", fly(read_mission(EXAMPLES / "case1.toml").plan(EXAMPLES)))
+    ours = (tmp_path / "flight.csv").read_text()
+    assert text.splitlines()[0] == ours.splitlines()[0]
+    assert len(text.splitlines()) == len(ours.splitlines())
+    np.testing.assert_array_equal(np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1), rows(page))
+    assert begun.value.suggested_filename == "Case-1-three-position-commands-at-once.csv"
+
+
+@pytest.mark.parametrize("kind", ["SVG", "PNG"])
+def test_plot_can_be_taken_along(open_page, kind):
+    page = open_page()
+    page.hover("#plot-position")
+    with page.expect_download() as begun:
+        page.click(f"#plot-position .tools button:has-text('{kind}')")
+    content = Path(begun.value.path()).read_bytes()
+    if kind == "PNG":
+        assert content.startswith(b"\x89PNG")
+    else:
+        assert content.startswith(b"<svg") and content.count(b"<path") > 6 and b"Position" in content
+
+
+def slide(page, label, share):
+    """Drags a slider to a share of its way."""
+    slider = page.locator(f"#controls input[type=range][aria-label^='{label}']:visible").first
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    at = page.evaluate("e => e.value / e.max", slider.element_handle())
+    page.mouse.move(box["x"] + 7 + at * (box["width"] - 14), middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 7 + share * (box["width"] - 14), middle, steps=4)
+    page.mouse.up()
+
+
+def test_slider_flies_again(open_page):
+    page = open_page()
+    before = rows(page)
+    numbers = page.locator("#plot-position .legend dd").all_inner_texts()
+    slide(page, "time t_f", 0.3)
+    after = rows(page)
+    assert len(after) < len(before)
+    assert "set=t_f" in page.url
+    page.evaluate("quadstep.seek(4)")
+    shown = page.locator("#plot-position .legend dd").all_inner_texts()
+    assert shown != numbers
+    assert [float(text.replace("−", "-")) for text in shown] == pytest.approx(after[400, 1:4], abs=0.006)
+    assert float(page.locator("#time").inner_text().split("/")[1].split()[0]) == pytest.approx(after[-1, 0], abs=0.06)
+    page.click("#reset")
+    np.testing.assert_array_equal(rows(page), before)
+
+
+def test_flying_again_is_quick(open_page):
+    page = open_page()
+    took = min(page.evaluate("quadstep.fly()") for _ in range(5))
+    assert took < 1000  # a crawling laws script would take seconds; the time itself is measured elsewhere
+
+
+LINE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = {duration}\n'
+CONTROLLER = '[controller]\ntype = "backstepping"\n'
+
+
+@pytest.mark.parametrize(
+    ("flight", "controls", "mission"),
+    [
+        (
+            "case-1-three-position-commands-at-once",
+            {"K_r1": [4, 3, 5], "t_f": 20, "disturbance": 2},
+            LINE.format(duration=20.0) + CONTROLLER + "K_r1 = [4.0, 3.0, 5.0]\n[disturbance]\nscale = 2.0\n",
+        ),
+        (
+            "case-1-three-position-commands-at-once",
+            {"neurons": 7, "t_f": 12},
+            LINE.format(duration=12.0) + CONTROLLER + "nets.neurons = 7\n",
+        ),
+        (
+            "case-1-three-position-commands-at-once",
+            {"nets": 0, "mass": 1.2, "start": [0.5, 0, -0.5], "t_f": 12},
+            LINE.format(duration=12.0)
+            + CONTROLLER
+            + "mass = 1.0\nnets.enabled = false\n[vehicle]\nmass = 1.2\n[start]\nposition = [0.5, 0.0, -0.5]\n",
+        ),
+        ("script-alert-1-script", {"period": 10}, HOSTILE_MISSION.replace("8.0", "10.0")),
+    ],
+)
+def test_control_is_the_mission_with_that_number(open_page, tmp_path, flight, controls, mission):
+    page = open_page(f"#flight={flight}")
+    for name, value in controls.items():
+        page.evaluate("([name, value]) => quadstep.setControl(name, value)", [name, value])
+    (tmp_path / "changed.toml").write_text(mission)
+    log = fly(read_mission(tmp_path / "changed.toml").plan(tmp_path))
+    flown = rows(page)
+    count = min(len(flown), len(log.rows))  # a slower turn makes the page's flight longer, as its path is
+    assert count > 300
+    np.testing.assert_allclose(flown[:count], log.rows[:count], rtol=0, atol=1e-8)
+
+
+def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page):
+    page = open_page()
+    box = page.locator("#controls input[type=text][aria-label^='K_r1']:visible").first
+    box.fill("-5")
+    box.press("Enter")
+    assert float(box.input_value().replace("−", "-")) >= 0
+    box.fill("1; alert(1)")
+    box.press("Enter")
+    assert box.get_attribute("aria-invalid") is not None
+    box.fill("4.5")
+    box.press("Enter")
+    assert "set=backstepping.K_r1:4.5,4.5,4.5" in page.url
+
+
+def test_vehicle_is_drawn_as_it_is_turned(open_page):
+    from scipy.spatial.transform import Rotation
+
+    page = open_page()
+    page.evaluate("quadstep.setControl('tilt', [0.4, 0.3, -0.2])")
+    columns = page.evaluate("quadstep.columns()")
+    psi, theta, phi = rows(page)[0, [columns.index(name) for name in ("psi", "theta", "phi")]]
+    assert (psi, theta, phi) == (0.4, 0.3, -0.2)
+    w, x, y, z = page.evaluate("quadstep.attitude(0)")
+    drawn = Rotation.from_quat([x, y, z, w]).as_matrix()
+    left_handed = Rotation.from_euler("XYZ", [-phi, -theta, -psi]).as_matrix()  # Rx(-phi) Ry(-theta) Rz(-psi)
+    np.testing.assert_allclose(drawn, left_handed, atol=1e-12)
+    np.testing.assert_allclose(  # Eq. 7
+        drawn[:, 2], [-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], atol=1e-12
+    )
+
+
+def test_ghost_flies_beside(open_page):
+    page = open_page()
+    own = rows(page)
+    page.select_option("#ghost", "nested-saturation")
+    ghost = page.evaluate("quadstep.outcome().ghost")
+    assert ghost["held"]
+    np.testing.assert_array_equal(rows(page), own)
+    assert "ghost" in page.locator("#plot-position .roles").inner_text()
+    page.select_option("#controller", "nested-saturation")
+    assert np.abs(rows(page)[:, :4] - own[:, :4]).max() > 1e-3
+
+
+def test_divergence_is_told(open_page):
+    page = open_page()
+    page.locator("#walk button", has_text="three seconds").click()
+    text = page.locator("#outcome").inner_text()
+    log = fly(read_mission(EXAMPLES / "stress.toml").plan(EXAMPLES))
+    assert re.fullmatch(r"Diverged at (.+) s", text)
+    assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
+    page.click(".badge summary")
+    assert "It ended because" in page.locator(".sheet").inner_text()
+
+
+def test_keyboard(open_page):
+    page = open_page(webgl=True, width=900, height=700)
+    page.keyboard.press("Space")
+    assert page.evaluate("quadstep.playing()")
+    for _ in range(100):
+        page.wait_for_timeout(100)
+        if page.evaluate("quadstep.time()") > 0.1:
+            break
+    assert page.evaluate("quadstep.time()") > 0.1
+    page.keyboard.press("Space")
+    assert not page.evaluate("quadstep.playing()")
+    page.keyboard.press("Home")
+    assert page.evaluate("quadstep.time()") == 0
+    page.keyboard.press("ArrowRight")
+    step = page.evaluate("quadstep.time()")
+    assert step > 0
+    page.keyboard.press("Shift+ArrowRight")
+    assert page.evaluate("quadstep.time()") > 5 * step
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("End")
+    assert page.evaluate("quadstep.time()") == pytest.approx(40)
+    page.keyboard.press("c")
+    assert page.locator("#camera button[value=follow]").get_attribute("aria-pressed") == "true"
+    page.keyboard.press("d")
+    assert page.locator("html").get_attribute("data-theme") == "dark"
+    page.keyboard.press("?")
+    assert page.locator("#help").is_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("n")
+    assert "flight=case-1-in-three-seconds" in page.url or "three" in page.locator("#flight-name").inner_text()
+
+
+def test_everything_that_can_be_pressed_can_be_reached(open_page):
+    page = open_page(webgl=True)
+    reached = set()
+    for _ in range(120):
+        page.keyboard.press("Tab")
+        found = page.evaluate(
+            """() => { const e = document.activeElement; const s = getComputedStyle(e);
+                 return [e.id || e.getAttribute("aria-label") || e.textContent, s.outlineStyle, e.tagName]; }"""
+        )
+        if found[2] == "BODY":
+            break
+        reached.add(found[0])
+        assert found[1] != "none", f"no visible focus on {found[0]}"
+    for wanted in ("scene", "play", "scrub", "speed", "theme", "keys", "share", "csv", "controller", "ghost"):
+        assert wanted in reached
+
+
+def test_fragment_gives_the_flight_back(open_page):
+    page = open_page()
+    page.evaluate(
+        "quadstep.setControl('t_f', 15); quadstep.setControl('nets', 0); quadstep.setControl('wind', [0.3, -0.2, 0.1])"
+    )
+    page.evaluate("quadstep.setGhost('completed-backstepping')")
+    fragment = "#" + page.url.split("#")[1]
+    again = open_page(fragment + "&t=7.25")
+    np.testing.assert_array_equal(rows(again), rows(page))
+    assert again.evaluate("quadstep.settings()") == page.evaluate("quadstep.settings()")
+    assert again.evaluate("quadstep.time()") == 7.25
+    assert not again.locator("#notice").is_visible()
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "#flight=nowhere",
+        "#%%%",
+        "#set=t_f:1e999",
+        "#set=t_f:NaN",
+        "#set=__proto__:1",
+        "#set=constructor.name:1",
+        "#controller=<img src=x onerror=alert(1)>",
+        "#ghost=alert(1)&set=K_r1",
+        "#t=javascript:alert(1)",
+        "#" + "a" * 20000,
+    ],
+)
+def test_bad_fragment_is_left_out_and_said(open_page, fragment):
+    page = open_page(fragment)
+    assert page.locator("#notice").is_visible()
+    assert page.evaluate("quadstep.settings().values") == {}
+    assert page.evaluate("quadstep.outcome().held")
+
+
+def test_name_that_is_markup_is_only_a_name(open_page):
+    page = open_page()
+    page.locator("#walk button", has_text=HOSTILE).click()
+    assert page.locator("#flight-name").inner_text() == HOSTILE
+    assert page.locator("script", has_text="alert(1)").count() <= 1  # the data itself, as JSON
+    page.hover("#plot-position")
+    with page.expect_download() as begun:
+        page.click("#plot-position .tools button:has-text('SVG')")
+    assert HOSTILE not in Path(begun.value.path()).read_text()
+    assert "<" not in begun.value.suggested_filename
+
+
+def test_plots_share_cursor_zoom_and_hover(open_page):
+    page = open_page()
+    stage = page.locator("#plot-position .stage")
+    box = stage.bounding_box()
+
+    def across(share):
+        return box["x"] + 48 + share * (box["width"] - 58)
+
+    middle = box["y"] + box["height"] / 2
+    page.mouse.click(across(0.5), middle)
+    assert page.evaluate("quadstep.time()") == pytest.approx(20, abs=0.3)
+    page.mouse.move(across(0.25), middle)
+    tip = page.locator("#plot-position .tip").inner_text()
+    assert "t = 10.0" in tip or "t = 9.9" in tip
+    assert re.search(r"x\s+[\d.]+\sm", tip)
+    page.mouse.move(across(0.2), middle)
+    page.mouse.down()
+    page.mouse.move(across(0.4), middle, steps=3)
+    page.mouse.up()
+    assert page.locator("#whole").is_visible()
+    page.mouse.click(across(0.5), middle)
+    assert page.evaluate("quadstep.time()") == pytest.approx(12, abs=0.3)
+    page.mouse.dblclick(across(0.5), middle)
+    assert not page.locator("#whole").is_visible()
+    page.mouse.wheel(0, -200)
+    page.wait_for_selector("#whole", state="visible")
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 740), (760, 700), (900, 700), (1180, 800), (1440, 900)])
+def test_no_width_scrolls_sideways(open_page, width, height):
+    page = open_page(width=width, height=height)
+    for tab in ("plots", "controls", "story"):
+        if width < 1180:
+            page.click(f"#tabs button[value={tab}]")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator("#play").is_visible()
+
+
+def test_without_webgl_there_are_plots_and_a_sentence(open_page):
+    page = open_page("#t=10", webgl=False)
+    assert "WebGL" in page.locator("#no-webgl").inner_text()
+    page.wait_for_timeout(300)
+    assert picture(page, "#plot-position .stage").std() > 0.02
+    page.keyboard.press("c")
+    page.evaluate("quadstep.setControl('t_f', 10)")
+    assert page.evaluate("quadstep.rows().length") > 500

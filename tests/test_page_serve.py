@@ -1,0 +1,362 @@
+"""`quadstep serve`: a list, its flights, and nothing else of this machine."""
+
+import errno
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from quadstep.errors import UserError
+from quadstep.flight.engine import Engine
+from quadstep.mission.fly import fly_mission
+from quadstep.page import build
+from quadstep.page.folder import manifest, read_log, results
+from quadstep.page.opened import names_files, open_result, plan_again
+from quadstep.page.serve import answer, server
+from tests.pages import STAND_IN, data_of
+
+MISSION = """
+name = "A <b>bold</b> name & more"
+[path]
+type = "minimum-jerk"
+end = [0.0, 0.0, 1.0]
+duration = 1.0
+"""
+SECRET = "a secret beside the folder"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def stand_in():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build, "template", lambda: STAND_IN)
+        yield
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory):
+    """out/ with a flight, a report and links, beside a secret."""
+    top = tmp_path_factory.mktemp("top")
+    (top / "secret.txt").write_text(SECRET)
+    (top / "secret").mkdir()
+    (top / "secret" / "flight.csv").write_text(SECRET)
+    out = top / "out"
+    mission = top / "mission.toml"
+    mission.write_text(MISSION)
+    fly_mission(mission, out / "first flight", Engine.LANES, False)
+    (out / "report").mkdir()
+    (out / "report" / "report.html").write_text("<p>campaign</p>")
+    (out / "report" / "chart.png").write_bytes(b"\x89PNG")
+    (out / ".hidden").mkdir()
+    (out / ".hidden" / "report.html").write_text("hidden")
+    (out / "link.txt").symlink_to(top / "secret.txt")
+    (out / "inside.html").symlink_to(out / "report" / "report.html")
+    (out / "way").symlink_to(top / "secret")
+    (out / "up").symlink_to("..")
+    os.mkfifo(out / "report" / "pipe.txt")
+    return out
+
+
+@pytest.fixture(scope="module")
+def port(root):
+    running = server(root, 0)
+    thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    yield running.server_address[1]
+    running.shutdown()
+    thread.join()
+    running.server_close()
+
+
+def get(port, path, host=None, method="GET", headers=None):
+    """Status, headers and content of a request sent as it stands."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+    for name, value in {"Host": f"127.0.0.1:{port}" if host is None else host, **(headers or {})}.items():
+        if value:
+            connection.putheader(name, value)
+    connection.endheaders()
+    response = connection.getresponse()
+    content = response.read()
+    connection.close()
+    return response.status, dict(response.getheaders()), content.decode("utf-8", "replace")
+
+
+def test_the_list_names_every_result_and_escapes_it(port):
+    status, headers, text = get(port, "/")
+    assert status == 200
+    assert "A &lt;b&gt;bold&lt;/b&gt; name &amp; more" in text
+    assert "<b>bold" not in text
+    assert "completed at 1 s" in text
+    assert 'href="/files/report/report.html"' in text
+    assert "hidden" not in text
+    assert "secret" not in text
+    assert headers["Content-Type"] == "text/html; charset=utf-8"
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert headers["X-Content-Type-Options"] == "nosniff"
+
+
+def test_every_link_of_the_list_opens(port):
+    _, _, text = get(port, "/")
+    links = [part.split('"')[0] for part in text.split('href="/')[1:]]
+    assert len(links) > 4
+    assert all(get(port, f"/{link}")[0] == 200 for link in links)
+
+
+def test_a_flight_is_flown_live_from_its_metrics(port, root):
+    status, _, text = get(port, "/fly/first%20flight/")
+    assert status == 200
+    (flight,) = data_of(text)["flights"]
+    assert flight["name"] == "A <b>bold</b> name & more"
+    assert flight["whyNot"] == ""
+    assert len(flight["controllers"]) == 3
+    assert flight["outcome"]["text"] == "completed 1 s"
+    assert data_of(text)["links"] == [{"label": "All results", "href": "/"}]
+    page = data_of((root / "first flight" / "page.html").read_text())["flights"][0]
+    assert page["controllers"] == flight["controllers"]
+
+
+@pytest.mark.parametrize(("path", "kind"), [("report.html", "text/html; charset=utf-8"), ("chart.png", "image/png")])
+def test_files_are_sent_with_their_kind(port, path, kind):
+    status, headers, content = get(port, f"/files/report/{path}")
+    assert (status, headers["Content-Type"]) == (200, kind)
+    assert int(headers["Content-Length"]) > 3
+    assert content
+    status, headers, content = get(port, f"/files/report/{path}", method="HEAD")
+    assert (status, content) == (200, "")
+
+
+LISTED = r"""
+/files/../secret.txt /files/%2e%2e/secret.txt /files/%2E./secret.txt /files/..%2fsecret.txt /files/..%5csecret.txt
+/../secret.txt /files/%252e%252e/secret.txt /files/report/../../secret.txt /files/report/%2e%2e/%2e%2e/secret.txt
+ /files/....//secret.txt
+/files//etc/passwd /files/%2fetc%2fpasswd /files///etc/passwd //etc/passwd file:///etc/passwd * /nothing /files/a%ff /files/%00
+/files/link.txt /files/inside.html /files/way/flight.csv /files/up/secret.txt /files/up/out/report/report.html
+/fly/way/ /fly/../secret/ /fly/%2e%2e/secret/ /fly/up/secret /fly/ /fly/report/ /fly/report/report.html
+/files/.hidden/report.html /files/%2ehidden/report.html /files/report/pipe.txt /files/report /files/ /files
+/files/report/report.html%00.txt /files/\..\secret.txt http://127.0.0.1/files/../secret.txt
+"""
+OUTSIDE = [*LISTED.split(), "/files/" + "x" * 5000, "/files/" + "a/" * 3000]
+
+
+@pytest.mark.parametrize("path", OUTSIDE)
+def test_nothing_outside_the_folder_is_sent(port, path):
+    status, _, content = get(port, path)
+    assert status in (400, 404, 414)
+    assert SECRET not in content
+    assert "root:" not in content
+    assert "hidden" not in content
+
+
+PARTS = r"""
+.. . %2e %2f %5c / \ %00 secret.txt secret out up way report link.txt flight.csv %252e report.html ~ files fly ? # ; %c0%ae ..;
+"""
+PIECES = st.sampled_from(PARTS.split())
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from(["/files/", "/fly/", "/", ""]), st.lists(PIECES, max_size=8))
+def test_no_mixture_of_paths_leads_outside(root, start, pieces):
+    found = answer(root, start + "".join(pieces))
+    content = found.text
+    if found.handle is not None:
+        place = Path(f"/proc/self/fd/{found.handle}").resolve() if Path("/proc/self/fd").exists() else root
+        with os.fdopen(found.handle, "rb") as file:
+            content += file.read().decode("utf-8", "replace")
+        assert place == root or root in place.parents
+    assert SECRET not in content
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "127.0.0.1:1", "localhost:1", "", "[::1]", "127.0.0.1 "]
+)
+def test_another_host_gets_nothing(port, host):
+    status, _, content = get(port, "/", host=host.replace("PORT", str(port)))
+    assert status == 421
+    assert "A &lt;b&gt;" not in content
+
+
+def test_localhost_is_this_host_and_two_hosts_are_none(port):
+    assert get(port, "/", host=f"localhost:{port}")[0] == 200
+    assert get(port, "/", host=f"LOCALHOST:{port}")[0] == 200
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as line:
+        line.sendall(f"GET / HTTP/1.0\r\nHost: 127.0.0.1:{port}\r\nHost: evil.example\r\n\r\n".encode())
+        assert b" 421 " in line.recv(100)
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "CONNECT"])
+def test_other_methods_are_refused(port, method):
+    assert get(port, "/", method=method)[0] in (405, 501)
+
+
+def test_it_listens_on_this_machine_only(root):
+    running = server(root, 0)
+    try:
+        assert running.socket.getsockname()[0] == "127.0.0.1"
+    finally:
+        running.server_close()
+
+
+def test_a_port_in_use_and_a_folder_that_is_none_are_one_line(root, port):
+    with pytest.raises(UserError, match=rf"port {port} .*{os.strerror(errno.EADDRINUSE)}"):
+        server(root, port)
+    with pytest.raises(UserError, match="not a folder"):
+        server(root / "nowhere", 0)
+    with pytest.raises(UserError, match="not a folder"):
+        server(root / "report" / "report.html", 0)
+
+
+def test_a_browser_that_hangs_up_harms_nobody(port):
+    for _ in range(5):
+        with socket.create_connection(("127.0.0.1", port)) as line:
+            line.sendall(b"GET / HT")
+    assert get(port, "/")[0] == 200
+
+
+def spoilt(folder, **content):
+    folder.mkdir()
+    (folder / "metrics.json").write_text(json.dumps(content))
+    (folder / "flight.csv").write_text("t[s],x[m],y[m],z[m]\n0.0,1.0,2.0,3.0\n0.1,1.0,2.0,nan\n0.2,1.0,2.0,3.5\n")
+    return folder
+
+
+BASE = {"name": "x", "outcome": "completed", "ended[s]": 0.2}
+LINE = {"type": "minimum-jerk", "end": [0.0, 0.0, 1.0], "duration": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        ({}, "does not say how it was flown"),
+        ({"mission": 3}, "does not say"),
+        ({"mission": {"path": {"type": "recorded", "file": "/etc/passwd"}}}, "needs further files"),
+        (
+            {"mission": {"path": LINE, "controller": {"type": "backstepping", "nets": {"weights": "../w.json"}}}},
+            "further files",
+        ),
+        ({"mission": {"path": LINE, "vehicle": {"file": "/etc/passwd"}}}, "further files"),
+        ({"mission": {"path": LINE, "bogus": 1}}, "unknown key"),
+        ({"mission": {"path": {**LINE, "duration": 1e9}}}, "duration"),
+        ({"name": 3, "outcome": 5, "ended[s]": "soon", "warnings": 3, "position": 7, "u": []}, "does not say"),
+        ({"outcome": "nonsense", "warnings": [1, "two"]}, "does not say"),
+    ],
+)
+def test_a_result_that_cannot_be_flown_again_shows_its_recording(tmp_path, content, why):
+    folder = spoilt(tmp_path / "result", **{**BASE, **content})
+    (flight,) = data_of(open_result(folder))["flights"]
+    assert why in flight["whyNot"]
+    assert flight["recorded"]["count"] == 2  # the row that is no row is left out
+    assert flight["recorded"]["columns"][3] == ["z", "m"]
+    assert flight["outcome"]["code"] == 0
+
+
+CSV = ["", "t[s]\n", "t,x,y\n1,2,3\n", "t,x,y,z\n1,2,3\n", "t,x,y,z\n1,2,3,four\n", "t,t,x,y,z\n1,1,1,1,1\n", "\0"]
+
+
+@pytest.mark.parametrize("text", CSV)
+def test_a_csv_that_is_no_flight_is_one_line(tmp_path, text):
+    folder = spoilt(tmp_path / "result", **BASE)
+    (folder / "flight.csv").write_text(text)
+    with pytest.raises(UserError, match=r"flight\.csv: is not a flight"):
+        open_result(folder)
+    found = answer(tmp_path, "/fly/result")
+    assert (found.status, found.text.count("\n")) == (422, 1)
+
+
+def test_a_flight_lost_at_once_is_shown_without_rows(tmp_path):
+    folder = spoilt(tmp_path / "result", **{**BASE, "outcome": "off_path", "ended[s]": 0.0})
+    (folder / "flight.csv").write_text("t[s],x[m],y[m],z[m]\n\n")
+    (flight,) = data_of(open_result(folder))["flights"]
+    assert flight["outcome"]["text"].startswith("diverged at 0 s: farther")
+    assert flight["recorded"]["count"] == 0
+
+
+@pytest.mark.parametrize("name", ["metrics.json", "flight.csv"])
+def test_a_link_in_a_result_is_not_followed(tmp_path, name):
+    (tmp_path / "root").mkdir()
+    folder = spoilt(tmp_path / "root" / "out", **BASE)
+    outside = spoilt(tmp_path / "outside", **{**BASE, "name": SECRET})
+    (folder / name).unlink()
+    (folder / name).symlink_to(outside / name)
+    for target in ("/", "/fly/", "/fly/."):
+        assert SECRET not in answer(folder.parent, target).text
+    found = answer(folder.parent, "/fly/out/")
+    assert found.status == (404 if name == "flight.csv" else 200)
+    assert SECRET not in found.text
+
+
+def test_a_log_reads_back_exactly(root):
+    log = read_log(root / "first flight" / "flight.csv", 0, 1.0)
+    assert log.columns["psi_dot"] == "rad/s"
+    assert log.rows.shape == (101, len(log.columns))
+    assert np.allclose(log.column("t"), np.arange(101) * 0.01)
+
+
+@pytest.mark.parametrize("text", ["[]", "{", "3", "\0", "[" * 100_000, '{"name": "\\ud800"}'])
+def test_a_spoilt_manifest_is_an_empty_one_or_harmless(tmp_path, text):
+    (tmp_path / "metrics.json").write_text(text)
+    assert isinstance(manifest(tmp_path), dict)
+    assert answer(tmp_path, "/").status == 200
+    assert answer(tmp_path, "/").text.encode("utf-8", "replace")
+
+
+def test_a_mission_of_absurd_depth_is_no_flight(tmp_path):
+    content = {}
+    for _ in range(5000):
+        content = {"path": [content]}
+    assert plan_again(content).why_not == "its metrics.json describes no flight"
+    folder = spoilt(tmp_path / "deep", **BASE)
+    (folder / "metrics.json").write_text('{"mission": ' + '{"path": [' * 450 + "]}" * 450 + "}")
+    assert open_result(folder)
+
+
+def test_files_named_deep_inside_are_found():
+    assert names_files({"a": [{"b": {"file": "x"}}]})
+    assert not names_files({"a": [{"b": {"file": None, "weights": None}}]})
+
+
+def test_results_are_found_in_order_and_not_without_end(tmp_path):
+    for name in ("b", "a/c", "a/b/c/d/e/f/g/h"):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "report.html").write_text("x")
+    assert [result.place.as_posix() for result in results(tmp_path)] == ["a/c", "b"]
+    assert results(tmp_path / "b")[0].place == Path()
+
+
+def test_names_of_folders_are_escaped_and_quoted(tmp_path):
+    name = 'a <i> & "q" ?x=1#y %41 é'
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "report.html").write_text("found")
+    text = answer(tmp_path, "/").text
+    assert "<i>" not in text
+    assert f"/files/{quote(name)}/report.html" in text
+    found = answer(tmp_path, f"/files/{quote(name)}/report.html")
+    with os.fdopen(found.handle) as file:
+        assert file.read() == "found"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_cleanly_when_told_to(root, number):
+    running = subprocess.Popen(
+        [sys.executable, "-m", "quadstep.cli", "serve", str(root), "--port", "0"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    line = running.stdout.readline()
+    address = line.split("http://")[1].split("/")[0]
+    port = int(address.rpartition(":")[2])
+    assert get(port, "/")[0] == 200
+    time.sleep(0.1)
+    running.send_signal(number)
+    out, errors = running.communicate(timeout=20)
+    assert (running.returncode, out, errors) == (0, "Stopped.\n", "")
