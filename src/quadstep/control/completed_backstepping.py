@@ -23,8 +23,9 @@ from quadstep.control.backstepping import (
 from quadstep.control.command_filter import Filtered, command_filter
 from quadstep.control.controller import Command
 from quadstep.control.networks import output
+from quadstep.control.projection import project, project_weights
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, absolute, cos, sin, vector, where
+from quadstep.numbers import Number, Vector, absolute, cos, sin, vector, where
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis, effective_inertia
 from quadstep.vehicle.state import State
@@ -74,20 +75,6 @@ def counter_rate(gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vecto
     """P^-1 u_d B^T r1 of (theta, phi) [rad/s]: turning so, the attitude error's part of L cancels r1^T u_d B e2."""
     b_theta, b_phi = coupling_columns(tilt, wanted)
     return vector(u_d * (b_theta @ r1) / gains.coupling[1], u_d * (b_phi @ r1) / gains.coupling[2])
-
-
-def project(entries: Vector, bound: Number) -> Vector:
-    """The nearest vector of length at most `bound`."""
-    return _shrink(entries.norm(), bound) * entries
-
-
-def project_weights(weights: Matrix, bound: Number) -> Matrix:
-    """The nearest matrix of Frobenius norm at most `bound`."""
-    return _shrink(weights.norm(), bound) * weights
-
-
-def _shrink(length: Number, bound: Number) -> Number:
-    return where(length > bound, bound / where(length > bound, length, 1.0), 1.0)
 
 
 def confine(gains: CompletedGains, memory: BacksteppingMemory) -> BacksteppingMemory:

@@ -3,8 +3,7 @@
 What is the paper's: the filtered errors r1 and r2 (Eqs 12 and 28), the wanted force (Eq. 24) and torque (Eq. 35), the nets
 (Eqs 23, 34) and their tuning (Eq. 54). What is not, and why:
 
-- The attitude error is the turn from the vehicle to the wanted attitude, so any yaw and any tilt will do (the paper: Euler
-angles).
+- The attitude error is the turn from the vehicle to the wanted attitude, so any yaw and tilt will do (paper: Euler angles).
 - The rigid-body torque of the wanted motion and a term P e2 are added, as in the completed law (docs/theory.md): only the
   unknown is left to the second net.
 - Everything is per mass and per inertia, so one set of gains serves vehicles of all sizes.

@@ -90,8 +90,8 @@ class AirframeMission(Section):
         simulation, duration = self.simulation, self.simulation.duration or path.length
         try:
             self.vehicle.check_step(simulation.step)
-            sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity)
             self.sensors.check(duration)
+            sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity)
             self.wind.check(duration)
             check_events(self.events, len(vehicle.geometry.mounts), duration)
         except ValueError as error:

@@ -33,6 +33,11 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         return f"{key}.type: missing; allowed: {context_tags(model, problem)}"
     if kind == "union_tag_invalid":
         return f"{key}.type: {context['tag']!r} is not known; allowed: {context_tags(model, problem)}"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"{key}: should be a table, not {shorten(given)}"
+    if kind in ("too_short", "too_long"):
+        bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
+        return f"{key}: should have {bound} entries, not {context['actual_length']}"
     text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
     shown = "" if kind == "value_error" or isinstance(given, dict) else f", not {shorten(given)}"
     return f"{key}: {text}{shown}" if key else f"{text}{shown}"

@@ -6,6 +6,7 @@ from typing import Any, Literal
 from quadstep.control.paper_on_airframe import PaperOnAirframe
 from quadstep.mission.agility import agility
 from quadstep.mission.airframe import BuiltAirframe
+from quadstep.mission.check import check
 from quadstep.mission.controllers import BacksteppingSection, BuiltController, NetsSection
 from quadstep.mission.fields import NonNegative, NonNegativeDiagonal, Positive, PositiveDiagonal, Section
 from quadstep.mission.vehicles import VehicleSection
@@ -59,7 +60,8 @@ class PaperSection(Section):
         }
 
     def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
-        section = BacksteppingSection.model_validate({"type": "backstepping", **self.scaled(vehicle)})
+        content = {"type": "backstepping", **self.scaled(vehicle)}
+        section = check(BacksteppingSection, content, "controller, scaled to the vehicle")
         built = section.build(as_paper_vehicle(vehicle), folder)
         return built._replace(law=PaperOnAirframe(built.law))
 

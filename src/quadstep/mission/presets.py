@@ -60,7 +60,7 @@ def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, 
     if "preset" in table:
         return merged(preset_table(table["preset"]), table)
     if "file" in table:
-        if not isinstance(table["file"], str):
+        if not isinstance(table["file"], str) or not table["file"].isprintable():
             raise ValueError(f"file should be the name of a TOML file, not {table['file']!r:.60}")
         path = folder / table["file"]
         if depth == DEEPEST:

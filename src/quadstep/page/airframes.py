@@ -14,7 +14,7 @@ from quadstep.mission.airframe_controllers import AnyAirframeController, Rotatio
 from quadstep.numbers import flatten, in_matrix, leaf_names
 from quadstep.page.conditions import coupling_condition, rotation_conditions, theorem_conditions
 from quadstep.page.controllers import BELIEF, GAINS, NETS, believed_mass, net_controls, paper_gains
-from quadstep.page.controls import control, grouped, parameter, positive
+from quadstep.page.controls import AXES, control, grouped, parameter, positive
 from quadstep.page.laws import Laws, widened
 from quadstep.page.model import Component, Condition, Control, Controller
 
@@ -113,7 +113,7 @@ def plain_controls(gains: Any) -> list[Control]:
         ):
             continue
         head, _, tail = name.rpartition(".")
-        whole, label = (head, tail) if head and tail.isdigit() else (name, "")
+        whole, label = (head, AXES[int(tail)] if int(tail) < len(AXES) else tail) if head and tail.isdigit() else (name, "")
         vectors.setdefault(whole, []).append(Component(label, float(leaf), (parameter(f"gains.{name}"),)))
     if len(vectors) > MOST_SLIDERS:
         return []

@@ -1,0 +1,288 @@
+"""Controllers of real vehicles as laws: signs by finite rotations, rates by differences, limits, and what is learnt when."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are
+
+from quadstep import fly
+from quadstep.analysis.airframe_metrics import airframe_metrics
+from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
+from quadstep.control.controller import Measured
+from quadstep.control.geometric import vee_error
+from quadstep.control.lqr import chain, regulator
+from quadstep.control.projection import project, project_weights
+from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.flight.closed_loop import Outcome
+from quadstep.guidance.reference import Reference
+from quadstep.mission.agility import agility
+from quadstep.mission.airframe_controllers import RotationSection
+from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.vehicle_list import load_preset
+from quadstep.numbers import Matrix, Vector, vector
+from quadstep.numbers.rotations import IDENTITY, cross, from_rotation_vector, from_yaw_pitch_roll, multiply, rotation_matrix
+
+ZERO = vector(0.0, 0.0, 0.0)
+HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0)
+KINDS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+EVERY = pytest.mark.parametrize("kind", KINDS)
+
+
+def mission(kind="rotation-backstepping", vehicle="research-2.6kg", **content):
+    path = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 6.0}
+    controller = {"type": kind, **content.pop("controller", {})}
+    return AirframeMission.model_validate({"vehicle": {"preset": vehicle}, "path": path, "controller": controller, **content})
+
+
+def asked(kind, measured=None, reference=HERE, samples=1, begin=None, **changes):
+    """The command of the last of some samples, the measurement held, and the memory after it. begin: the attitude before."""
+    plan = mission(kind).plan()
+    law, gains = plan.loop.controller, plan.parameters.gains
+    weight = plan.parameters.airframe.mass * 9.81
+    known = measured or Measured(ZERO, ZERO, IDENTITY, ZERO, weight, ZERO)._replace(**changes)
+    memory = law.start(known._replace(attitude=begin, rates=ZERO) if begin else known, gains)
+    command = None
+    for k in range(samples):
+        if k % 5 == 0:
+            memory = law.guide(memory, known, reference, gains, 0.002 * k, 0.01)
+        command, memory = law.law(memory, known, reference, gains, 0.002 * k, 0.002)
+        known = known._replace(thrust=command.thrust, torque=command.torque)
+    return command, memory
+
+
+@EVERY
+def test_at_rest_on_the_path_it_asks_for_the_weight_and_no_torque(kind):
+    command, _ = asked(kind)
+    assert command.thrust == pytest.approx(2.644 * 9.81, rel=1e-9)
+    assert list(command.torque) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+
+
+@EVERY
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_it_turns_back_against_a_small_turn_about_any_axis(kind, axis, sign):
+    turn = Vector(sign * 0.05 if i == axis else 0.0 for i in range(3))
+    command, _ = asked(kind, begin=IDENTITY, attitude=from_rotation_vector(turn))
+    torque = list(command.torque)
+    assert sign * torque[axis] < 0.0
+    assert all(abs(torque[other]) < 0.2 * abs(torque[axis]) for other in range(3) if other != axis)
+
+
+@EVERY
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_it_damps_a_rate_about_any_axis(kind, axis):
+    command, _ = asked(kind, begin=IDENTITY, rates=Vector(0.3 if i == axis else 0.0 for i in range(3)))
+    assert list(command.torque)[axis] < 0.0
+
+
+@EVERY
+def test_it_pushes_harder_below_the_path_and_while_sinking(kind):
+    weight = 2.644 * 9.81
+    assert asked(kind, position=vector(0.0, 0.0, -0.2))[0].thrust > weight + 1.0
+    assert asked(kind, velocity=vector(0.0, 0.0, -0.3))[0].thrust > weight + 1.0
+    assert asked(kind, position=vector(0.0, 0.0, 0.2))[0].thrust < weight - 1.0
+
+
+@EVERY
+@pytest.mark.parametrize("yaw", [0.0, 1.0, 2.5, -2.0, 9.0])
+def test_it_leans_towards_the_path_at_any_heading(kind, yaw):
+    there = from_yaw_pitch_roll(vector(yaw, 0.0, 0.0))
+    reference = HERE._replace(yaw=yaw)
+    command, _ = asked(kind, reference=reference, samples=60, attitude=there, position=vector(0.0, -0.3, 0.0))
+    lean = rotation_matrix(there) @ command.torque  # world axes: to move towards +y the vehicle rolls about -x
+    assert lean[0] < 0.0
+    assert abs(lean[1]) < 0.1 * abs(lean[0])
+
+
+@pytest.mark.parametrize("kind", KINDS[:-1])
+@pytest.mark.parametrize("attitude", [(0.0, 0.0, 3.1), (0.3, 0.0, -2.9), (2.0, 1.4, 0.5), (0.0, -1.5, 0.0)])
+def test_on_the_rotation_group_it_recovers_from_any_attitude(kind, attitude):
+    if kind == "lqr" and abs(attitude[2]) > 2.0:
+        pytest.skip("linear about hover: not meant for it")
+    start = {"attitude": list(attitude), "rates": [0.2, -0.3, 0.1]}
+    simulation = {"duration": 15.0}
+    path = {"type": "step", "start": [0.0, 0.0, 50.0], "end": [0.0, 0.0, 50.0], "duration": 15.0}
+    log = fly(mission(kind, "hummingbird", start=start, path=path, simulation=simulation).plan())
+    assert log.outcome is Outcome.COMPLETED
+    tilt = log.table("roll", "pitch")[-1]
+    assert np.abs(tilt).max() < 0.1
+
+
+def test_the_wanted_attitude_and_its_rates_are_those_of_finite_differences():
+    def force(t):
+        return Vector((3.0 * math.sin(1.3 * t), 2.0 * math.cos(0.7 * t), 9.0 + math.sin(2.0 * t)))
+
+    def yaw(t):
+        return 0.4 + 0.8 * t
+
+    def difference(f, t, h):
+        return [(a - b) / (2.0 * h) for a, b in zip(f(t + h), f(t - h), strict=True)]
+
+    def wanted(t, h=1e-4):
+        rate = Vector(difference(force, t, h))
+        change = Vector((a - 2.0 * b + c) / h**2 for a, b, c in zip(force(t + h), force(t), force(t - h), strict=True))
+        return wanted_attitude(force(t), rate, change, yaw(t), 0.8)
+
+    t, h = 0.9, 1e-5
+    now = wanted(t)
+    rotation = np.array([list(row) for row in now.rotation])
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(list(up_axis(now.rotation)), list(force(t) * (1.0 / force(t).norm())), atol=1e-12)
+    assert rotation[:, 0] @ [-math.sin(yaw(t)), math.cos(yaw(t)), 0.0] == pytest.approx(0.0, abs=0.35)
+    ahead, behind = (np.array([list(row) for row in wanted(t + d).rotation]) for d in (h, -h))
+    spin = rotation.T @ (ahead - behind) / (2.0 * h)
+    np.testing.assert_allclose([spin[2, 1], spin[0, 2], spin[1, 0]], list(now.rates), atol=1e-6)
+    np.testing.assert_allclose(difference(lambda s: wanted(s).rates, t, 1e-4), list(now.acceleration), atol=1e-4)
+
+
+def test_the_geometric_torque_feeds_forward_a_turn_seen_from_a_turning_body():
+    command, _ = asked("geometric", reference=HERE._replace(yaw_rate=0.5), rates=vector(0.2, 0.0, 0.0))
+    assert list(command.torque)[1] == pytest.approx(0.03 * 0.2 * 0.5)  # J (0 - Omega x Omega_c) about y
+
+
+def test_the_pid_does_not_integrate_what_it_cannot_have():
+    def integral(gap, samples):
+        return asked("pid", samples=samples, position=vector(0.0, 0.0, -gap))[1].integral[2]
+
+    plan = mission("pid", controller={"most_speed": 100.0}).plan()
+    law, gains = plan.loop.controller, plan.parameters.gains
+    far = Measured(vector(0.0, 0.0, -20.0), ZERO, IDENTITY, ZERO, 26.0, ZERO)
+    memory = law.start(far, gains)
+    for _ in range(200):
+        memory = law.guide(memory, far, HERE, gains, 0.0, 0.01)
+    assert memory.force[2] == pytest.approx(0.95 * gains.most_thrust)
+    assert memory.integral[2] < 0.0  # pulled back, where 2 s of this error would have made it bounded at 15
+    assert integral(0.05, 200) > integral(0.05, 50) > 0.0
+
+
+def test_the_error_of_lee_is_the_sine_of_a_turn_about_one_axis():
+    for axis in range(3):
+        turn = Vector(0.4 if i == axis else 0.0 for i in range(3))
+        error = vee_error(rotation_matrix(IDENTITY), rotation_matrix(from_rotation_vector(turn)))
+        assert list(error) == pytest.approx([math.sin(0.4) if i == axis else 0.0 for i in range(3)])
+
+
+def test_a_force_is_kept_within_reach_and_height_goes_first():
+    assert list(within(vector(1.0, 2.0, 3.0), 10.0)) == [1.0, 2.0, 3.0]
+    x, y, z = within(vector(30.0, -40.0, 8.0), 10.0)
+    assert z == 8.0
+    assert (x, y) == pytest.approx((3.6, -4.8))
+    assert list(within(vector(0.0, 0.0, -5.0), 10.0)) == [0.0, 0.0, 1.0]
+
+
+def test_the_regulator_solves_the_riccati_equation():
+    a, b = chain(5)
+    a[2, 3] = 9.81
+    q, r = [40.0, 40.0, 4.0, 1.0, 0.3], 0.002
+    p = solve_continuous_are(a, b[:, None], np.diag(q), np.array([[r]]))
+    np.testing.assert_allclose(regulator(a, b, q, r), b @ p / r, rtol=1e-8)
+    assert np.linalg.eigvals(a - np.outer(b, regulator(a, b, q, r))).real.max() < 0.0
+
+
+def test_the_attitude_filter_is_critically_damped_and_ends_at_its_command():
+    command = from_rotation_vector(vector(0.0, 0.6, 0.0))
+    filtered = FilteredAttitude(IDENTITY, ZERO, ZERO)
+    turned = []
+    for _ in range(1000):
+        filtered = attitude_filter(filtered, command, vector(10.0, 10.0, 10.0), ZERO, 0.001)
+        turned.append(2.0 * math.atan2(filtered.attitude[2], filtered.attitude[0]))
+    t = 0.001 * np.arange(1, 1001)
+    np.testing.assert_allclose(turned, 0.6 * (1.0 - (1.0 + 10.0 * t) * np.exp(-10.0 * t)), atol=5e-3)
+
+
+def test_a_hedged_filter_waits_for_a_vehicle_that_cannot_follow():
+    command = from_rotation_vector(vector(0.0, 0.6, 0.0))
+    free = held = FilteredAttitude(IDENTITY, ZERO, ZERO)
+    for _ in range(200):
+        free = attitude_filter(free, command, vector(10.0, 10.0, 10.0), ZERO, 0.001)
+        held = attitude_filter(held, command, vector(10.0, 10.0, 10.0), vector(0.0, 20.0, 0.0), 0.001)
+    assert held.attitude[2] < 0.8 * free.attitude[2]
+
+
+def test_nothing_is_learnt_or_integrated_before_take_off():
+    _, idle = asked("rotation-backstepping", Measured(vector(0.3, 0.2, -0.4), ZERO, IDENTITY, ZERO, 0.0, ZERO))
+    assert idle.weights_1.norm() == 0.0
+    assert idle.integral_1.norm() == 0.0
+    assert idle.flying == 0.0
+    _, flying = asked("rotation-backstepping", samples=20, position=vector(0.3, 0.2, -0.4))
+    assert flying.flying == 1.0
+    assert flying.weights_1.norm() > 0.0
+    assert flying.integral_1.norm() > 0.0
+
+
+def test_nothing_is_learnt_from_what_the_rotors_could_not_make():
+    plan = mission().plan()
+    law, gains = plan.loop.controller, plan.parameters.gains
+    low = Measured(vector(0.0, 0.0, -3.0), ZERO, IDENTITY, ZERO, 25.0, ZERO)
+    memory = law.guide(law.start(low, gains), low, HERE, gains, 0.0, 0.01)
+    command, memory = law.law(memory, low, HERE, gains, 0.0, 0.002)
+    short = low._replace(thrust=0.8 * command.thrust, torque=command.torque)
+    starved = law.guide(memory, short, HERE, gains, 0.01, 0.01)
+    assert starved.weights_1.norm() == memory.weights_1.norm()
+    assert list(starved.integral_1) == list(memory.integral_1)
+    made = low._replace(thrust=command.thrust, torque=command.torque)
+    assert law.guide(memory, made, HERE, gains, 0.01, 0.01).weights_1.norm() > memory.weights_1.norm()
+    turned = made._replace(attitude=from_rotation_vector(vector(0.8, 0.0, 0.0)))
+    command, memory = law.law(memory, turned, HERE, gains, 0.0, 0.002)
+    weak = turned._replace(torque=0.5 * command.torque)
+    _, after = law.law(memory, weak, HERE, gains, 0.0, 0.002)
+    assert after.weights_2.norm() == memory.weights_2.norm()
+    assert list(after.integral_2) == list(memory.integral_2)
+
+
+def test_weights_and_integrals_keep_their_bounds_under_any_error():
+    nets, bounds = {"F1": 5000.0, "F2": 5000.0}, {"weight_bounds": [3.0, 4.0], "integral_bounds": [0.5, 0.3]}
+    plan = mission(controller={"nets": nets, **bounds}).plan()
+    law, gains = plan.loop.controller, plan.parameters.gains
+    off = Measured(vector(1.0, -1.0, -0.5), ZERO, from_rotation_vector(vector(0.2, 0.1, 0.0)), ZERO, 26.0, ZERO)
+    memory = law.start(off, gains)
+    for _ in range(200):
+        memory = law.guide(memory, off, HERE, gains, 0.0, 0.01)
+        command, memory = law.law(memory, off, HERE, gains, 0.0, 0.002)
+        off = off._replace(thrust=command.thrust, torque=command.torque)
+        assert memory.weights_1.norm() <= 3.0 * (1.0 + 1e-12)
+        assert memory.weights_2.norm() <= 4.0 * (1.0 + 1e-12)
+        assert memory.integral_1.norm() <= 0.5 * (1.0 + 1e-12)
+        assert memory.integral_2.norm() <= 0.3 * (1.0 + 1e-12)
+    assert memory.weights_1.norm() > 2.0
+
+
+def test_projection_shortens_and_does_not_turn():
+    assert list(project(vector(3.0, 0.0, 4.0), 1.0)) == pytest.approx([0.6, 0.0, 0.8])
+    assert list(project(vector(0.3, 0.0, 0.4), 1.0)) == [0.3, 0.0, 0.4]
+    assert project_weights(Matrix([vector(3.0, 4.0), vector(0.0, 0.0)]), 1.0).norm() == pytest.approx(1.0)
+
+
+def test_nets_make_up_for_a_wind_that_the_controller_knows_nothing_of():
+    wind = {"mean": [8.0, 0.0, 0.0]}
+    errors = {}
+    for on in (True, False):
+        flight = mission(controller={"nets": {"enabled": on}}, wind=wind, score_from=3.0)
+        errors[on] = airframe_metrics(fly(flight.plan()), 3.0)["position_rmse[m]"]
+    assert errors[True] < errors[False] / 3.0
+
+
+def test_loops_are_slower_on_vehicles_that_are():
+    paces = {name: agility(load_preset(name).build()) for name in ("research-2.6kg", "crazyflie", "paper")}
+    assert paces["research-2.6kg"] == 1.0
+    assert paces["crazyflie"] == pytest.approx(0.04 / 0.072)
+    assert 0.1 < paces["paper"] < 0.3
+    built = RotationSection(type="rotation-backstepping").build(load_preset("crazyflie").build(), SimpleNamespace())
+    assert built.gains.gain_1[0] == pytest.approx(7.0 * paces["crazyflie"])
+    assert built.gains.coupling[0] == pytest.approx(60.0 * paces["crazyflie"] ** 2)
+    assert built.gains.force_net.learning_rate == pytest.approx(6.5 * paces["crazyflie"] ** 2)
+
+
+def test_a_part_of_the_nets_keys_leaves_the_others_as_they_were():
+    built = mission(controller={"nets": {"neurons": 4}}).plan().parameters.gains
+    assert built.force_net.damping == 0.06
+    assert len(built.weights_1) == 4
+
+
+def test_body_axes_turn_the_right_way_round():
+    yawed = from_yaw_pitch_roll(vector(math.pi / 2.0, 0.0, 0.0))
+    assert list(rotation_matrix(yawed) @ vector(1.0, 0.0, 0.0)) == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+    rolled = multiply(yawed, from_rotation_vector(vector(0.1, 0.0, 0.0)))
+    assert list(cross(vector(0.0, 0.0, 1.0), up_axis(rotation_matrix(rolled))))[1] > 0.0  # about world y: leans towards x
