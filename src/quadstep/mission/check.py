@@ -25,22 +25,22 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
     models, keys = walk(model, problem["loc"])
     key = ".".join(keys)
-    if kind == "extra_forbidden":
-        return f"{key}: unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}"
-    if kind == "missing":
-        return f"{key}: missing; it is needed"
-    if kind == "union_tag_not_found":
-        return f"{key}.type: missing; allowed: {context_tags(model, problem)}"
-    if kind == "union_tag_invalid":
-        return f"{key}.type: {context['tag']!r} is not known; allowed: {context_tags(model, problem)}"
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{key}: should be a table, not {shorten(given)}"
-    if kind in ("too_short", "too_long"):
-        bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
-        return f"{key}: should have {bound} entries, not {context['actual_length']}"
-    text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
-    shown = "" if kind == "value_error" or isinstance(given, dict) else f", not {shorten(given)}"
-    return f"{key}: {text}{shown}" if key else f"{text}{shown}"
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        said = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
+        return f"{key}.type: {said}; allowed: {context_tags(model, problem)}"
+    said = {
+        "extra_forbidden": f"unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}",
+        "missing": "missing; it is needed",
+        "model_type": f"should be a table, not {shorten(given)}",
+        "model_attributes_type": f"should be a table, not {shorten(given)}",
+        "dict_type": f"should be a table, not {shorten(given)}",
+        "too_short": f"should have at least {context.get('min_length')} entries, not {context.get('actual_length')}",
+        "too_long": f"should have at most {context.get('max_length')} entries, not {context.get('actual_length')}",
+    }.get(kind)
+    if said is None:
+        text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
+        said = text if kind == "value_error" or isinstance(given, dict) else f"{text}, not {shorten(given)}"
+    return f"{key}: {said}" if key else said
 
 
 def context_tags(model: type[BaseModel], problem: Any) -> str:

@@ -55,14 +55,15 @@ def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, 
 
     Raises ValueError for an unknown preset, a file that cannot be read, both keys at once, or files that name each other.
     """
-    if "preset" in table and "file" in table:
+    preset, file = table.get("preset"), table.get("file")
+    if preset is not None and file is not None:
         raise ValueError("preset and file are both given; a vehicle starts from one of them")
-    if "preset" in table:
-        return merged(preset_table(table["preset"]), table)
-    if "file" in table:
-        if not isinstance(table["file"], str) or not table["file"].isprintable():
-            raise ValueError(f"file should be the name of a TOML file, not {table['file']!r:.60}")
-        path = folder / table["file"]
+    if preset is not None:
+        return merged(preset_table(preset), table)
+    if file is not None:
+        if not isinstance(file, str) or not file.isprintable():
+            raise ValueError(f"file should be the name of a TOML file, not {file!r:.60}")
+        path = folder / file
         if depth == DEEPEST:
             raise ValueError(f"{path}: more than {DEEPEST} files start from one another")
         base = completed(vehicle_table(path), path.parent, depth + 1)
