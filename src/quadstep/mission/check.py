@@ -26,8 +26,8 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     models, keys = walk(model, problem["loc"])
     key = ".".join(keys)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        said = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
-        return f"{key}.type: {said}; allowed: {context_tags(model, problem)}"
+        wrong = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
+        return f"{key}.type: {wrong}; allowed: {context_tags(model, problem)}"
     said = {
         "extra_forbidden": f"unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}",
         "missing": "missing; it is needed",
