@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from quadstep.control import completed_backstepping
-from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio, project
+from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
+from quadstep.control.projection import project
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly

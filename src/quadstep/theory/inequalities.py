@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.control.completed_backstepping import coupling_columns, project, with_yaw
+from quadstep.control.completed_backstepping import coupling_columns, with_yaw
+from quadstep.control.projection import project
 from quadstep.numbers import Number, Vector, total
 from quadstep.theory.lyapunov import greatest, inner, least, lyapunov_rate, sum_squares
 from quadstep.theory.samples import Sample, draw_sample
