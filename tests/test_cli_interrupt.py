@@ -17,6 +17,11 @@ ENDLESS = '[path]\ntype = "circle"\nradius = 5.0\nperiod = 20.0\nturns = 100.0\n
 LONG_ON_LANES = ENDLESS + "[simulation]\nduration = 100000.0\nlog_period = 1.0\n"
 
 
+def heeding_interrupts():
+    """A child of a shell's background job would ignore SIGINT."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def interrupted(mission, out, number, whole_group, engine, wait=0.2):
     """Start a flight, signal it once its folder is there, and give (exit code, error stream)."""
     process = subprocess.Popen(
@@ -25,6 +30,7 @@ def interrupted(mission, out, number, whole_group, engine, wait=0.2):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=heeding_interrupts,
     )
     try:
         deadline = time.monotonic() + 30.0

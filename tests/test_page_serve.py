@@ -26,6 +26,7 @@ from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
 from tests.pages import STAND_IN, data_of
+from tests.test_cli_interrupt import heeding_interrupts
 
 MISSION = """
 name = "A <b>bold</b> name & more"
@@ -351,6 +352,7 @@ def test_it_ends_cleanly_when_told_to(root, number):
     running = subprocess.Popen(
         [sys.executable, "-m", "quadstep.cli", "serve", str(root), "--port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        preexec_fn=heeding_interrupts,
     )  # fmt: skip
     line = running.stdout.readline()
     address = line.split("http://")[1].split("/")[0]
