@@ -30,7 +30,7 @@ def interrupted(mission, out, number, whole_group, engine, wait=0.2):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=heeding_interrupts,
+        preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
     )
     try:
         deadline = time.monotonic() + 30.0

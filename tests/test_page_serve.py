@@ -352,7 +352,7 @@ def test_it_ends_cleanly_when_told_to(root, number):
     running = subprocess.Popen(
         [sys.executable, "-m", "quadstep.cli", "serve", str(root), "--port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        preexec_fn=heeding_interrupts,
+        preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
     )  # fmt: skip
     line = running.stdout.readline()
     address = line.split("http://")[1].split("/")[0]
