@@ -131,6 +131,8 @@ class LqrSection(BelievedSection):
 class RotationNets(NetsSection):
     """The two nets; F1 = 6.5 and F2 = 36 times the agility squared if left out."""
 
+    F1: NonNegative | None = None  # type: ignore[assignment]
+    F2: NonNegative | None = None  # type: ignore[assignment]
     kappa1: NonNegative = 0.06
     kappa2: NonNegative = 0.06
 
@@ -170,8 +172,8 @@ class RotationSection(BelievedSection):
         weights_1, weights_2 = nets.initial_weights(folder)
         force_inputs = random_input_weights(nets.seed, 1, nets.neurons, FORCE_INPUTS)
         torque_inputs = random_input_weights(nets.seed, 2, nets.neurons, TORQUE_INPUTS)
-        rates = {"F1": 6.5 * pace**2, "F2": 36.0 * pace**2}
-        rate_1, rate_2 = (getattr(nets, key) if key in nets.model_fields_set else rate for key, rate in rates.items())
+        rate_1 = 6.5 * pace**2 if nets.F1 is None else nets.F1
+        rate_2 = 36.0 * pace**2 if nets.F2 is None else nets.F2
         gains = RotationGains(
             **self.believed(vehicle),
             most_thrust=most_thrust(vehicle),

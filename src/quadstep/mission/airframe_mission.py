@@ -96,11 +96,12 @@ class AirframeMission(Section):
             check_events(self.events, len(vehicle.geometry.mounts), duration)
         except ValueError as error:
             raise UserError(str(error)) from None
-        if self.score_from >= duration:
-            raise UserError(f"score_from: {self.score_from:g} s is not before the flight's end at {duration:g} s")
         imu, fix = sensors.imu_steps * simulation.step, sensors.fix_steps * simulation.step
         periods = [imu, fix, simulation.guidance_period, simulation.control_period]
         ticks = simulation.clock(path.length, [simulation.air_period, *periods] if self.wind.turbulent else periods)
+        last = ticks.last // ticks.log * ticks.log * ticks.step
+        if self.score_from >= last:
+            raise UserError(f"score_from: {self.score_from:g} s is not before the last row of the log at {last:g} s")
         controller = self.controller.build(vehicle, folder)
         loop = AirframeLoop(
             path=path.law,

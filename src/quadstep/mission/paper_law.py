@@ -13,8 +13,10 @@ from quadstep.mission.vehicles import VehicleSection
 
 
 class PaperNets(NetsSection):
-    """The two nets, damped as suits real vehicles."""
+    """The two nets, damped as suits real vehicles; F1 and F2 follow the vehicle if left out."""
 
+    F1: NonNegative | None = None  # type: ignore[assignment]
+    F2: NonNegative | None = None  # type: ignore[assignment]
     kappa1: NonNegative = 0.008
     kappa2: NonNegative = 0.008
 
@@ -44,9 +46,8 @@ class PaperSection(Section):
         slope_1, slope_2 = self.Lambda1 or (0.82 * pace,) * 3, self.Lambda2 or (12.0 * pace,) * 3
         force = self.K_r1 or (6.3 * mass * pace,) * 3
         torque = self.K_r2 or (4.5 * largest * max(slope_2),) * 3
-        chosen = self.nets.model_fields_set
-        rates = {"F1": 3.2 * mass * pace**2, "F2": 0.1 * largest * pace**2}
-        nets = self.nets.model_copy(update={key: rate for key, rate in rates.items() if key not in chosen})
+        rate_1 = 3.2 * mass * pace**2 if self.nets.F1 is None else self.nets.F1
+        rate_2 = 0.1 * largest * pace**2 if self.nets.F2 is None else self.nets.F2
         return {
             "mass": mass,
             "Lambda1": slope_1,
@@ -56,7 +57,7 @@ class PaperSection(Section):
             "K_r2": torque,
             "K_i2": self.K_i2 or tuple(gain / 15.0 for gain in torque),
             "filter_frequency": self.filter_frequency or 14.0 * pace,
-            "nets": nets,
+            "nets": self.nets.model_copy(update={"F1": rate_1, "F2": rate_2}),
         }
 
     def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:

@@ -1,0 +1,1 @@
+"""Other people's simulators: their vehicles under our controllers, their controllers on our vehicles."""

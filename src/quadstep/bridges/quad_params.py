@@ -1,0 +1,101 @@
+"""A vehicle as RotorPy 3.0.0 describes one, and the other way round. Needs no RotorPy.
+
+RotorPy has one lag for rising and falling rotors, four rotors that push along body z, and neither gyroscopic torque nor
+battery nor ground effect. Its `rotor_directions` are signs of the torque on the body, the opposite of a spin; its flapping
+moment has the opposite sign too.
+"""
+
+import math
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.mission.airframe import BuiltAirframe
+
+GRAVITY = 9.81
+"""RotorPy's, everywhere [m/s^2]."""
+
+UP = (0.0, 0.0, 1.0)
+
+
+def to_quad_params(vehicle: BuiltAirframe) -> dict[str, Any]:
+    """RotorPy's `quad_params` of a vehicle, SI units. Raises UserError for what RotorPy cannot describe."""
+    mounts, effects, airframe = vehicle.geometry.mounts, vehicle.effects, vehicle.airframe
+    rotor, drag = airframe.rotor, airframe.drag
+    gyroscopic = effects.gyroscopic and rotor.inertia > 0.0
+    lacking = {
+        "has only vehicles with four rotors": len(mounts) != 4,
+        "has only rotors that push along body z": any(mount.axis != UP for mount in mounts),
+        "has one lag for both; set vehicle.rotor.rise_time and fall_time alike": rotor.rise != rotor.fall,
+        f"has a gravity of {GRAVITY} m/s^2; set vehicle.gravity so": airframe.gravity != GRAVITY,
+        "has no gyroscopic torque of rotors; set vehicle.effects.gyroscopic = false": gyroscopic,
+        "has no battery; set vehicle.effects.battery = false": effects.battery,
+        "has no ground effect; set vehicle.effects.ground = false": effects.ground,
+    }
+    for what, lacks in lacking.items():
+        if lacks:
+            raise UserError(f"RotorPy {what}")
+    air = float(effects.drag)
+    x, y, z = airframe.inertia
+    c_x, c_y, c_z = air * drag.parasitic
+    k_d, _, k_z = air * drag.rotor
+    return {
+        "mass": airframe.mass,
+        **{"Ixx": x, "Iyy": y, "Izz": z, "Ixy": 0.0, "Ixz": 0.0, "Iyz": 0.0},
+        "num_rotors": len(mounts),
+        "rotor_radius": rotor.radius,
+        "rotor_pos": {f"r{i}": np.array(mount.position) for i, mount in enumerate(mounts, start=1)},
+        "rotor_directions": np.array([-mount.spin for mount in mounts]),
+        "rI": np.zeros(3),
+        **{"c_Dx": c_x, "c_Dy": c_y, "c_Dz": c_z},
+        "k_eta": rotor.thrust,
+        "k_m": rotor.torque,
+        **{"k_d": k_d, "k_z": k_z, "k_h": air * drag.translational_lift, "k_flap": -air * drag.flapping},
+        "tau_m": rotor.rise,
+        **{"rotor_speed_min": rotor.slowest, "rotor_speed_max": rotor.fastest, "motor_noise_std": 0.0},
+    }
+
+
+def from_quad_params(params: Mapping[str, Any]) -> dict[str, Any]:
+    """The `[vehicle]` table of a mission that flies RotorPy's vehicle. Raises UserError for what we cannot describe.
+
+    Without a `rotor_radius` the rotors are as large as they can be without touching; only ground effect asks.
+    """
+    for key in ("Ixy", "Ixz", "Iyz"):
+        if params.get(key, 0.0) != 0.0:
+            raise UserError(f"quad_params: {key} = {params[key]:g}, but the body's axes must be principal ones")
+    if params.get("k_flap", 0.0) > 0.0:
+        raise UserError(
+            f"quad_params: k_flap = {params['k_flap']:g} tips a vehicle towards where it flies; allowed are 0 and less"
+        )
+    if params.get("motor_noise_std", 0.0) != 0.0:
+        raise UserError(f"quad_params: motor_noise_std = {params['motor_noise_std']:g}, but rotors have no noise here")
+    places = [tuple(float(x) for x in place) for place in params["rotor_pos"].values()]
+    closest = min(math.dist(a, b) for a, b in combinations(places, 2))
+    lag, k_d = float(params["tau_m"]), float(params.get("k_d", 0.0))
+    spins = ["cw" if direction > 0 else "ccw" for direction in params["rotor_directions"]]
+    return {
+        "mass": float(params["mass"]),
+        "inertia": tuple(float(params[key]) for key in ("Ixx", "Iyy", "Izz")),
+        "gravity": GRAVITY,
+        "rotors": [{"position": place, "spin": spin} for place, spin in zip(places, spins, strict=True)],
+        "rotor": {
+            "thrust_coefficient": float(params["k_eta"]),
+            "torque_coefficient": float(params["k_m"]),
+            "rise_time": lag,
+            "fall_time": lag,
+            "slowest": float(params["rotor_speed_min"]),
+            "fastest": float(params["rotor_speed_max"]),
+            "radius": float(params.get("rotor_radius", 0.5 * closest)),
+        },
+        "drag": {
+            "parasitic": tuple(float(params.get(key, 0.0)) for key in ("c_Dx", "c_Dy", "c_Dz")),
+            "rotor": (k_d, k_d, float(params.get("k_z", 0.0))),
+            "flapping": -float(params.get("k_flap", 0.0)) + 0.0,
+            "translational_lift": float(params.get("k_h", 0.0)),
+        },
+        "effects": {"gyroscopic": False},
+    }

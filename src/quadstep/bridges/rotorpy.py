@@ -1,0 +1,179 @@
+"""RotorPy 3.0.0: our controllers on its vehicles, and its controllers on ours. Needs no RotorPy to be imported.
+
+    controller = as_rotorpy_controller(mission.plan())                      # ours, for RotorPy to ask
+    state = vehicle.step(state, controller.update(t, state, flat), 0.002)
+
+    with flying(from_rotorpy(SE3Control(params))) as (law, gains):          # RotorPy's, in a mission of ours
+        log = fly(plan.with_controller(law, gains))
+
+Both have world z up, body x forward, y left, z up; RotorPy's quaternions are (i, j, k, w).
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from quadstep.airframe.allocation import allocate
+from quadstep.control.controller import Command, Measured
+from quadstep.control.opaque import Controller, Known, Wanted
+from quadstep.errors import UserError
+from quadstep.flight.airframe_loop import AirframeLoop
+from quadstep.flight.engines import FlightPlan
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers.rotations import from_yaw_pitch_roll
+
+State: TypeAlias = Mapping[str, Any]
+"""x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""
+
+FlatOutput: TypeAlias = Mapping[str, Any]
+"""x [m] and its rates x_dot, x_ddot, x_dddot, x_ddddot; yaw [rad], yaw_dot [rad/s]."""
+
+
+class RotorpyControl(Protocol):
+    """A controller as RotorPy has them."""
+
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> dict[str, Any]:
+        """What is to be done from time t [s] on."""
+        ...
+
+
+class Adapter:
+    """The controller of a flight plan as RotorPy asks one: with its gains, its rates and its rotors' limits.
+
+    It follows the path that RotorPy gives it and knows the state it is told. Asked more often than it runs it repeats its
+    answer; it starts anew where time does not go on. command: what it last wanted. thrust [N], torque [N m]: what the rotors'
+    limits left of that.
+    """
+
+    calls: int
+    memory: Any
+    command: Command
+    thrust: Number
+    torque: Vector
+    answer: dict[str, Any]
+
+    def __init__(self, plan: FlightPlan) -> None:
+        if not isinstance(plan.loop, AirframeLoop):
+            raise UserError("RotorPy flies real vehicles: a mission whose [vehicle] has a preset, file, layout or rotors")
+        self.loop, self.parameters = plan.loop, plan.parameters
+        every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
+        self.guidance_period = every["guidance"] * plan.ticks.step
+        self.control_period = every["control"] * plan.ticks.step
+        self.last = math.inf
+
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> dict[str, Any]:
+        """Rotor speeds [rad/s], the thrusts [N] of each and the thrust and moment [N m] of all that they make.
+
+        Raises UserError where the mission's periods are no multiples of the steps from call to call.
+        """
+        if not t > self.last:
+            self.begin(state)
+        elif self.calls == 1:
+            self.guidance_calls = whole(self.guidance_period, t - self.last, "guidance_period")
+            self.control_calls = whole(self.control_period, t - self.last, "control_period")
+        law, gains = self.loop.controller, self.parameters.gains
+        measured, reference = self.measured(state), reference_of(flat_output)
+        if self.calls % self.guidance_calls == 0:
+            self.memory = law.guide(self.memory, measured, reference, gains, t, self.guidance_period)
+        if self.calls % self.control_calls == 0:
+            self.command, self.memory = law.law(self.memory, measured, reference, gains, t, self.control_period)
+            self.allocate()
+        self.calls, self.last = self.calls + 1, t
+        return dict(self.answer)
+
+    def begin(self, state: State) -> None:
+        """Before the first call of a flight, at which both loops run."""
+        self.calls, self.guidance_calls, self.control_calls = 0, 1, 1
+        self.thrust, self.torque = 0.0, vector(0.0, 0.0, 0.0)
+        self.command = Command(self.thrust, self.torque)
+        self.memory = self.loop.controller.start(self.measured(state), self.parameters.gains)
+
+    def measured(self, state: State) -> Measured:
+        """What the law gets to know."""
+        i, j, k, w = map(float, state["q"])
+        position, velocity, rates = (column(state[key]) for key in ("x", "v", "w"))
+        return Measured(position, velocity, vector(w, i, j, k), rates, self.thrust, self.torque)
+
+    def allocate(self) -> None:
+        """The answer to RotorPy."""
+        command, allocation = self.command, self.parameters.allocation
+        speeds, self.thrust, self.torque = allocate(self.loop.geometry, allocation, command.thrust, command.torque)
+        w, i, j, k = from_yaw_pitch_roll(command.desired_attitude)
+        turning = np.array(list(speeds))
+        self.answer = {
+            "cmd_motor_speeds": turning,
+            "cmd_motor_thrusts": allocation.thrust * turning**2,
+            "cmd_thrust": self.thrust,
+            "cmd_moment": np.array(list(self.torque)),
+            "cmd_q": np.array([i, j, k, w]),
+        }
+
+
+def as_rotorpy_controller(plan: FlightPlan) -> Adapter:
+    """The controller of a mission, for RotorPy to ask. Raises UserError for a mission on the paper's plant."""
+    return Adapter(plan)
+
+
+class Trajectory:
+    """A mission's path as RotorPy asks one."""
+
+    def __init__(self, plan: FlightPlan) -> None:
+        self.path, self.parameters = plan.loop.path, plan.parameters.path
+        self.duration = plan.ticks.last * plan.ticks.step
+
+    def update(self, t: float) -> dict[str, Any]:
+        """The flat output at time t [s]; RotorPy asks for that at infinity to know the end."""
+        wanted = self.path.reference(float(t) if math.isfinite(t) else self.duration, self.parameters)
+        return {**flat_output(*wanted[:5]), "x_dddot": array(wanted.jerk), "x_ddddot": array(wanted.snap)}
+
+
+def from_rotorpy(controller: RotorpyControl) -> Controller:
+    """A controller of RotorPy's for `quadstep.control.opaque.flying`; it must give cmd_thrust and cmd_moment.
+
+    It is told no jerk and no snap of the path: zero.
+    """
+
+    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, Any]:
+        state = {"x": measured.position, "v": measured.velocity, "q": np.roll(measured.attitude, -1), "w": measured.rates}
+        control = controller.update(t, state, flat_output(*reference))
+        for key in ("cmd_thrust", "cmd_moment"):
+            if key not in control:
+                raise UserError(f"{type(controller).__name__} gives no {key}; it cannot fly here")
+        return float(control["cmd_thrust"]), control["cmd_moment"]
+
+    return asked
+
+
+def reference_of(flat: FlatOutput) -> Reference:
+    """The wanted motion of a flat output; a jerk or snap it lacks is zero."""
+    unknown = (0.0, 0.0, 0.0)
+    position, velocity, acceleration = (column(flat[key]) for key in ("x", "x_dot", "x_ddot"))
+    jerk, snap = (column(flat.get(key, unknown)) for key in ("x_dddot", "x_ddddot"))
+    return Reference(position, velocity, acceleration, float(flat["yaw"]), float(flat["yaw_dot"]), jerk, snap)
+
+
+def flat_output(position: Any, velocity: Any, acceleration: Any, yaw: float, yaw_rate: float) -> dict[str, Any]:
+    """The flat output of a wanted motion, without jerk and snap."""
+    vectors = {"x": position, "x_dot": velocity, "x_ddot": acceleration, "x_dddot": np.zeros(3), "x_ddddot": np.zeros(3)}
+    return {**{key: array(value) for key, value in vectors.items()}, "yaw": yaw, "yaw_dot": yaw_rate, "yaw_ddot": 0.0}
+
+
+def whole(period: float, step: float, name: str) -> int:
+    """How many steps [s] a period [s] takes. Raises UserError where it is no whole number."""
+    steps = round(period / step)
+    if steps < 1 or abs(period - steps * step) > 1e-6 * period:
+        raise UserError(f"simulation.{name} = {period:g} s must be a whole multiple of RotorPy's step of {step:g} s")
+    return steps
+
+
+def column(values: Any) -> Vector:
+    """An array as numbers."""
+    return Vector(float(value) for value in values)
+
+
+def array(values: Any) -> Any:
+    """Numbers as an array."""
+    return np.array(list(values), dtype=float)

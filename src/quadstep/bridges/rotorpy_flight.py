@@ -1,0 +1,92 @@
+"""A mission flown on RotorPy's vehicle instead of ours: same path, controller, rates and limits, and a log alike."""
+
+import math
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from quadstep.air.wind import start_turbulence, wind_at
+from quadstep.airframe.events import Events
+from quadstep.airframe.motion import AirframeState
+from quadstep.bridges.quad_params import to_quad_params
+from quadstep.bridges.rotorpy import Adapter, Trajectory, array, column
+from quadstep.errors import UserError
+from quadstep.flight.airframe_columns import airframe_row
+from quadstep.flight.airframe_loop import AirframeLoop, AirframeParameters, failure
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import FlightLog, finished
+from quadstep.mission.airframe import BuiltAirframe
+from quadstep.sensing.suite import Suite
+
+STILL = start_turbulence()
+
+
+def multirotor(quad_params: dict[str, Any], integrator: dict[str, Any] | None = None) -> Any:
+    """RotorPy's vehicle, told rotor speeds. integrator: keywords for SciPy's solve_ivp; RotorPy's own if left out.
+
+    Raises UserError without RotorPy.
+    """
+    try:
+        module = import_module("rotorpy.vehicles.multirotor")
+    except ModuleNotFoundError:
+        raise UserError("needs RotorPy; install it: pip install quadstep[rotorpy]") from None
+    return module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
+
+
+def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -> FlightLog:
+    """The log of a mission flown on RotorPy's vehicle; the wind is held from step to step.
+
+    final: RotorPy's last state. Raises UserError without RotorPy, and for what it has no like of: see `to_quad_params`, and
+    events, turbulence, sensors.
+    """
+    controller, trajectory, ticks = Adapter(plan), Trajectory(plan), plan.ticks
+    loop, parameters = controller.loop, controller.parameters
+    check(loop, parameters)
+    built = BuiltAirframe(loop.geometry, loop.effects, parameters.airframe, parameters.allocation)
+    vehicle = multirotor(to_quad_params(built), integrator)
+    stride = math.gcd(ticks.log, ticks.last, *(every for every in ticks.every))
+    step, state = stride * ticks.step, rotorpy_state(plan.start)
+    rows: list[list[float]] = []
+    code, tick = 0.0, 0
+    for tick in range(0, ticks.last + 1, stride):
+        t = tick * ticks.step
+        try:
+            answer = controller.update(t, state, trajectory.update(t))
+            now, reference = airframe_state(state), loop.path.reference(t, parameters.path)
+            code = failure(now, controller.command, reference, parameters.airframe.ground, parameters.limits)
+            if code:
+                break
+            if tick % ticks.log == 0:
+                measured, wind = controller.measured(state), wind_at(parameters.wind, STILL, t)
+                flown = (reference, now, measured, controller.command, wind, t)
+                rows.append(airframe_row(parameters.airframe, loop.effects, *flown))
+            if tick < ticks.last:
+                state["wind"] = array(wind_at(parameters.wind, STILL, t + 0.5 * step))
+                state = vehicle.step(state, answer, step)
+        except (ArithmeticError, ValueError):  # as on floats
+            code = float(Outcome.NOT_FINITE)
+            break
+    return finished(loop.columns, np.array(rows).reshape(-1, len(loop.columns)), code, tick, ticks, state)
+
+
+def check(loop: AirframeLoop, parameters: AirframeParameters) -> None:
+    """Raises UserError for parts of a mission that would be left out."""
+    lacking = {"turbulence": loop.turbulent, "sensors": loop.suite != Suite(), "events": parameters.events != Events()}
+    for what, has in lacking.items():
+        if has:
+            raise UserError(f"a flight on RotorPy's vehicle has no {what}; take them out of the mission")
+
+
+def rotorpy_state(state: AirframeState) -> dict[str, Any]:
+    """A state as RotorPy keeps it."""
+    position, velocity, attitude, rates, speeds = map(array, state[:5])
+    parts = {"x": position, "v": velocity, "q": np.roll(attitude, -1), "w": rates}
+    return {**parts, "wind": np.zeros(3), "rotor_speeds": speeds}
+
+
+def airframe_state(state: dict[str, Any]) -> AirframeState:
+    """The same the other way round."""
+    position, velocity, rates, speeds = (column(state[key]) for key in ("x", "v", "w", "rotor_speeds"))
+    return AirframeState(position, velocity, column(np.roll(state["q"], 1)), rates, speeds, charge=0.0)
