@@ -7,10 +7,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.airframes import full_vehicle, opaque_step
 from benchmarks.flights import case_1_flight, compilation, throughput
 from benchmarks.processes import import_time, installed_size, reproduction
 
 Row = tuple[str, str, str, str, str]
+
+MEASURES = (
+    import_time, compilation, case_1_flight, throughput, full_vehicle, opaque_step, reproduction, installed_size
+)  # fmt: skip
 
 
 def main() -> None:
@@ -19,7 +24,7 @@ def main() -> None:
     columns = ("what", "measured", "target", "yardstick, same session", "accuracy")
     table = Table(*columns, title=f"quadstep on {processor}", show_lines=True)
     with tempfile.TemporaryDirectory() as folder:
-        for measure in (import_time, compilation, case_1_flight, throughput, reproduction, installed_size):
+        for measure in MEASURES:
             table.add_row(*measure(Path(folder)))
     Console(width=150, highlight=False).print(table)
 
