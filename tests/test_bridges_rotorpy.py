@@ -54,7 +54,8 @@ def rotorpy():
 
 
 def test_geometric_control_flies_rotorpys_hummingbird_as_it_flies_ours(rotorpy):
-    plan = mission(3.0, wind={"mean": [2.0, -1.0, 0.0]}).plan()
+    wind = {"mean": [2.0, -1.0, 0.0], "swing": [0.0, 2.0, 1.0], "swing_frequency": 4.0}
+    plan = mission(3.0, wind=wind).plan()
     ours, theirs = fly(plan), fly_on_rotorpy(plan)
     assert 0.01 < rmse(ours) < 0.2
     assert rmse(theirs) == pytest.approx(rmse(ours), rel=1e-4)
