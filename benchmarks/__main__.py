@@ -7,14 +7,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.airframes import full_vehicle, opaque_step
+from benchmarks.airframes import calm_vehicle, estimated_vehicle, full_vehicle, opaque_controller
 from benchmarks.flights import case_1_flight, compilation, throughput
 from benchmarks.processes import import_time, installed_size, reproduction
 
 Row = tuple[str, str, str, str, str]
 
 MEASURES = (
-    import_time, compilation, case_1_flight, throughput, full_vehicle, opaque_step, reproduction, installed_size
+    import_time, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle, opaque_controller,
+    reproduction, installed_size,
 )  # fmt: skip
 
 

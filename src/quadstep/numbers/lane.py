@@ -1,8 +1,9 @@
 """Lanes: numbers whose operators emit LLVM vector instructions, one flight a lane.
 
 Feed lanes to a law and what comes out is the machine code of that law. Constants fold (x * 0, x * 1, x + 0) and what has
-been computed in a block is not computed again, so matrix notation costs nothing once compiled. Operations may contract and
-reassociate, the same way in every lane; NaN and infinity keep their meaning, so that divergence is seen.
+been computed in a block is not computed again, so matrix notation costs nothing once compiled. A product and a sum may become
+one operation, the same way in every lane; sums keep their order. NaN and infinity keep their meaning, so that divergence is
+seen.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 from llvmlite import ir
 
-FLAGS = ("contract", "reassoc", "arcp", "nsz")
+FLAGS = ("contract", "arcp", "nsz")
 
 
 class Emitter:
@@ -30,6 +31,7 @@ class Emitter:
         self.whole = ir.IntType(64 if self.double else 32)
         self.wholes = self.many(self.whole)
         self.known: dict[tuple[Any, ...], ir.Value] = {}
+        self.subroutine: Any = None  # the function being written, a `lane_calls.Subroutine`, if not the whole
         self.constants: dict[tuple[Any, str], ir.Constant] = {}
 
     def many(self, element: ir.Type) -> ir.Type:
@@ -69,6 +71,10 @@ class Emitter:
         """The LLVM value of a lane or a Python number."""
         return number.value if isinstance(number, Lane) else self.constant(number)
 
+    def here(self, value: ir.Value) -> ir.Value:
+        """A value as the function being written sees it."""
+        return value if self.subroutine is None else self.subroutine.local(value)
+
     def once(self, key: tuple[Any, ...], emit: Callable[[], ir.Value]) -> ir.Value:
         """What `emit` gives, or what it gave before in this block for the same operation and operands."""
         name = tuple(part if isinstance(part, str) else id(part) for part in key)
@@ -89,10 +95,15 @@ class Emitter:
 class Condition:
     """What comparing lanes gives: one bit a lane."""
 
-    __slots__ = ("emitter", "value")
+    __slots__ = ("emitter", "given")
 
     def __init__(self, emitter: Emitter, value: ir.Value) -> None:
-        self.emitter, self.value = emitter, value
+        self.emitter, self.given = emitter, value
+
+    @property
+    def value(self) -> ir.Value:
+        """The LLVM value."""
+        return self.emitter.here(self.given)
 
     @property
     def functions(self) -> Any:
@@ -115,11 +126,16 @@ class Condition:
 class Lane:
     """One number in many flights at once."""
 
-    __slots__ = ("emitter", "value")
+    __slots__ = ("emitter", "given")
     functions: Any = None  # set by quadstep.numbers.lane_functions
 
     def __init__(self, emitter: Emitter, value: ir.Value) -> None:
-        self.emitter, self.value = emitter, value
+        self.emitter, self.given = emitter, value
+
+    @property
+    def value(self) -> ir.Value:
+        """The LLVM value."""
+        return self.emitter.here(self.given)
 
     def _binary(self, operation: str, a: Lane | float, b: Lane | float) -> Lane:
         emitter = self.emitter
@@ -206,18 +222,21 @@ class LaneTable:
     """A table in memory, looked up lane by lane."""
 
     def __init__(self, emitter: Emitter, pointer: ir.Value, size: int) -> None:
-        self.emitter, self.pointer, self.size = emitter, pointer, size
+        self.emitter, self.given, self.size = emitter, pointer, size
 
     def at(self, index: Lane | float) -> Lane:
-        """The entry at a whole index, a separate load for each lane."""
+        """The entry at a whole index, a separate load for each lane. Beyond the ends, as in a flight gone astray: the last."""
         emitter, builder = self.emitter, self.emitter.builder
         wanted = emitter.value(index)
         whole = emitter.once(("fptoui", wanted), lambda: builder.fptoui(wanted, emitter.wholes))
+        last = emitter.whole_constant(self.size - 1)
+        within = emitter.once(("within", whole, last), lambda: builder.icmp_unsigned("<", whole, last))
+        whole = emitter.once(("entry", within), lambda: builder.select(within, whole, last))
         if emitter.width == 1:
-            return Lane(emitter, builder.load(builder.gep(self.pointer, [whole])))
+            return Lane(emitter, builder.load(builder.gep(emitter.here(self.given), [whole])))
         result = ir.Constant(emitter.vector, ir.Undefined)
         for lane in range(emitter.width):
             place = ir.Constant(ir.IntType(32), lane)
-            address = builder.gep(self.pointer, [builder.extract_element(whole, place)])
+            address = builder.gep(emitter.here(self.given), [builder.extract_element(whole, place)])
             result = builder.insert_element(result, builder.load(address), place)
         return Lane(emitter, result)

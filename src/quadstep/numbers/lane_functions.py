@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 
 from quadstep.numbers.lane import Condition, Emitter, Lane
+from quadstep.numbers.lane_calls import call
 from quadstep.numbers.lane_words import LaneWord
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
@@ -129,6 +130,8 @@ class LaneFunctions:
 
     def absolute(self, x: Lane) -> Lane:
         return Lane(x.emitter, x.emitter.intrinsic("fabs", x.value))
+
+    call = staticmethod(call)
 
     def word(self, x: Lane) -> LaneWord:
         return LaneWord.of(x)

@@ -16,10 +16,15 @@ WHOLE = ir.IntType(32)
 class LaneWord:
     """One word of 32 bits in many flights at once. Sums wrap around; `>>` shifts zeros in; a Python int is a constant."""
 
-    __slots__ = ("emitter", "value")
+    __slots__ = ("emitter", "given")
 
     def __init__(self, emitter: Emitter, value: ir.Value) -> None:
-        self.emitter, self.value = emitter, value
+        self.emitter, self.given = emitter, value
+
+    @property
+    def value(self) -> ir.Value:
+        """The LLVM value."""
+        return self.emitter.here(self.given)
 
     @classmethod
     def of(cls, x: Lane) -> LaneWord:

@@ -1,0 +1,63 @@
+"""The same laws for NVIDIA's graphics processors: PTX, their assembly language, written by LLVM without anything of CUDA."""
+
+from functools import lru_cache
+from typing import Any
+
+from llvmlite import binding as llvm
+
+from quadstep.flight.scored import Scored
+from quadstep.flight.sweep_trace import SweepTrace
+from quadstep.numbers.lane_opaque import SYMBOL
+
+TRIPLE = "nvptx64-nvidia-cuda"
+NEWEST = 90
+"""PTX of this architecture (times ten) runs on it and all later ones."""
+
+OLDEST = 70
+FEATURES = "+ptx78"
+
+OPTIONS = ("-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0")
+"""In f32 quotients are good to two units in the last place and roots to one, at a third of the price."""
+
+FLUSH = '"denormal-fp-math-f32"="preserve-sign,preserve-sign"'
+"""In f32 what is below the smallest normal number counts as zero."""
+
+
+@lru_cache(maxsize=1)
+def prepare() -> llvm.Target:
+    """LLVM ready to write PTX. ValueError where it was built without."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    try:
+        target = llvm.Target.from_triple(TRIPLE)
+    except RuntimeError as error:
+        raise ValueError("this LLVM cannot write PTX") from error
+    for option in OPTIONS:
+        llvm.set_option("", option)
+    return target
+
+
+def ptx(
+    loop: Scored, start: Any, parameters: Any, varying: frozenset[int], double: bool = False, architecture: int = NEWEST
+) -> str:
+    """PTX of a kernel `sweep`, see `SweepTrace`. architecture: compute capability times ten, 90 for 9.0."""
+    if architecture < OLDEST:
+        raise ValueError(f"compute capability {architecture / 10}: {OLDEST / 10} or later is needed")
+    trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True)
+    if SYMBOL in trace.module.globals:
+        raise ValueError("a controller that calls Python cannot fly on a graphics processor")
+    trace.function.calling_convention = "ptx_kernel"
+    trace.module.triple = TRIPLE
+    text = str(trace.module)
+    head = text[text.index("define ptx_kernel") : text.index("{", text.index("define ptx_kernel"))]
+    text = text.replace(head, f"{head.rstrip()} {FLUSH}\n")
+    chip = f"sm_{min(architecture, NEWEST)}"
+    machine = prepare().create_target_machine(cpu=chip, features=FEATURES, opt=3)
+    module = llvm.parse_assembly(text)
+    module.verify()
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
+    passes = llvm.create_pass_builder(machine, tuning)
+    passes.getModulePassManager().run(module, passes)
+    assembly: str = machine.emit_assembly(module)
+    return assembly

@@ -1,0 +1,165 @@
+"""Metrics summed while flying, so that a flight leaves a handful of numbers instead of a log.
+
+`Scored` is a closed loop around another: its cycle is the other's and the sums so far, its last task adds a sample to them.
+It flies on every engine.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.flight.closed_loop import Clock, ClosedLoop, Task, Ticks
+from quadstep.numbers import Number, Vector, absolute, maximum, vector, where
+
+INPUTS = ("thrust[N]", "torque_1[N m]", "torque_2[N m]", "torque_3[N m]")
+
+
+class Score(NamedTuple):
+    """Sums over the samples so far.
+
+    squares: of the distance from the path [m^2]; largest: of them. efforts: sums of each input's square; variations: of its
+    changes' magnitudes; inputs: at the last sample. weight_norms: the largest of each net so far.
+    """
+
+    samples: Number
+    squares: Number
+    largest: Number
+    efforts: Vector
+    variations: Vector
+    inputs: Vector
+    weight_norms: Vector
+
+
+class ScoredCycle(NamedTuple):
+    """The cycle of the loop that is scored, and its score."""
+
+    flight: Any
+    score: Score
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A loop and the sums over it.
+
+    What is summed comes from the loop's methods `position_error(cycle, parameters, time)`, `inputs(cycle)` and
+    `weight_norms(cycle)`, where it has them, else from its path, the state's position, the command and the nets' weights.
+    """
+
+    loop: Any
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Those of the loop."""
+        columns: Mapping[str, str] = self.loop.columns
+        return columns
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """Those of the loop, then the score."""
+        return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
+
+    def start(self, start: Any, parameters: Any) -> ScoredCycle:
+        """Nothing summed."""
+        cycle = self.loop.start(start, parameters)
+        nothing, inputs, norms = 0.0, self.inputs(cycle), self.weight_norms(cycle)
+        none, no_norms = Vector([nothing] * len(inputs)), Vector([nothing] * len(norms))
+        return ScoredCycle(cycle, Score(nothing, nothing, nothing, none, none, none, no_norms))
+
+    def advance(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> ScoredCycle:
+        """The loop's."""
+        return cycle._replace(flight=self.loop.advance(cycle.flight, parameters, clock))
+
+    def row(self, cycle: ScoredCycle, parameters: Any, time: Number) -> list[Number]:
+        """The loop's."""
+        row: list[Number] = self.loop.row(cycle.flight, parameters, time)
+        return row
+
+    def score(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> tuple[ScoredCycle, Number]:
+        """One more sample."""
+        before, inputs = cycle.score, self.inputs(cycle.flight)
+        error = self.position_error(cycle.flight, parameters, clock.time)
+        square = error @ error
+        known = where(before.samples > 0.0, 1.0, 0.0)  # the first sample changes nothing
+        changes = [known * absolute(now - last) for now, last in zip(inputs, before.inputs, strict=True)]
+        norms = zip(self.weight_norms(cycle.flight), before.weight_norms, strict=True)
+        score = Score(
+            samples=before.samples + 1.0,
+            squares=before.squares + square,
+            largest=maximum(square, before.largest),
+            efforts=before.efforts + inputs * inputs,
+            variations=before.variations + Vector(changes),
+            inputs=inputs,
+            weight_norms=Vector(maximum(norm, largest) for norm, largest in norms),
+        )
+        return cycle._replace(score=score), 0.0
+
+    def position_error(self, cycle: Any, parameters: Any, time: Number) -> Vector:
+        """Wanted position less the true one [m]."""
+        if hasattr(self.loop, "position_error"):
+            error: Vector = self.loop.position_error(cycle, parameters, time)
+        else:
+            error = self.loop.path.reference(time, parameters.path).position - cycle.state.position
+        return error
+
+    def inputs(self, cycle: Any) -> Vector:
+        """Thrust [N] and torque [N m] being held, as the vehicle is told."""
+        if hasattr(self.loop, "inputs"):
+            inputs: Vector = self.loop.inputs(cycle)
+        else:
+            told = cycle if hasattr(cycle, "thrust") else cycle.command  # an airframe's cycle: after the rotors' limits
+            inputs = Vector((told.thrust, *told.torque))
+        return inputs
+
+    def weight_norms(self, cycle: Any) -> Vector:
+        """Frobenius norm of each net's weights; of a controller without nets, zeros."""
+        if hasattr(self.loop, "weight_norms"):
+            norms: Vector = self.loop.weight_norms(cycle)
+        elif hasattr(cycle.memory, "weights_1"):
+            norms = vector(cycle.memory.weights_1.norm(), cycle.memory.weights_2.norm())
+        else:
+            norms = cycle.command.weight_norms
+        return norms
+
+
+def within(task: Task) -> Any:
+    """What a task of the loop does to the cycle around it."""
+
+    def run(cycle: ScoredCycle, parameters: Any, clock: Clock) -> tuple[ScoredCycle, Number]:
+        flight, code = task.run(cycle.flight, parameters, clock)
+        return cycle._replace(flight=flight), code
+
+    return run
+
+
+def scored(loop: ClosedLoop, ticks: Ticks, period: float) -> tuple[Scored, Ticks]:
+    """The loop with a score every `period` [s], rounded to whole steps, and the clock for both; no rows but the first."""
+    every = max(1, round(period / ticks.step))
+    return Scored(loop), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
+
+
+METRICS = (
+    "position_rmse[m]",
+    "largest_error[m]",
+    *(f"effort_{name}" for name in INPUTS),
+    *(f"variation_{name}" for name in INPUTS),
+    "largest_norm_W1",
+    "largest_norm_W2",
+)
+"""What `metrics` gives of a loop with four inputs and two nets."""
+
+
+def metrics(score: Score) -> NDArray[np.float64]:
+    """The metrics of many flights, shape (flights, len(METRICS)), from a score of arrays, an element a flight.
+
+    position_rmse, largest_error: of the distance from the path. effort: root mean square of an input. variation: sum of
+    |changes| of an input from sample to sample. NaN where a flight ended before its first sample.
+    """
+    samples, squares, largest = (np.asarray(part, dtype=np.float64) for part in score[:3])
+    efforts, variations, norms = (np.array(list(part), dtype=np.float64) for part in (score[3], score[4], score[6]))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = np.sqrt(np.stack([squares, *efforts]) / samples)
+        rest = np.where(samples > 0, np.stack([np.sqrt(largest), *variations, *norms]), np.nan)
+    return np.concatenate([means[:1], rest[:1], means[1:], rest[1:]]).T

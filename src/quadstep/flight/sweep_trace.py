@@ -1,0 +1,116 @@
+"""Very many flights without a log as LLVM instructions: for the lanes of this machine, or a thread of a graphics processor."""
+
+from typing import Any
+
+from llvmlite import ir
+
+from quadstep.flight.scored import Scored
+from quadstep.flight.ticking import INDEX, Ticking
+from quadstep.numbers import Table, flatten
+
+COUNTERS = ("first", "past", "count", "last")
+BUFFERS = ("constants", "varying", "tables", "results")
+
+CONSTANT_MEMORY = 4
+"""Its address space on a graphics processor."""
+
+OUTCOME = 2
+"""Results before the score: the outcome's code and the tick it came at."""
+
+
+class SweepTrace(Ticking):
+    """One module with one function,
+
+    sweep(first, past, count, last, step, every*, constants*, varying*, tables*, results*),
+
+    which flies the flights from `first` up to `past`, a multiple of `width` of them, of a batch of `count`, each to tick
+    `last`. constants and tables hold what all flights read, varying and results one row of `count` numbers a leaf: of those
+    that differ from flight to flight; of code, tick and the score. The cycle before the first tick is made here too.
+
+    frozen: whether an ended flight's cycle is held; else only its score is, and the laws go on with what they make of the
+    rest.
+
+    On a graphics processor (width 1) each thread flies the flight of its own number: no `first`, no `past`, and `constants` is
+    a variable of the module.
+    """
+
+    def __init__(
+        self,
+        loop: Scored,
+        start: Any,
+        parameters: Any,
+        varying: frozenset[int],
+        double: bool,
+        width: int,
+        gpu: bool = False,
+        frozen: bool = False,
+    ):
+        counters = COUNTERS[2:] if gpu else COUNTERS
+        kinds = {**dict.fromkeys(counters, INDEX), "step": ir.DoubleType() if double else ir.FloatType()}
+        buffers = BUFFERS[1:] if gpu else BUFFERS
+        super().__init__("sweep", double, width, {**kinds, "every": INDEX.as_pointer(), **dict.fromkeys(buffers)})
+        self.loop, self.gpu = loop, gpu
+        self.first, self.past, self.final = INDEX(0), self.builder.add(self.argument["last"], INDEX(1)), self.argument["last"]
+        self._thread() if gpu else self._next_block()
+        given = (start, parameters)
+        if gpu:
+            self._constant_memory(len(flatten(given)))
+        homes = [
+            "tables" if isinstance(leaf, Table) else "varying" if place in varying else "constants"
+            for place, leaf in enumerate(flatten(given))
+        ]
+        start, self.parameters = self.leaves(given, homes)
+        cycle = loop.start(start, self.parameters)
+        summed = len(flatten(cycle.score))
+        count = len(flatten(cycle))
+        self.hold = [frozen or place >= count - summed for place in range(count)]
+        flying, last = self.emitter.constant(0.0), self.wide(self.builder.sitofp(self.final, self.emitter.element)).value
+        self.live(cycle, [self.lane(number).value for number in flatten(cycle)], [flying, last])
+        self.fly(self.argument["step"], self.argument["every"])
+        self.save("results", [self.code, self.ended, *self.cycle[count - summed :]])
+        if gpu:
+            self.builder.ret_void()
+        else:
+            self.builder.store(self.builder.add(self.flight, INDEX(width)), self.flights)
+            self.builder.branch(self.block("next flights"))
+
+    def _next_block(self) -> None:
+        """Go on with the flights after those flown last, or return."""
+        self.flights = self.variable(self.argument["first"])
+        self.goto("next flights")
+        self.flight = self.builder.load(self.flights)
+        more = self.builder.icmp_unsigned("<", self.flight, self.argument["past"])
+        self.branch(more, "flights", "all flown")
+        self.enter("all flown")
+        self.builder.ret_void()
+        self.enter("flights")
+
+    def _thread(self) -> None:
+        """The flight of this thread; return where there is none."""
+        block, size, thread = (self._register(name) for name in ("ctaid.x", "ntid.x", "tid.x"))
+        self.flight = self.builder.add(self.builder.mul(block, size), thread)
+        self.branch(self.builder.icmp_unsigned("<", self.flight, self.argument["count"]), "flight", "no flight")
+        self.enter("no flight")
+        self.builder.ret_void()
+        self.enter("flight")
+
+    def _constant_memory(self, size: int) -> None:
+        """Where the host puts what all flights read: an instruction takes a number from there as fast as from a register."""
+        kind = ir.ArrayType(self.emitter.element, size)
+        self.constants = ir.GlobalVariable(self.module, kind, "constants", CONSTANT_MEMORY)
+        self.constants.initializer = ir.Constant(kind, None)
+
+    def common(self, buffer: str, place: ir.Value) -> ir.Value:
+        """On a graphics processor constants have a memory of their own."""
+        if self.gpu and buffer == "constants":
+            return self.builder.gep(self.constants, [INDEX(0), place])
+        return super().common(buffer, place)
+
+    def _register(self, name: str) -> ir.Value:
+        kind = ir.FunctionType(ir.IntType(32), [])
+        read = ir.Function(self.module, kind, f"llvm.nvvm.read.ptx.sreg.{name}")
+        return self.builder.zext(self.builder.call(read, []), INDEX)
+
+    def address(self, buffer: str, place: ir.Value) -> ir.Value:
+        """A row of `count` numbers for each place."""
+        return self.vector_at(buffer, self.builder.add(self.builder.mul(place, self.argument["count"]), self.flight))

@@ -1,0 +1,25 @@
+"""Laws that are called several times in a row, whose code need not be written as often."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from quadstep.numbers.functions import functions_of
+from quadstep.numbers.structure import flatten
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+
+def repeated(law: Callable[[S], T]) -> Callable[[S], T]:
+    """The same law. Compiled to vectors, it becomes a function of its own that each call of it calls.
+
+    Shorter code stays near the processor. What the law takes from around it must be the same in every call.
+    """
+    memory: dict[str, Any] = {}
+
+    def run(structure: S) -> T:
+        call = getattr(functions_of(*flatten(structure)), "call", None)
+        result: T = law(structure) if call is None else call(memory, law, structure)
+        return result
+
+    return run
