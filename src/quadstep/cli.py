@@ -15,7 +15,8 @@ from rich.table import Table
 from typer.exceptions import TyperException
 
 from quadstep import __version__
-from quadstep.errors import UserError
+from quadstep.campaign.commands import add_campaign
+from quadstep.errors import InterruptedRun, UserError
 from quadstep.flight.engine import Engine
 from quadstep.page.commands import add_commands
 
@@ -77,6 +78,9 @@ def fly(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; out/<mission's name> if left out.")] = None,
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
+    flight: Annotated[
+        int | None, typer.Option(help="Of a campaign file: the flight of this number.", show_default=False)
+    ] = None,
 ) -> None:
     """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
 
@@ -84,14 +88,14 @@ def fly(
     """
     from quadstep.mission.fly import fly_mission  # noqa: PLC0415
 
-    folder = out or Path("out") / mission.stem
+    folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with Progress(
         TextColumn("flying"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeRemainingColumn(),
         console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
     ) as bar:  # fmt: skip
         task = bar.add_task("flying", total=None)
         result = fly_mission(
-            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total)
+            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total), flight
         )
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
@@ -108,6 +112,7 @@ def fly(
 study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)
 app.add_typer(study, name="study")
 add_commands(app, screen)
+add_campaign(app, screen)
 
 
 @study.command()
@@ -299,6 +304,9 @@ def main() -> None:
         if error.format_message():  # empty where the help was shown instead
             complain(f"error: {error.format_message()} (see quadstep --help)")
         code = BAD_INPUT
+    except InterruptedRun as stopped:
+        complain(f"interrupted; {stopped}")
+        code = INTERRUPTED
     except BrokenProcessPool:
         complain("error: a process that draws figures was killed (out of memory?); nothing was written")
         code = BAD_INPUT

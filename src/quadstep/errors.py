@@ -6,3 +6,7 @@ class UserError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(message.split()))
+
+
+class InterruptedRun(Exception):  # noqa: N818 (it is no error)
+    """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop, Task, Ticks
-from quadstep.numbers import Number, Vector, absolute, maximum, vector, where
+from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, vector, where
 
 INPUTS = ("thrust[N]", "torque_1[N m]", "torque_2[N m]", "torque_3[N m]")
 
@@ -42,13 +42,14 @@ class ScoredCycle(NamedTuple):
 
 @dataclass(frozen=True)
 class Scored:
-    """A loop and the sums over it.
+    """A loop and the sums over it. begin: the time from which samples count [s].
 
     What is summed comes from the loop's methods `position_error(cycle, parameters, time)`, `inputs(cycle)` and
     `weight_norms(cycle)`, where it has them, else from its path, the state's position, the command and the nets' weights.
     """
 
     loop: Any
+    begin: float = 0.0
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -94,6 +95,10 @@ class Scored:
             inputs=inputs,
             weight_norms=Vector(maximum(norm, largest) for norm, largest in norms),
         )
+        if self.begin > 0.0:
+            counts = clock.time >= self.begin
+            kept = [where(counts, new, old) for new, old in zip(flatten(score), flatten(before), strict=True)]
+            score = rebuild(score, iter(kept))
         return cycle._replace(score=score), 0.0
 
     def position_error(self, cycle: Any, parameters: Any, time: Number) -> Vector:
@@ -134,10 +139,13 @@ def within(task: Task) -> Any:
     return run
 
 
-def scored(loop: ClosedLoop, ticks: Ticks, period: float) -> tuple[Scored, Ticks]:
-    """The loop with a score every `period` [s], rounded to whole steps, and the clock for both; no rows but the first."""
+def scored(loop: ClosedLoop, ticks: Ticks, period: float, begin: float = 0.0) -> tuple[Scored, Ticks]:
+    """The loop with a score every `period` [s] from `begin` [s] on, rounded to whole steps, and the clock for both.
+
+    There are no rows but the first.
+    """
     every = max(1, round(period / ticks.step))
-    return Scored(loop), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
+    return Scored(loop, max(0.0, begin - 0.5 * ticks.step)), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
 
 
 METRICS = (

@@ -1,12 +1,11 @@
 """Gains that suit a vehicle: what a controller believes of it, and how fast its loops can be."""
 
-import math
 from typing import Any, ClassVar, NamedTuple
 
 from quadstep.airframe.allocation import allocate
 from quadstep.mission.airframe import BuiltAirframe
 from quadstep.mission.fields import Positive, PositiveDiagonal, Section
-from quadstep.numbers import Vector
+from quadstep.numbers import Number, Vector, maximum, minimum, sqrt
 
 MARGIN = 0.85
 """Share of all rotors' thrust that a position loop may ask for; the rest is for turning."""
@@ -41,14 +40,18 @@ class BelievedSection(Section):
             for key, usual in self.usual.items()
         }
 
+    def warnings(self, vehicle: BuiltAirframe) -> list[str]:
+        """What is to be said against these gains."""
+        return []
+
     def believed(self, vehicle: BuiltAirframe) -> dict[str, Any]:
         """mass, inertia and gravity as gains."""
         airframe = vehicle.airframe
         inertia = Vector(self.inertia) if self.inertia else airframe.inertia
-        return {"mass": self.mass or airframe.mass, "inertia": inertia, "gravity": airframe.gravity}
+        return {"mass": airframe.mass if self.mass is None else self.mass, "inertia": inertia, "gravity": airframe.gravity}
 
 
-def agility(vehicle: BuiltAirframe) -> float:
+def agility(vehicle: BuiltAirframe) -> Number:
     """How fast the loops of a vehicle can be, against those of the 2.6 kg one on which the usual gains were found.
 
     At most 1; less where the rotors take longer than its 40 ms, or turn the vehicle with less than `LIVELY`.
@@ -61,8 +64,8 @@ def agility(vehicle: BuiltAirframe) -> float:
         torque[axis] = enough * airframe.inertia[axis]
         _, _, made = allocate(vehicle.geometry, vehicle.allocation, weight, Vector(torque))
         turns.append(made[axis] / airframe.inertia[axis])
-    lag = max(airframe.rotor.rise, airframe.rotor.fall)
-    return float(min(1.0, 0.04 / lag, math.sqrt(min(turns) / LIVELY)))
+    lag = maximum(airframe.rotor.rise, airframe.rotor.fall)
+    return minimum(minimum(1.0, 0.04 / lag), sqrt(minimum(*turns) / LIVELY))
 
 
 def most_thrust(vehicle: BuiltAirframe) -> float:

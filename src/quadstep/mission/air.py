@@ -1,6 +1,5 @@
 """The air of a mission: steady and swinging wind, a gust, turbulence."""
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -46,7 +45,7 @@ class TurbulenceSection(Section):
     @property
     def strength(self) -> float:
         """Wind speed at 20 ft [m/s]."""
-        return INTENSITIES[self.intensity] if self.intensity else self.wind_20 or 0.0
+        return INTENSITIES[self.intensity] if self.intensity else 0.0 if self.wind_20 is None else self.wind_20
 
 
 class WindSection(Section):
@@ -81,7 +80,7 @@ class WindSection(Section):
         gust = self.gust or GustSection(velocity=STILL, start=0.0, length=1.0)
         dryden = Dryden(0.0, 6.096, 1.0)
         if self.turbulence:
-            airspeed = self.turbulence.airspeed or math.hypot(*self.mean)
+            airspeed = Vector(self.mean).norm() if self.turbulence.airspeed is None else self.turbulence.airspeed
             dryden = Dryden(self.turbulence.strength, self.turbulence.height, airspeed)
         return Wind(
             mean=Vector(self.mean),

@@ -54,7 +54,7 @@ class GeometricSection(BelievedSection):
             turn_damping=gain["k_Omega"],
             integral_bound=self.integral_bound,
         )
-        return BuiltController(Geometric(), gains, [])
+        return BuiltController(Geometric(), gains)
 
 
 class PidSection(BelievedSection):
@@ -97,7 +97,7 @@ class PidSection(BelievedSection):
             rate_derivative=Vector(self.rate_derivative),
             rate_filter=self.rate_filter,
         )
-        return BuiltController(CascadedPid(), gains, [])
+        return BuiltController(CascadedPid(), gains)
 
 
 LEVEL_WEIGHTS = (40.0, 40.0, 4.0, 1.0, 0.3, 0.002)
@@ -125,7 +125,7 @@ class LqrSection(BelievedSection):
         believed = self.believed(vehicle)
         believed["inertia"] = list(believed["inertia"])
         gains = hover_gains(**believed, level=self.level, climb=self.climb, turn=self.turn, integral_bound=self.integral_bound)
-        return BuiltController(Lqr(), gains, [])
+        return BuiltController(Lqr(), gains)
 
 
 class RotationNets(NetsSection):
@@ -193,16 +193,16 @@ class RotationSection(BelievedSection):
             weights_1=weights_1,
             weights_2=weights_2,
         )
-        return BuiltController(RotationBackstepping(), gains, theorem_warnings(gains))
+        return BuiltController(RotationBackstepping(), gains)
 
-
-def theorem_warnings(gains: RotationGains) -> list[str]:
-    """The gain condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
-    return [
-        f"controller.K_r1 ({axis}) = {gain:g} is not above Lambda1 = {slope:g} (condition of Theorem 5.1, over mass)"
-        for axis, gain, slope in zip("xyz", gains.gain_1, gains.slope_1, strict=True)
-        if gain <= slope
-    ]
+    def warnings(self, vehicle: BuiltAirframe) -> list[str]:
+        """The gain condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
+        gains = self.gains_for(vehicle)
+        return [
+            f"controller.K_r1 ({axis}) = {gain:g} is not above Lambda1 = {slope:g} (condition of Theorem 5.1, over mass)"
+            for axis, gain, slope in zip("xyz", gains["K_r1"], gains["Lambda1"], strict=True)
+            if gain <= slope
+        ]
 
 
 AnyAirframeController = Annotated[

@@ -84,8 +84,11 @@ class AirframeMission(Section):
         """What is drawn of a flight."""
         return airframe_jobs(log, self.name)
 
-    def plan(self, folder: Path = Path()) -> FlightPlan:
-        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError."""
+    def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
+        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
+
+        warn: whether to look for what is to be said against it.
+        """
         path, vehicle = self.path.build(folder), self.vehicle.build()
         simulation, duration = self.simulation, self.simulation.duration or path.length
         try:
@@ -122,8 +125,11 @@ class AirframeMission(Section):
             gains=controller.gains,
             limits=AirframeLimits(self.limits.distance, self.limits.rate),
         )
-        places = [mount.position for mount in vehicle.geometry.mounts]
-        warnings = [*controller.warnings, *self.vehicle.warnings(), *event_warnings(self.events, places)]
+        warnings: list[str] = []
+        if warn:
+            places = [mount.position for mount in vehicle.geometry.mounts]
+            warnings += self.controller.warnings(vehicle) + self.vehicle.warnings()
+            warnings += event_warnings(self.events, places)
         return FlightPlan(loop, parameters, self.begin(loop, parameters), ticks, tuple(warnings))
 
     def begin(self, loop: AirframeLoop, parameters: AirframeParameters) -> AirframeState:

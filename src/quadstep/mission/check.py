@@ -1,7 +1,7 @@
 """A section checked: one line that says what is wrong, where, and what is allowed."""
 
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -23,11 +23,12 @@ def check(model: type[Checked], content: dict[str, Any], source: str, folder: Pa
 def describe(model: type[BaseModel], problem: Any) -> str:
     """One problem in the user's words: key, what is wrong, what is allowed."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
-    models, keys = walk(model, problem["loc"])
+    models, keys, options = walk(model, problem["loc"])
     key = ".".join(keys)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         wrong = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
-        return f"{key}.type: {wrong}; allowed: {context_tags(model, problem)}"
+        allowed = ", ".join(get_args(option.model_fields["type"].annotation)[0] for option in options)
+        return f"{key}.type: {wrong}; allowed: {allowed}"
     said = {
         "extra_forbidden": f"unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}",
         "missing": "missing; it is needed",
@@ -43,35 +44,36 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     return f"{key}: {said}" if key else said
 
 
-def context_tags(model: type[BaseModel], problem: Any) -> str:
-    """The allowed types of a path or controller."""
-    models, keys = walk(model, problem["loc"])
-    options = sections(models[-1].model_fields[keys[-1].partition("[")[0]].annotation)
-    return ", ".join(get_args(option.model_fields["type"].annotation)[0] for option in options)
-
-
-def walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list[type[BaseModel]], list[str]]:
-    """The sections on the way to a problem, and its key as the user wrote it (without pydantic's union tags)."""
+def walk(
+    model: type[BaseModel], location: tuple[int | str, ...]
+) -> tuple[list[type[BaseModel]], list[str], tuple[type[BaseModel], ...]]:
+    """The sections on the way to a problem, its key as the user wrote it (without pydantic's union tags), and the sections
+    that it may be.
+    """
     models = [model]
     options: tuple[type[BaseModel], ...] = ()
     keys: list[str] = []
+    named = False  # whether the next part is a name of the user's own in a table of sections
     for part in location:
         if isinstance(part, int):
             keys[-1] += f"[{part}]"
             continue
         chosen = [option for option in options if get_args(option.model_fields["type"].annotation) == (part,)]
-        options = ()
         if chosen:
             models.append(chosen[0])
+            options = ()
             continue
         keys.append(part)
+        if named:
+            named = False
+            continue
         field = models[-1].model_fields.get(part)
-        inside = sections(field.annotation) if field else ()
-        if len(inside) == 1:
-            models.append(inside[0])
-        else:
-            options = inside
-    return models, keys
+        options = sections(field.annotation) if field else ()
+        named = field is not None and get_origin(field.annotation) is dict
+        if len(options) == 1 and not named:
+            models.append(options[0])
+            options = ()
+    return models, keys, options
 
 
 def sections(annotation: Any) -> tuple[type[BaseModel], ...]:

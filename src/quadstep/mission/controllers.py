@@ -31,11 +31,10 @@ SLOPE_1, SLOPE_2 = (1.0, 1.0, 1.0), (15.0, 15.0, 15.0)
 
 
 class BuiltController(NamedTuple):
-    """law and gains as in `quadstep.control`; warnings: conditions of the theory that these gains break."""
+    """law and gains as in `quadstep.control`."""
 
     law: Any
     gains: Any
-    warnings: list[str]
 
 
 class NetsSection(Section):
@@ -102,11 +101,11 @@ class BacksteppingSection(Section):
     nets: NetsSection = NetsSection()
 
     def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
-        return BuiltController(Backstepping(), self.gains(vehicle, folder), self.theorem_warnings(vehicle))
+        return BuiltController(Backstepping(), self.gains(vehicle, folder))
 
     def gains(self, vehicle: VehicleSection, folder: Path) -> BacksteppingGains:
         """The numbers of the paper's law."""
-        nets, mass = self.nets, self.mass or vehicle.mass
+        nets, mass = self.nets, vehicle.mass if self.mass is None else self.mass
         weights_1, weights_2 = nets.initial_weights(folder)
         force_inputs = random_input_weights(nets.seed, 1, nets.neurons, FORCE_INPUTS)
         torque_inputs = random_input_weights(nets.seed, 2, nets.neurons, TORQUE_INPUTS)
@@ -127,7 +126,7 @@ class BacksteppingSection(Section):
             weights_2=weights_2,
         )
 
-    def theorem_warnings(self, vehicle: VehicleSection) -> list[str]:
+    def warnings(self, vehicle: VehicleSection) -> list[str]:
         """The gain conditions of Theorem 5.1, corrected: K_r1 > m Lambda_1, K_r2 > J_M max(Lambda_2).
 
         J_M = 2 max(Sigma) bounds J = T^T Sigma T at every attitude, as the largest eigenvalue of T^T T is 1 + |sin theta|.
@@ -168,7 +167,7 @@ class CompletedSection(BacksteppingSection):
             integral_bounds=Vector(self.integral_bounds),
         )
         law = CompletedBackstepping(Kinematics(vehicle.kinematics))
-        return BuiltController(law, gains, self.theorem_warnings(vehicle))
+        return BuiltController(law, gains)
 
 
 class NestedSaturationSection(Section):
@@ -183,7 +182,7 @@ class NestedSaturationSection(Section):
 
     def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
         gains = NestedSaturationGains(
-            mass=self.mass or vehicle.mass,
+            mass=vehicle.mass if self.mass is None else self.mass,
             inertia=Vector(self.inertia or vehicle.inertia),
             gravity=vehicle.gravity,
             altitude=Vector(self.a_z),
@@ -192,12 +191,15 @@ class NestedSaturationSection(Section):
             slope_1=Vector(SLOPE_1),
             slope_2=Vector(SLOPE_2),
         )
-        warnings = [
+        return BuiltController(NestedSaturation(Kinematics(vehicle.kinematics)), gains)
+
+    def warnings(self, vehicle: VehicleSection) -> list[str]:
+        """The condition of reference [11] that these bounds break."""
+        return [
             f"controller.bounds: b_{i + 1} = {outer:g} is below 2 b_{i + 2} = {2 * inner:g} (condition of reference [11])"
             for i, (outer, inner) in enumerate(pairwise(self.bounds))
             if outer < 2.0 * inner
         ]
-        return BuiltController(NestedSaturation(Kinematics(vehicle.kinematics)), gains, warnings)
 
 
 AnyController = Annotated[BacksteppingSection | CompletedSection | NestedSaturationSection, Field(discriminator="type")]

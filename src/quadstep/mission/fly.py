@@ -11,7 +11,7 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
-from quadstep.flight.engines import fly
+from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
 from quadstep.mission.read import AnyMission, plan_mission, read_mission
 from quadstep.report.drawing import drawing_pool
@@ -39,13 +39,20 @@ class Summary(NamedTuple):
 
 
 def fly_mission(
-    path: Path, folder: Path, engine: Engine, overwrite: bool, progress: Callable[[int, int], None] | None = None
+    path: Path,
+    folder: Path,
+    engine: Engine,
+    overwrite: bool,
+    progress: Callable[[int, int], None] | None = None,
+    flight: int | None = None,
 ) -> Summary:
-    """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all."""
+    """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all.
+
+    flight: where `path` is a campaign, the number of one of its flights.
+    """
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (a page is made of missions)
 
-    mission = read_mission(path)
-    plan = plan_mission(mission, path)
+    mission, plan, beside = planned(path, flight)
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         steps = plan.ticks.last
         log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
@@ -55,12 +62,25 @@ def fly_mission(
         drawn = [pool.submit(job.draw, out / "figures") for job in mission.figures(log)] if len(log.rows) > 1 else []
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
-        write_mission_page(out / "page.html", mission, plan, log, path.parent)
+        write_mission_page(out / "page.html", mission, plan, log, beside)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
         for figure in drawn:
             figure.result()
     return summarise(mission.name, log, metrics, tuple(warnings))
+
+
+def planned(path: Path, flight: int | None) -> tuple[AnyMission, FlightPlan, Path]:
+    """A mission, its flight, and where the files are that it names. Raises UserError."""
+    if flight is None:
+        mission = read_mission(path)
+        return mission, plan_mission(mission, path), path.parent
+    from quadstep.campaign.replay import replay  # noqa: PLC0415 (loaded only where it is used)
+    from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
+
+    campaign = read_campaign(path)
+    one = replay(campaign, flight)
+    return one.mission, one.plan, campaign.folder
 
 
 def write_weights(path: Path, mission: AnyMission, log: FlightLog) -> None:

@@ -60,10 +60,17 @@ class PaperSection(Section):
             "nets": self.nets.model_copy(update={"F1": rate_1, "F2": rate_2}),
         }
 
-    def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
+    def section(self, vehicle: BuiltAirframe) -> BacksteppingSection:
+        """The paper's section."""
         content = {"type": "backstepping", **self.scaled(vehicle)}
-        section = check(BacksteppingSection, content, "controller, scaled to the vehicle")
-        built = section.build(as_paper_vehicle(vehicle), folder)
+        return check(BacksteppingSection, content, "controller, scaled to the vehicle")
+
+    def warnings(self, vehicle: BuiltAirframe) -> list[str]:
+        """The gain conditions of Theorem 5.1 that these gains break."""
+        return self.section(vehicle).warnings(as_paper_vehicle(vehicle))
+
+    def build(self, vehicle: BuiltAirframe, folder: Path) -> BuiltController:
+        built = self.section(vehicle).build(as_paper_vehicle(vehicle), folder)
         return built._replace(law=PaperOnAirframe(built.law))
 
 

@@ -41,6 +41,12 @@ def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
         raise UserError(f"{path}: {error}") from None
 
 
+def score_start(mission: AnyMission) -> float:
+    """From when on a flight is scored [s]."""
+    start: float = getattr(mission, "score_from", 0.0)
+    return start
+
+
 def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> AnyMission:
     """The mission in parsed TOML, for a real vehicle if it describes one; `source` names it in the error.
 

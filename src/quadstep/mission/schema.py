@@ -89,8 +89,11 @@ class Mission(Section):
         """What is drawn of a flight."""
         return flight_jobs(log, self.name)
 
-    def plan(self, folder: Path = Path()) -> FlightPlan:
-        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError."""
+    def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
+        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
+
+        warn: whether to look for what is to be said against it.
+        """
         path = self.path.build(folder)
         controller = self.controller.build(self.vehicle, folder)
         ticks = self.simulation.ticks(path.length)
@@ -108,7 +111,7 @@ class Mission(Section):
             gains=controller.gains,
             limits=Limits(self.limits.distance, self.limits.rate, self.limits.pitch),
         )
-        warnings = [*controller.warnings, *self.vehicle.warnings()]
+        warnings = [*self.controller.warnings(self.vehicle), *self.vehicle.warnings()] if warn else []
         wanted = path.law.reference(0.0, path.parameters)
         start = State(
             position=Vector(self.start.position) if self.start.position else wanted.position,

@@ -1,0 +1,231 @@
+"""How a key of the mission varies from flight to flight, as a user writes it, and the quantile function of each way."""
+
+import math
+from itertools import accumulate
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from quadstep.campaign.inverse_normal import inverse_normal
+from quadstep.mission.fields import Finite, Positive, Section, as_tuple
+from quadstep.numbers import Number, maximum, minimum
+from quadstep.numbers.functions import exp
+
+MOST_OPTIONS = 100_000
+"""Of a choice or a grid."""
+
+
+def ordered(low: float | None, high: float | None) -> None:
+    """Refuses an empty range."""
+    if low is not None and high is not None and low >= high:
+        raise ValueError(f"low = {low:g} must be below high = {high:g}: there is nothing to draw from")
+
+
+class Uniform(Section):
+    """Any number between low and high."""
+
+    type: Literal["uniform"]
+    low: Finite
+    high: Finite
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Uniform":
+        ordered(self.low, self.high)
+        return self
+
+    def quantile(self, u: Number) -> Number:
+        """The value below which a share u of all lies."""
+        return self.low + (self.high - self.low) * u
+
+
+class Sobol(Uniform):
+    """As uniform, evenly spread: the next dimension of one Sobol sequence that all such keys share."""
+
+    type: Literal["sobol"]  # type: ignore[assignment]
+
+
+class Normal(Section):
+    """Normal with this mean and standard deviation, cut off at low and high where they are given."""
+
+    type: Literal["normal"]
+    mean: Finite
+    deviation: Positive
+    low: Finite | None = None
+    high: Finite | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Normal":
+        ordered(self.low, self.high)
+        below, above = self.shares
+        if above - below < 1e-9:
+            raise ValueError("nothing is between low and high: they are too far from the mean")
+        return self
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """What is below low, and what is below high, of the distribution that is not cut off."""
+        below = 0.0 if self.low is None else probability((self.low - self.mean) / self.deviation)
+        above = 1.0 if self.high is None else probability((self.high - self.mean) / self.deviation)
+        return below, above
+
+    def quantile(self, u: Number) -> Number:
+        """The value below which a share u of all lies."""
+        below, above = self.shares
+        value = self.mean + self.deviation * inverse_normal(below + (above - below) * u)
+        return within(value, self.low, self.high)
+
+
+class LogNormal(Section):
+    """Log-normal with this median; sigma: standard deviation of the logarithm. Cut off at low and high where given."""
+
+    type: Literal["log-normal"]
+    median: Positive
+    sigma: Positive
+    low: Positive | None = None
+    high: Positive | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "LogNormal":
+        ordered(self.low, self.high)
+        _ = self.logarithm
+        return self
+
+    @property
+    def logarithm(self) -> Normal:
+        """How the logarithm is distributed."""
+        low, high = (None if end is None else math.log(end) for end in (self.low, self.high))
+        return Normal(type="normal", mean=math.log(self.median), deviation=self.sigma, low=low, high=high)
+
+    def quantile(self, u: Number) -> Number:
+        """The value below which a share u of all lies."""
+        return within(exp(self.logarithm.quantile(u)), self.low, self.high)
+
+
+class Choice(Section):
+    """One of some values, which may be anything that the key takes; equally likely, or by weights."""
+
+    type: Literal["choice"]
+    values: Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_OPTIONS)]
+    weights: Annotated[tuple[Annotated[float, Field(ge=0.0)], ...], BeforeValidator(as_tuple)] | None = None
+
+    @model_validator(mode="after")
+    def _weighed(self) -> "Choice":
+        if self.weights is not None:
+            if len(self.weights) != len(self.values):
+                raise ValueError(f"{len(self.weights)} weights for {len(self.values)} values; there must be one for each")
+            if not 0.0 < sum(self.weights) < math.inf:
+                raise ValueError("weights: their sum must be above 0")
+        return self
+
+    @property
+    def options(self) -> tuple[Any, ...]:
+        """What there is to choose from."""
+        return self.values
+
+    def place(self, u: Any) -> Any:
+        """Which option, for an array of u."""
+        weights = self.weights or (1.0,) * len(self.values)
+        ends = np.array(list(accumulate(weights))[:-1]) / sum(weights)
+        return np.searchsorted(ends, u, side="right")
+
+
+class Grid(Section):
+    """Every value in turn, in all combinations with the other grids: given one by one, or `count` from low to high."""
+
+    type: Literal["grid"]
+    values: Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None = None
+    low: Finite | None = None
+    high: Finite | None = None
+    count: Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Grid":
+        ranged = (self.low is not None, self.high is not None, self.count is not None)
+        if (self.values is None) == (not any(ranged)) or (self.values is None and not all(ranged)):
+            raise ValueError("give either values, or low, high and count")
+        if self.values is not None and not self.values:
+            raise ValueError("values: there is nothing to draw from")
+        if self.count and self.count > 1:
+            ordered(self.low, self.high)
+        return self
+
+    @property
+    def options(self) -> tuple[Any, ...]:
+        """The values in order."""
+        if self.values is not None:
+            return self.values
+        assert self.low is not None and self.high is not None and self.count is not None
+        return tuple(np.linspace(self.low, self.high, self.count).tolist())
+
+
+Distribution = Annotated[Uniform | Sobol | Normal | LogNormal | Choice | Grid, Field(discriminator="type")]
+
+
+def probability(x: float) -> float:
+    """The share of a standard normal distribution below x."""
+    return 0.5 * math.erfc(-x / math.sqrt(2.0))
+
+
+def within(x: Number, low: float | None, high: float | None) -> Number:
+    """Round-off must not leave the range."""
+    x = x if low is None else maximum(x, low)
+    return x if high is None else minimum(x, high)
+
+
+def as_rows(rows: Any) -> Any:
+    """A list of lists as a tuple of tuples."""
+    return tuple(as_tuple(row) for row in rows) if isinstance(rows, list) else rows
+
+
+class Correlated(Section):
+    """Keys that are jointly normal. deviations and correlation, or covariance; neither may leave a direction impossible."""
+
+    keys: Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64)]
+    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
+    covariance: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None = None
+    deviations: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None = None
+    correlation: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None = None
+
+    @model_validator(mode="after")
+    def _fitting(self) -> "Correlated":
+        count = len(self.keys)
+        if len(set(self.keys)) < count:
+            raise ValueError("keys: each only once")
+        if (self.covariance is None) == (self.deviations is None and self.correlation is None) or (
+            self.covariance is None and (self.deviations is None or self.correlation is None)
+        ):
+            raise ValueError("give either covariance, or deviations and correlation")
+        for name in ("mean", "deviations", "covariance", "correlation"):
+            given = getattr(self, name)
+            rows = given if given and isinstance(given[0], tuple) else ()
+            if given is not None and (len(given) != count or any(len(row) != count for row in rows)):
+                raise ValueError(f"{name}: should be of {count} entries, one a key{', in each of as many rows' * bool(rows)}")
+        if self.correlation and any(row[i] != 1.0 for i, row in enumerate(self.correlation)):
+            raise ValueError("correlation: must be 1 on the diagonal")
+        _ = self.factor
+        return self
+
+    @property
+    def factor(self) -> tuple[tuple[float, ...], ...]:
+        """Lower triangle L with L L^T the covariance. ValueError where there is none."""
+        if self.covariance is not None:
+            matrix = np.array(self.covariance)
+        else:
+            matrix = np.array(self.correlation) * np.outer(self.deviations or (), self.deviations or ())
+        name = "covariance" if self.covariance is not None else "correlation"
+        if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
+            raise ValueError(f"{name}: must be symmetric")
+        try:
+            lower: tuple[tuple[float, ...], ...] = tuple(map(tuple, np.linalg.cholesky(matrix).tolist()))
+        except np.linalg.LinAlgError:
+            raise ValueError(f"{name}: must be positive definite") from None
+        return lower
+
+    def quantiles(self, us: list[Number]) -> list[Number]:
+        """The values of the keys."""
+        normal = [inverse_normal(u) for u in us]
+        return [
+            mean + sum((weight * z for weight, z in zip(row[1 : i + 1], normal[1:], strict=False)), row[0] * normal[0])
+            for i, (mean, row) in enumerate(zip(self.mean, self.factor, strict=True))
+        ]

@@ -1,0 +1,110 @@
+"""The values of what varies, from the flight's number alone: drawn in any order, on any machine, always the same."""
+
+import json
+import warnings
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.campaign.distributions import Choice, Grid, Sobol
+from quadstep.campaign.schema import CampaignFile
+from quadstep.numbers import Vector
+from quadstep.numbers.noise import Key, key, uniforms
+
+STREAM = 2**25
+"""Of the random numbers that campaigns draw; a flight's own noise uses small numbers."""
+
+A_TICK = 128
+"""Numbers drawn at one tick of the counter."""
+
+Values: TypeAlias = Any
+"""An array with an element a flight, which laws take for a number."""
+
+
+class Drawn(NamedTuple):
+    """A column of values. options: where it is not None, `values` are places in it."""
+
+    values: Values
+    options: tuple[Any, ...] | None = None
+
+    def at(self, place: int) -> Any:
+        """The value of one flight."""
+        value = self.values[place]
+        return float(value) if self.options is None else self.options[value]
+
+    def column(self) -> Values:
+        """The values themselves: numbers, booleans or text (JSON for what is none of these)."""
+        if self.options is None:
+            return self.values
+        options = self.options
+        kinds = {type(option) for option in options}
+        if not (kinds <= {int, float} or kinds in ({bool}, {str})):
+            options = tuple(json.dumps(option, sort_keys=True) for option in options)
+        table = np.array(options, dtype=object if isinstance(options[0], str) else None)
+        result: Values = table[self.values]
+        return result
+
+
+def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
+    """The keys of the flights' noise, each part an array; as `noise.key`."""
+    *first, high, low = key(seed, 0).words
+    halves: list[Any] = [np.full(len(flights), half) for half in first]
+    halves += [(int(half) ^ part).astype(float) for half, part in ((high, flights >> 16), (low, flights & 0xFFFF))]
+    return Key(Vector(halves))
+
+
+def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
+    """What varies, for the flights of these numbers, which follow each other, by key."""
+    spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
+    independent = sum(not isinstance(one, Sobol | Grid) for one in file.vary.values())
+    independent += sum(len(one.keys) for one in file.correlated)
+    shared = iter(uniform_columns(file.seed, flights, independent))
+    points = iter(sobol(file.seed, flights, len(spread)))
+    drawn: dict[str, Drawn] = {}
+    every = 1
+    for name, one in reversed(file.vary.items()):  # the last grid turns fastest
+        if isinstance(one, Grid):
+            drawn[name] = Drawn((flights // every) % len(one.options), one.options)
+            every *= len(one.options)
+    for name, one in file.vary.items():
+        if isinstance(one, Sobol):
+            drawn[name] = Drawn(one.quantile(next(points)))
+        elif isinstance(one, Choice):
+            drawn[name] = Drawn(one.place(next(shared)), one.options)
+        elif not isinstance(one, Grid):
+            drawn[name] = Drawn(one.quantile(next(shared)))
+    for group in file.correlated:
+        values = group.quantiles([next(shared) for _ in group.keys])
+        drawn.update(zip(group.keys, map(Drawn, values), strict=True))
+    return {name: drawn[name] for name in file.keys}
+
+
+def uniform_columns(seed: int, flights: NDArray[np.int64], count: int) -> list[Values]:
+    """`count` independent columns, uniform in (0, 1)."""
+    keys = noise_keys(seed, flights)
+    columns: list[Values] = []
+    ticks: Values
+    for tick in range(-(-count // A_TICK)):
+        some = min(A_TICK, count - tick * A_TICK)
+        ticks = np.full(len(flights), float(tick))
+        columns += uniforms(keys, STREAM, ticks, some).entries
+    return columns
+
+
+def sobol(seed: int, flights: NDArray[np.int64], dimensions: int) -> list[Values]:
+    """Columns of a Sobol sequence (Joe and Kuo 2008), shifted digitally by the seed so that none is at a corner."""
+    if not dimensions:
+        return []
+    from scipy.stats import qmc  # noqa: PLC0415 (an extra, loaded where it is used)
+
+    sequence = qmc.Sobol(dimensions, scramble=False, bits=32)
+    if flights[0]:
+        sequence.fast_forward(int(flights[0]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a count that is no power of two: the sequence goes on with the next chunk
+        points = sequence.random(len(flights))
+    whole = (points * 2.0**32).astype(np.uint64)
+    one = np.zeros(1, dtype=np.int64)
+    shifts = [int(column[0] * 2.0**32) for column in uniform_columns(seed ^ 0x50B01, one, dimensions)]
+    return [((whole[:, i] ^ np.uint64(shift)).astype(float) + 0.5) * 2.0**-32 for i, shift in enumerate(shifts)]

@@ -1,0 +1,63 @@
+"""Keys of a mission file, dotted as in `path.end.2`: set in what a user wrote, or in a checked mission."""
+
+from typing import Any
+
+from pydantic import BaseModel
+
+from quadstep.errors import UserError
+
+
+def parts(key: str) -> list[str]:
+    """The names and places that a key consists of. Raises UserError for an empty one."""
+    found = key.split(".")
+    if not all(found):
+        raise UserError(f"{key!r:.60} is no key; keys are dotted, as vehicle.mass or path.end.2")
+    return found
+
+
+def with_value(content: Any, key: str, value: Any, defaults: Any) -> Any:
+    """A copy of a mission's content in which `key` has this value; lists that are not there are taken from `defaults`.
+
+    Raises UserError where the key leads into something that is neither a table nor a list.
+    """
+    return placed(content, parts(key), value, defaults, key)
+
+
+def placed(content: Any, rest: list[str], value: Any, defaults: Any, key: str) -> Any:
+    """`with_value` from some way down the key."""
+    if not rest:
+        return value
+    name, *below = rest
+    if name.isdigit():
+        listed = content if isinstance(content, list | tuple) else defaults
+        if not isinstance(listed, list | tuple):
+            raise UserError(f"{key}: there is no list to take entry {name} of; give it in the mission first")
+        place = int(name)
+        if place >= len(listed):
+            raise UserError(f"{key}: entry {place} does not exist; allowed: 0 to {len(listed) - 1}")
+        inside = defaults[place] if isinstance(defaults, list | tuple) and place < len(defaults) else None
+        changed = placed(listed[place], below, value, inside, key)
+        return [*listed[:place], changed, *listed[place + 1 :]]
+    if not isinstance(content, dict | None):
+        raise UserError(f"{key}: {name!r} cannot be inside {content!r:.60}")
+    table = content or {}
+    inside = defaults.get(name) if isinstance(defaults, dict) else None
+    return {**table, name: placed(table.get(name), below, value, inside, key)}
+
+
+def overridden(section: Any, key: str, value: Any) -> Any:
+    """A checked mission with an entry replaced by something that is not checked: an array in place of a number."""
+    return replaced(section, parts(key), value)
+
+
+def replaced(section: Any, rest: list[str], value: Any) -> Any:
+    """`overridden` from some way down the key. Raises TypeError where there is nothing to replace."""
+    if not rest:
+        return value
+    name, *below = rest
+    if isinstance(section, tuple):
+        place = int(name)
+        return (*section[:place], replaced(section[place], below, value), *section[place + 1 :])
+    if isinstance(section, BaseModel):
+        return section.model_copy(update={name: replaced(getattr(section, name), below, value)})
+    raise TypeError(f"nothing inside {section!r:.60}")

@@ -1,0 +1,312 @@
+"""From drawn values to flights: most keys become numbers of the flight at once for all flights, the others one by one.
+
+A mission builds its flight by arithmetic. Given an array in place of a number, it builds many flights in one go; where it
+cannot (a value that is rounded, compared or decides the structure), each value is built on its own. Which keys are of which
+kind is found out by trying, and by comparing the flights with those built one by one, number by number.
+"""
+
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.campaign.draws import Drawn, noise_keys
+from quadstep.campaign.keys import overridden, with_value
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.scored import Scored, scored
+from quadstep.mission.read import AnyMission, check_mission, score_start
+from quadstep.numbers import Table, flatten, leaf_names, rebuild
+
+TRIED = 3
+"""Flights on which it is tried whether a key can be built in one go."""
+
+MOST_STRUCTURES = 200
+"""Programs that one campaign may need; each takes about a second to compile."""
+
+
+class Batch(NamedTuple):
+    """Flights of one structure and clock. members: their places among those asked for. loop, ticks: with scores.
+
+    start, parameters: of one of them; places: of the leaves that vary; rows: their values, a row a flight.
+    """
+
+    members: NDArray[np.int64]
+    loop: Scored
+    ticks: Ticks
+    start: Any
+    parameters: Any
+    places: tuple[int, ...]
+    rows: NDArray[np.float64]
+
+
+class Planner:
+    """Builds flights of one mission in which some keys vary.
+
+    content, defaults: of the mission as written, and with every default. typical: values of what varies, by key; on these it
+    is tried what can be built in one go. seed: of the noise; each flight has its own. score_period: [s], None for the
+    mission's log period.
+    """
+
+    def __init__(
+        self, content: dict[str, Any], defaults: dict[str, Any], source: str, folder: Path, typical: Mapping[str, Drawn],
+        seed: int, score_period: float | None = None,
+    ) -> None:  # fmt: skip
+        self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
+        self.typical, self.seed, self.score_period = typical, seed, score_period
+        self.begin = score_start(check_mission(content, source, folder))
+        self.direct: dict[Any, list[str]] = {}
+        self.checked: dict[Any, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        self.structures: set[Any] = set()
+
+    # One flight
+
+    def mission(self, values: Mapping[str, Any], flight: int | None = None) -> AnyMission:
+        """The mission with these values. Raises UserError naming the key, and the flight if given."""
+        content: Any = self.content
+        for name, value in values.items():
+            content = with_value(content, name, value, self.defaults)
+        said = "" if flight is None else f"flight {flight} ({shown(values)}): "
+        try:
+            return check_mission(content, self.source, self.folder)
+        except UserError as error:
+            text = str(error).removeprefix(f"{self.source}: ")
+            raise UserError(f"{self.source}: {said}{text}") from None
+
+    def plan(self, values: Mapping[str, Any], flight: int | None = None) -> FlightPlan:
+        """The flight with these values, its noise that of `flight`. Raises UserError."""
+        mission = self.mission(values, flight)
+        try:
+            plan = mission.plan(self.folder)
+        except UserError as error:
+            said = "" if flight is None else f"flight {flight} ({shown(values)}): "
+            raise UserError(f"{self.source}: {said}{error}") from None
+        return plan if flight is None else self.with_noise(plan, np.array([flight]), one=True)
+
+    def with_noise(self, plan: FlightPlan, flights: NDArray[np.int64], one: bool = False) -> FlightPlan:
+        """A plan with the noise of these flights, where it has any."""
+        if not hasattr(plan.parameters, "key"):
+            return plan
+        keys = noise_keys(self.seed, flights)
+        if one:
+            keys = rebuild(keys, iter([float(part[0]) for part in flatten(keys)]))
+        return plan._replace(parameters=plan.parameters._replace(key=keys))
+
+    # Many
+
+    def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, Drawn]) -> Iterator[Batch]:
+        """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
+        numeric = [name for name, column in drawn.items() if self.is_numeric(column)]
+        options = [name for name in drawn if name not in numeric]
+        for chosen, members in groups([drawn[name].values for name in options], len(flights)):
+            fixed = {name: option(drawn[name], place) for name, place in zip(options, chosen, strict=True)}
+            columns = {name: numbers(drawn[name])[members] for name in numeric}
+            yield from self.batches_of(fixed, columns, drawn, flights, members)
+
+    def batches_of(
+        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, Drawn],
+        flights: NDArray[np.int64], members: NDArray[np.int64],
+    ) -> Iterator[Batch]:  # fmt: skip
+        """The flights that agree in what is not a number."""
+        identity = tuple(map(repr, fixed.values()))
+        self.check(identity, fixed, columns, flights[members])
+        if identity not in self.direct:
+            self.direct[identity] = self.find_direct(fixed, {name: numbers(self.typical[name]) for name in columns})
+        direct = {name: columns[name] for name in columns if name in self.direct[identity]}
+        others = [name for name in columns if name not in direct]
+        if any(drawn[name].options is None for name in others):
+            yield from self.one_by_one(fixed, columns, flights, members)
+            return
+        for chosen, some in groups([drawn[name].values[members] for name in others], len(members)):
+            more = {name: float(option(drawn[name], place)) for name, place in zip(others, chosen, strict=True)}
+            part = {name: column[some] for name, column in direct.items()}
+            yield self.in_one_go({**fixed, **more}, part, flights[members[some]], members[some])
+
+    def in_one_go(
+        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
+        members: NDArray[np.int64],
+    ) -> Batch:  # fmt: skip
+        """A batch whose mission was built with arrays in it."""
+        plan = self.with_noise(self.array_plan(fixed, columns), flights)
+        leaves = flatten((plan.start, plan.parameters))
+        places = tuple(place for place, leaf in enumerate(leaves) if isinstance(leaf, np.ndarray))
+        rows = np.stack([leaves[place] for place in places], axis=1) if places else np.zeros((len(flights), 0))
+        one = [float(leaf[0]) if isinstance(leaf, np.ndarray) else leaf for leaf in leaves]
+        start, parameters = rebuild((plan.start, plan.parameters), iter(one))
+        return self.batch(members, plan.loop, plan.ticks, start, parameters, places, rows)
+
+    def one_by_one(
+        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
+        members: NDArray[np.int64],
+    ) -> Iterator[Batch]:  # fmt: skip
+        """Batches of flights each of which was built on its own; everything but tables counts as varying."""
+        plans = [
+            self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
+            for i in range(len(members))
+        ]
+        alike: dict[Any, list[int]] = defaultdict(list)
+        for i, plan in enumerate(plans):
+            given = (plan.start, plan.parameters)
+            tables = tuple(tuple(leaf.values) for leaf in flatten(given) if isinstance(leaf, Table))
+            alike[plan.loop, plan.ticks, tuple(leaf_names(given)), tables].append(i)
+        for some in alike.values():
+            first = plans[some[0]]
+            leaves = flatten((first.start, first.parameters))
+            places = tuple(place for place, leaf in enumerate(leaves) if not isinstance(leaf, Table))
+            all_leaves = [flatten((plans[i].start, plans[i].parameters)) for i in some]
+            rows = np.array([[one[place] for place in places] for one in all_leaves], dtype=float)
+            yield self.batch(members[some], first.loop, first.ticks, first.start, first.parameters, places, rows)
+
+    def batch(
+        self, members: NDArray[np.int64], loop: Any, ticks: Ticks, start: Any, parameters: Any, places: tuple[int, ...],
+        rows: NDArray[np.float64],
+    ) -> Batch:  # fmt: skip
+        """A batch, scored. Raises UserError for a campaign of too many structures."""
+        self.structures.add((loop, places))
+        if len(self.structures) > MOST_STRUCTURES:
+            raise UserError(
+                f"{self.source}: what varies changes the structure of the flight more than {MOST_STRUCTURES} times, and each "
+                "has to be compiled; vary numbers, or choose from fewer values"
+            )
+        period = self.score_period or ticks.log * ticks.step
+        scored_loop, scored_ticks = scored(loop, ticks, period, self.begin)
+        return Batch(members, scored_loop, scored_ticks, start, parameters, places, rows)
+
+    # What can be built in one go
+
+    def is_numeric(self, drawn: Drawn) -> bool:
+        """Whether a column is of numbers for a key that takes any."""
+        return drawn.options is None or all(type(one) is float for one in drawn.options)
+
+    def array_plan(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
+        """A plan with arrays among its leaves. Raises what arithmetic on them may raise."""
+        first = {name: column[0].item() for name, column in columns.items()}
+        mission: Any = self.mission({**fixed, **first})
+        for name, column in columns.items():
+            mission = overridden(mission, name, np.ascontiguousarray(column))
+        with np.errstate(all="ignore"):
+            plan: FlightPlan = mission.plan(self.folder, warn=False)
+        count = len(next(iter(columns.values()))) if columns else 0
+        for leaf in flatten((plan.start, plan.parameters)):
+            if isinstance(leaf, np.ndarray) and leaf.shape != (count,):
+                raise ValueError("an array of another shape")
+            if not isinstance(leaf, np.ndarray | Table | float | int):
+                raise TypeError(f"neither number nor table: {type(leaf)}")
+        return plan
+
+    def find_direct(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
+        """The keys that arrays can stand for: alone, and all together, with the very numbers of flights built one by one."""
+        spread = {name: np.array([column.min(), np.median(column), column.max()]) for name, column in columns.items()}
+        first = {name: column[0].item() for name, column in columns.items()}
+        found = [name for name in columns if self.agrees({**fixed, **without(first, name)}, {name: spread[name]})]
+        some = {name: columns[name][:TRIED] for name in found}
+        rest = {name: value for name, value in first.items() if name not in found}
+        return found if self.agrees({**fixed, **rest}, some) else []
+
+    def agrees(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> bool:
+        """Whether arrays give the flights that single values give."""
+        if not columns:
+            return True
+        try:
+            together = self.array_plan(fixed, columns)
+        except (TypeError, ValueError, AttributeError, IndexError, UserError):
+            return False
+        leaves = flatten((together.start, together.parameters))
+        for i in range(len(next(iter(columns.values())))):
+            values = {name: column[i].item() for name, column in columns.items()}
+            try:
+                alone = self.plan({**fixed, **values})
+            except UserError:
+                return False
+            if (alone.loop, alone.ticks) != (together.loop, together.ticks):
+                return False
+            wanted = flatten((alone.start, alone.parameters))
+            if len(wanted) != len(leaves) or not all(same(one, ours, i) for one, ours in zip(wanted, leaves, strict=True)):
+                return False
+        return True
+
+    def check(
+        self, identity: Any, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64]
+    ) -> None:
+        """Refuse values that the mission refuses. Ranges are checked by their corners, one by one only where a corner fails.
+
+        What a mission asks of several keys is linear in them (an order, a sum), so that the corners speak for all between.
+        """
+        if not columns:
+            self.plan(fixed)
+            return
+        low, high = (np.array([end(column) for column in columns.values()]) for end in (np.min, np.max))
+        known = self.checked.get(identity)
+        if known is not None and (known[0] <= low).all() and (high <= known[1]).all():
+            return
+        if known is not None:
+            low, high = np.minimum(known[0], low), np.maximum(known[1], high)
+        try:
+            for corner in corners(low, high):
+                self.plan({**fixed, **dict(zip(columns, corner, strict=True))})
+        except UserError:
+            for i, flight in enumerate(flights):
+                self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flight))
+            return
+        self.checked[identity] = (low, high)
+
+
+def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
+    """The corners of a box; of one with very many, both ends and each edge from the lower one."""
+    ends = [sorted({a.item(), b.item()}) for a, b in zip(low, high, strict=True)]
+    if len(ends) <= 5:
+        yield from map(list, itertools.product(*ends))
+        return
+    yield low.tolist()
+    yield high.tolist()
+    for i in range(len(ends)):
+        yield [high[j].item() if i == j else low[j].item() for j in range(len(ends))]
+        yield [low[j].item() if i == j else high[j].item() for j in range(len(ends))]
+
+
+def groups(columns: list[NDArray[Any]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
+    """Flights that agree in these columns of places: the places, and the flights'."""
+    if not columns:
+        yield (), np.arange(count)
+        return
+    together = np.stack(columns, axis=1)
+    found, which = np.unique(together, axis=0, return_inverse=True)
+    order = np.argsort(which.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(which.ravel(), minlength=len(found)))
+    for place, members in zip(found, np.split(order, ends[:-1]), strict=True):
+        yield tuple(place.tolist()), members
+
+
+def numbers(drawn: Drawn) -> NDArray[np.float64]:
+    """The values of a numeric column."""
+    values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
+    result: NDArray[np.float64] = np.asarray(values, dtype=float)
+    return result
+
+
+def option(drawn: Drawn, place: int) -> Any:
+    """One of a column's options."""
+    assert drawn.options is not None
+    return drawn.options[place]
+
+
+def same(alone: Any, together: Any, place: int) -> bool:
+    """Whether a leaf of a single flight is what the arrays have for it, to the bit."""
+    if isinstance(alone, Table) or isinstance(together, Table):
+        return isinstance(alone, Table) and isinstance(together, Table) and alone.values == together.values
+    return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
+
+
+def without(values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """All but one."""
+    return {key: value for key, value in values.items() if key != name}
+
+
+def shown(values: Mapping[str, Any]) -> str:
+    """Values for one line."""
+    return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))

@@ -1,0 +1,37 @@
+"""One flight of a campaign by itself, to be flown again with its full log."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from quadstep.campaign.draws import draw
+from quadstep.campaign.flown import planner
+from quadstep.campaign.schema import MOST_FLIGHTS, Campaign
+from quadstep.errors import UserError
+from quadstep.flight.engines import FlightPlan
+from quadstep.mission.read import AnyMission
+
+
+class Replay(NamedTuple):
+    """values: what was drawn, by key. mission: with them. plan: the flight, with its own noise."""
+
+    values: dict[str, Any]
+    mission: AnyMission
+    plan: FlightPlan
+
+
+def replay(campaign: Campaign, flight: int) -> Replay:
+    """The flight of this number. Raises UserError for a number that no campaign has."""
+    if not 0 <= flight < MOST_FLIGHTS:
+        raise UserError(f"--flight: should be from 0 to {MOST_FLIGHTS - 1}, not {flight}")
+    drawn = draw(campaign.file, np.arange(flight, flight + 1))
+    values = {name: column.at(0) for name, column in drawn.items()}
+    builder = planner(campaign)
+    mission = builder.mission(values, flight)
+    named = mission.model_copy(update={"name": f"{mission.name}, flight {flight}"})
+    return Replay(values, named, builder.plan(values, flight))
+
+
+def plan_of(campaign: Campaign, flight: int) -> FlightPlan:
+    """The plan of the flight of this number. Raises UserError."""
+    return replay(campaign, flight).plan

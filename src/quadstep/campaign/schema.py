@@ -1,0 +1,155 @@
+"""A campaign file: which mission, what varies in it, and what counts as failure."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from quadstep.campaign.distributions import Correlated, Distribution, Grid
+from quadstep.errors import UserError
+from quadstep.flight.scored import METRICS
+from quadstep.mission.check import check
+from quadstep.mission.fields import Name, Positive, Section, as_tuple
+from quadstep.mission.read import check_mission, read_toml
+
+MOST_FLIGHTS = 10**9
+CHUNK = 65_536
+"""Flights in one file of results: what a killed run loses at most."""
+
+THRESHOLDS = {name.partition("[")[0]: name for name in METRICS}
+"""What a failure can be made of: metrics by their names without units."""
+
+
+NOT_FLOWN = {
+    "name": "a name changes no flight",
+    "seed": "every flight has noise of its own already",
+    "score_from": "from when on a flight is scored changes no flight",
+    "tune": "what is tuned changes no flight",
+}
+"""Keys of a mission that cannot vary, and why."""
+
+
+def flat(table: Any, prefix: str = "") -> Any:
+    """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A distribution is what has a type."""
+    if not isinstance(table, dict):
+        return table
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        nested = isinstance(value, dict) and value and not isinstance(value.get("type"), str)
+        nested = nested and all(isinstance(inside, dict) for inside in value.values())
+        found.update(flat(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value})
+    return found
+
+
+class CampaignFile(Section):
+    """A campaign file.
+
+    mission: a file, looked up from this one's folder, or the whole of a mission as a table. flights: all combinations of the
+    grids once if left out. score_period: from sample to sample of the metrics [s]; the mission's log period if left out.
+    failure: for a metric, above what a flight counts as failed; one that ends early always does.
+    """
+
+    name: Name = "Campaign"
+    mission: str | dict[str, Any]
+    flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    precision: Literal["f32", "f64"] = "f64"
+    score_period: Positive | None = None
+    chunk: Annotated[int, Field(ge=16, le=10**7)] = CHUNK
+    vary: Annotated[dict[str, Distribution], BeforeValidator(flat)] = Field(default_factory=dict)
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
+    failure: dict[str, Positive] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _known(self) -> "CampaignFile":
+        unknown = [name for name in self.failure if name not in THRESHOLDS]
+        if unknown:
+            raise ValueError(f"failure.{unknown[0]}: unknown key; allowed here: {', '.join(THRESHOLDS)}")
+        keys = self.keys
+        twice = [key for key in keys if keys.count(key) > 1]
+        if twice:
+            raise ValueError(f"{twice[0]}: varies twice")
+        for key in keys:
+            longer = [other for other in keys if other.startswith(f"{key}.")]
+            if longer:
+                raise ValueError(f"vary: {longer[0]} is inside {key}, which varies as a whole")
+        return self
+
+    @model_validator(mode="after")
+    def _flown(self) -> "CampaignFile":
+        for key in self.keys:
+            if key.partition(".")[0] in NOT_FLOWN:
+                raise ValueError(f"vary: {key}: {NOT_FLOWN[key.partition('.')[0]]}")
+        return self
+
+    @property
+    def keys(self) -> list[str]:
+        """Everything that varies, in order."""
+        return [*self.vary, *(key for one in self.correlated for key in one.keys)]
+
+
+class Campaign(NamedTuple):
+    """A campaign and its mission as read.
+
+    file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
+    default. source, folder: of the mission, for errors and for the files it names.
+    """
+
+    file: CampaignFile
+    text: str
+    content: dict[str, Any]
+    defaults: dict[str, Any]
+    source: str
+    folder: Path
+
+    @property
+    def flights(self) -> int:
+        """How many there are if the command line does not say."""
+        if self.file.flights:
+            return self.file.flights
+        count = 1
+        for one in self.file.vary.values():
+            count *= len(one.options) if isinstance(one, Grid) else 1
+        return count
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest of all that decides a flight's result; how many flights there are does not."""
+        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission"})
+        text = json.dumps([decides, self.content, self.named_files()], default=str)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def named_files(self) -> list[str]:
+        """A digest of each file that the mission names."""
+        names = sorted({value for value in strings(self.content) if "." in value and (self.folder / value).is_file()})
+        return [hashlib.sha256((self.folder / name).read_bytes()).hexdigest() for name in names]
+
+
+def strings(content: Any) -> list[str]:
+    """Every string in parsed TOML."""
+    if isinstance(content, str):
+        return [content] if len(content) < 200 and content.isprintable() else []
+    inside = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
+    return [text for one in inside for text in strings(one)]
+
+
+def read_campaign(path: Path) -> Campaign:
+    """The campaign in a TOML file. Raises UserError naming file, key and what is allowed."""
+    content = read_toml(path)
+    if "mission" not in content and {"path", "controller", "vehicle"} & content.keys():
+        raise UserError(f'{path}: looks like a mission; a campaign names one: mission = "FILE.toml"')
+    file = check(CampaignFile, content, str(path))
+    if isinstance(file.mission, str):
+        source = path.parent / file.mission
+        mission, folder = read_toml(source), source.parent
+    else:
+        source, mission, folder = path, file.mission, path.parent
+    return campaign_of(file, path.read_text(encoding="utf-8-sig"), mission, str(source), folder)
+
+
+def campaign_of(file: CampaignFile, text: str, mission: dict[str, Any], source: str, folder: Path) -> Campaign:
+    """A campaign from what its files say. Raises UserError for a mission that could not be flown by itself."""
+    defaults = check_mission(mission, source, folder).model_dump()
+    return Campaign(file, text, mission, defaults, source, folder)

@@ -1,0 +1,273 @@
+"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that says what is there.
+
+A file appears whole or not at all, and counts once the manifest names it with its digest. So whatever kills a run, what is
+there can be read, and the run can go on.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import platform
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from quadstep import __version__
+from quadstep.campaign.schema import Campaign
+from quadstep.errors import UserError
+from quadstep.flight.kernel import host
+from quadstep.report.publish import WRITING
+
+MANIFEST = "campaign.json"
+FLIGHTS = "flights"
+"""The folder of the Parquet files."""
+
+PACKAGES = ("numpy", "llvmlite", "pyarrow")
+
+
+class Chunk(NamedTuple):
+    """A file of flights, from `first` up to `past`."""
+
+    file: str
+    first: int
+    past: int
+
+
+class Store:
+    """The folder of one campaign, held by one run. Made by `opened`."""
+
+    def __init__(self, folder: Path, manifest: dict[str, Any]) -> None:
+        self.folder, self.manifest = folder, manifest
+        self.digests: dict[str, dict[str, Any]] = {one["file"]: one for one in manifest["chunks"]}
+
+    @property
+    def flights(self) -> int:
+        """How many the campaign has."""
+        count: int = self.manifest["flights"]
+        return count
+
+    @property
+    def chunks(self) -> list[Chunk]:
+        """All files, in order, whether they are there or not."""
+        size, count = self.manifest["chunk"], self.flights
+        return [
+            Chunk(f"{FLIGHTS}/{i:05d}.parquet", first, min(first + size, count))
+            for i, first in enumerate(range(0, count, size))
+        ]
+
+    @property
+    def missing(self) -> list[Chunk]:
+        """Those still to be flown."""
+        return [chunk for chunk in self.chunks if not self.has(chunk)]
+
+    def has(self, chunk: Chunk) -> bool:
+        """Whether a file is there, with all its flights."""
+        known = self.digests.get(chunk.file, {})
+        return (known.get("first"), known.get("past")) == chunk[1:] and (self.folder / chunk.file).exists()
+
+    def write(self, chunk: Chunk, table: pa.Table) -> None:
+        """Add a file, and then name it in the manifest. Raises UserError where the disk does not take it."""
+        content = parquet(table)
+        digest = {"file": chunk.file, "first": chunk.first, "past": chunk.past, "sha256": hashlib.sha256(content).hexdigest()}
+        with self.explained():
+            write_through(self.folder / chunk.file, content)
+            self.digests[chunk.file] = digest
+            self.save()
+
+    def save(self, **more: Any) -> None:
+        """Write the manifest. Raises UserError."""
+        self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
+        with self.explained():
+            write_through(self.folder / MANIFEST, (json.dumps(self.manifest, indent=1, allow_nan=False) + "\n").encode())
+
+    @contextlib.contextmanager
+    def explained(self) -> Iterator[None]:
+        """What a disk refuses, in one line."""
+        try:
+            yield
+        except OSError as error:
+            kept = sum(self.has(chunk) for chunk in self.chunks)
+            raise UserError(
+                f"{self.folder}: cannot be written: {error.strerror or error}; {kept} of {len(self.chunks)} files of flights "
+                "are kept, --resume goes on from there"
+            ) from None
+
+    def read(self, columns: Sequence[str] | None = None) -> pa.Table:
+        """The flights that are there, in order. Raises UserError for a file that cannot be read."""
+        tables = [self.read_chunk(chunk, columns) for chunk in self.chunks if self.has(chunk)]
+        return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
+
+    def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
+        """The flights of one file. Raises UserError."""
+        path = self.folder / chunk.file
+        try:
+            return pq.read_table(path, columns=None if columns is None else list(columns), partitioning=None)
+        except (OSError, pa.ArrowException) as error:
+            raise UserError(f"{path}: cannot be read: {error}") from None
+
+    def verify(self) -> None:
+        """Raises UserError for a file that is not what was written."""
+        for chunk in self.chunks:
+            path = self.folder / chunk.file
+            if not self.has(chunk):
+                continue
+            try:
+                digest = hashlib.sha256(path.read_bytes()).hexdigest()
+            except OSError as error:
+                raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+            if digest != self.digests[chunk.file]["sha256"]:
+                raise UserError(
+                    f"{path}: corrupted (its content is not what was written); delete this file, and --resume flies flights "
+                    f"{chunk.first} to {chunk.past - 1} again"
+                )
+
+
+@contextlib.contextmanager
+def opened(
+    folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool = False, overwrite: bool = False
+) -> Iterator[Store]:
+    """The folder of a campaign, made or gone on with, and locked while the block runs.
+
+    Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
+    file, a folder that another run is writing into.
+    """
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise UserError(f"{folder}: is a file; --out needs a folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise UserError(f"{folder}: another campaign is being flown into this folder; choose another --out") from None
+        yield prepared(folder, campaign, flights, engine, resume, overwrite)
+    finally:
+        os.close(handle)
+
+
+def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool, overwrite: bool) -> Store:
+    """The store in a folder that is locked."""
+    found = read_manifest(folder)
+    mine = new_manifest(campaign, flights, engine)
+    if found is not None and overwrite and not resume:
+        clear(folder, found)
+        found = None
+    if found is None:
+        if resume:
+            raise UserError(f"{folder}: there is no campaign to go on with; leave out --resume to start one")
+        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING)]
+        if strange:
+            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
+        store = Store(folder, mine)
+        with store.explained():
+            (folder / FLIGHTS).mkdir(exist_ok=True)
+        store.save()
+        return store
+    store = Store(folder, found)
+    if not resume:
+        kept, all_of = sum(store.has(chunk) for chunk in store.chunks), len(store.chunks)
+        state = "complete" if kept == all_of else f"{kept} of {all_of} files"
+        raise UserError(
+            f"{folder}: holds the campaign {found['name']!r} ({state}); go on with --resume, choose another --out, or replace "
+            "it with --overwrite"
+        )
+    reasons = {
+        "fingerprint": "the campaign, its mission or a file it names has changed",
+        "version": f"it was flown by quadstep {found.get('version')}, this is {__version__}",
+    }
+    for key, what in reasons.items():
+        if found.get(key) != mine[key]:
+            raise UserError(f"{folder}: cannot go on: {what}; choose another --out, or start again with --overwrite")
+    store.verify()
+    store.manifest |= {key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine")}
+    store.manifest["machines"] = [*found["machines"], *(one for one in mine["machines"] if one not in found["machines"])]
+    store.save(complete=False)
+    return store
+
+
+def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any]:
+    """What the manifest of a campaign says before anything was flown."""
+    return {
+        "name": campaign.file.name,
+        "version": __version__,
+        "fingerprint": campaign.fingerprint,
+        "seed": campaign.file.seed,
+        "flights": flights,
+        "chunk": campaign.file.chunk,
+        "precision": campaign.file.precision,
+        "failure": campaign.file.failure,
+        "engine": engine,
+        "campaign": campaign.text,
+        "mission": campaign.content,
+        "packages": {name: version(name) for name in PACKAGES},
+        "machines": [machine()],
+        "complete": False,
+        "chunks": [],
+    }
+
+
+def machine() -> dict[str, Any]:
+    """What the bits of a result may depend on."""
+    processor, _ = host()
+    return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest in a folder, None where there is none. Raises UserError for one that cannot be read."""
+    path = folder / MANIFEST
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path}: cannot be read: {error}; choose another --out") from None
+    wanted = {"name": str, "flights": int, "chunk": int, "chunks": list, "machines": list, "fingerprint": str}
+    if not isinstance(content, dict) or any(not isinstance(content.get(key), kind) for key, kind in wanted.items()):
+        raise UserError(f"{path}: is not the manifest of a campaign; choose another --out")
+    return content
+
+
+def clear(folder: Path, manifest: dict[str, Any]) -> None:
+    """Remove the results of a campaign: what it has written and nothing else."""
+    (folder / MANIFEST).unlink(missing_ok=True)
+    for path in (folder / FLIGHTS).glob("*.parquet"):
+        path.unlink()
+    for name in manifest.get("files", []):
+        if isinstance(name, str) and not Path(name).is_absolute() and ".." not in Path(name).parts:
+            (folder / name).unlink(missing_ok=True)
+    for leftover in folder.glob(f"{WRITING}*"):
+        shutil.rmtree(leftover, ignore_errors=True) if leftover.is_dir() else leftover.unlink()
+
+
+def parquet(table: pa.Table) -> bytes:
+    """A table as the content of a Parquet file, the same bytes for the same table."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink, compression="zstd", version="2.6")
+    content: bytes = sink.getvalue().to_pybytes()
+    return content
+
+
+def write_through(path: Path, content: bytes) -> None:
+    """Write a file beside its place, onto the disk, and move it there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=WRITING)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    finally:
+        Path(temporary).unlink(missing_ok=True)

@@ -1,0 +1,104 @@
+"""What a campaign has shown, every number with its interval."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from quadstep.analysis.statistics import Estimate, quantile, share
+from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.campaign.store import Store
+from quadstep.flight.scored import METRICS
+
+RMSE, LARGEST = METRICS[:2]
+QUANTILES = (0.5, 0.9, 0.99, 0.999)
+WORST = 5
+FEWEST = 20
+"""Flights beyond a quantile without which its interval says nothing."""
+
+
+class Spread(NamedTuple):
+    """Quantiles of a metric over the flights that got through. quantiles: by share."""
+
+    metric: str
+    flights: int
+    quantiles: dict[float, Estimate]
+
+
+class Worst(NamedTuple):
+    """One of the worst flights. time: of its end, None if it got through."""
+
+    flight: int
+    outcome: str
+    time: float | None
+    rmse: float | None
+    largest: float | None
+
+
+class Summary(NamedTuple):
+    """success: share of flights. outcomes: how many ended in which way."""
+
+    flights: int
+    success: Estimate
+    outcomes: dict[str, int]
+    spreads: list[Spread]
+    worst: list[Worst]
+
+
+def summarise(store: Store) -> Summary:
+    """The summary of all flights that are there. Raises UserError for files that cannot be read."""
+    flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
+    count = flown.num_rows
+    good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
+    counted = {entry["values"]: entry["counts"] for entry in pc.value_counts(flown[OUTCOME]).to_pylist()}
+    through = pc.equal(flown[OUTCOME].cast(pa.string()), OUTCOMES[0])
+    spreads = []
+    for metric in (RMSE, LARGEST):
+        values = finite(flown.filter(through)[metric])
+        if len(values):
+            known = {q: quantile(values, q) for q in QUANTILES if len(values) * (1.0 - q) >= FEWEST or q == QUANTILES[0]}
+            spreads.append(Spread(metric, len(values), known))
+    return Summary(count, share(good, count), counted, spreads, worst(flown))
+
+
+def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """The numbers of a column, without what is missing."""
+    values: NDArray[np.float64] = column.drop_null().to_numpy().astype(np.float64)
+    return values[np.isfinite(values)]
+
+
+def worst(flown: pa.Table) -> list[Worst]:
+    """Those that ended first, then those that were farthest from the path; of equals the lower number."""
+    keys = [(TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
+    order = pc.select_k_unstable(flown, k=min(WORST, flown.num_rows), sort_keys=keys)
+    rows = flown.take(order).to_pylist()
+    return [Worst(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
+
+
+def sentences(summary: Summary) -> list[str]:
+    """The summary in words."""
+    value, low, high = (100.0 * part for part in summary.success)
+    lines = [f"{summary.flights} flights: {value:.6g} % succeed; with 95 % confidence {low:.6g} to {high:.6g} %."]
+    lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
+    if lost:
+        lines.append(f"Ended early: {lost}.")
+    for spread in summary.spreads:
+        parts = [f"{100 * q:g} % below {e.value:.4g} [{e.low:.4g}, {e.high:.4g}]" for q, e in spread.quantiles.items()]
+        lines.append(f"{spread.metric} of the {spread.flights} that got through: {'; '.join(parts)}.")
+    return lines
+
+
+def as_json(summary: Summary) -> dict[str, Any]:
+    """The summary for the manifest."""
+    return {
+        "flights": summary.flights,
+        "success": summary.success._asdict(),
+        "outcomes": summary.outcomes,
+        "quantiles": {
+            spread.metric: {str(q): estimate._asdict() for q, estimate in spread.quantiles.items()}
+            for spread in summary.spreads
+        },
+        "worst": [one._asdict() for one in summary.worst],
+    }
