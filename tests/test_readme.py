@@ -6,6 +6,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+from quadstep.campaign.run import fly_campaign
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly
 from quadstep.mission.read import check_mission
@@ -22,10 +23,18 @@ def run(*arguments: str) -> str:
 
 
 def test_missions_of_the_readme_fly_to_their_end():
-    texts = blocks("toml")
+    texts = [text for text in blocks("toml") if "[path]" in text]
     assert len(texts) == 2
     for text in texts:
         assert fly(check_mission(tomllib.loads(text), "README.md").plan()).outcome is Outcome.COMPLETED
+
+
+def test_the_campaign_of_the_readme_flies(tmp_path):
+    (tmp_path / "mission.toml").write_text(next(text for text in blocks("toml") if "Around the tower" in text))
+    (tmp_path / "campaign.toml").write_text(next(text for text in blocks("toml") if "[vary]" in text))
+    done = fly_campaign(tmp_path / "campaign.toml", tmp_path / "out", flights=64)
+    assert done.summary.flights == 64
+    assert 0.0 < done.summary.success.value < 1.0
 
 
 def test_python_of_the_readme_runs():

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.distributions import Choice, Grid, Sobol
+from quadstep.campaign.distributions import Choice, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.campaign.schema import CampaignFile
-from quadstep.numbers import Vector
+from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, key, uniforms
 
 STREAM = 2**25
@@ -57,11 +57,9 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
     """What varies, for the flights of these numbers, which follow each other, by key."""
     spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
-    independent = sum(not isinstance(one, Sobol | Grid) for one in file.vary.values())
-    independent += sum(len(one.keys) for one in file.correlated)
-    shared = iter(uniform_columns(file.seed, flights, independent))
+    shared = shares(file, noise_keys(file.seed, flights))
     points = iter(sobol(file.seed, flights, len(spread)))
-    drawn: dict[str, Drawn] = {}
+    drawn = {name: Drawn(value) for name, value in continuous(file, shared).items()}
     every = 1
     for name, one in reversed(file.vary.items()):  # the last grid turns fastest
         if isinstance(one, Grid):
@@ -71,25 +69,33 @@ def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
         if isinstance(one, Sobol):
             drawn[name] = Drawn(one.quantile(next(points)))
         elif isinstance(one, Choice):
-            drawn[name] = Drawn(one.place(next(shared)), one.options)
-        elif not isinstance(one, Grid):
-            drawn[name] = Drawn(one.quantile(next(shared)))
-    for group in file.correlated:
-        values = group.quantiles([next(shared) for _ in group.keys])
-        drawn.update(zip(group.keys, map(Drawn, values), strict=True))
+            drawn[name] = Drawn(one.place(shared[name]), one.options)
     return {name: drawn[name] for name in file.keys}
 
 
-def uniform_columns(seed: int, flights: NDArray[np.int64], count: int) -> list[Values]:
-    """`count` independent columns, uniform in (0, 1)."""
-    keys = noise_keys(seed, flights)
-    columns: list[Values] = []
-    ticks: Values
-    for tick in range(-(-count // A_TICK)):
-        some = min(A_TICK, count - tick * A_TICK)
-        ticks = np.full(len(flights), float(tick))
-        columns += uniforms(keys, STREAM, ticks, some).entries
-    return columns
+def shares(file: CampaignFile, key: Key) -> dict[str, Number]:
+    """A number uniform in (0, 1) for each key that is drawn by itself; a law over numbers."""
+    names = [name for name, one in file.vary.items() if not isinstance(one, Sobol | Grid)]
+    names += [name for group in file.correlated for name in group.keys]
+    return dict(zip(names, many_uniforms(key, len(names)), strict=True))
+
+
+def continuous(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Number]:
+    """The values of the keys whose distribution is continuous; a law over numbers."""
+    drawn = {
+        name: one.quantile(shared[name])
+        for name, one in file.vary.items()
+        if isinstance(one, Uniform | Normal | LogNormal) and not isinstance(one, Sobol)
+    }
+    for group in file.correlated:
+        drawn.update(zip(group.keys, group.quantiles([shared[name] for name in group.keys]), strict=True))
+    return drawn
+
+
+def many_uniforms(key: Key, count: int) -> list[Number]:
+    """`count` independent numbers, uniform in (0, 1)."""
+    ticks = range(-(-count // A_TICK))
+    return [u for tick in ticks for u in uniforms(key, STREAM, float(tick), min(A_TICK, count - tick * A_TICK))]
 
 
 def sobol(seed: int, flights: NDArray[np.int64], dimensions: int) -> list[Values]:
@@ -105,6 +111,5 @@ def sobol(seed: int, flights: NDArray[np.int64], dimensions: int) -> list[Values
         warnings.simplefilter("ignore")  # a count that is no power of two: the sequence goes on with the next chunk
         points = sequence.random(len(flights))
     whole = (points * 2.0**32).astype(np.uint64)
-    one = np.zeros(1, dtype=np.int64)
-    shifts = [int(column[0] * 2.0**32) for column in uniform_columns(seed ^ 0x50B01, one, dimensions)]
+    shifts = [int(u * 2.0**32) for u in many_uniforms(key(seed ^ 0x50B01, 0), dimensions)]
     return [((whole[:, i] ^ np.uint64(shift)).astype(float) + 0.5) * 2.0**-32 for i, shift in enumerate(shifts)]

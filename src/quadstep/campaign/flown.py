@@ -76,8 +76,9 @@ class Flyer:
         if key not in self.sweeps:
             if len(self.sweeps) >= MOST_SWEEPS:
                 self.sweeps.pop(next(iter(self.sweeps)))
-            double = self.campaign.file.precision == "f64"
-            self.sweeps[key] = self.sweeper(batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, double)
+            self.sweeps[key] = self.sweeper(
+                batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, self.campaign.double
+            )
         return self.sweeps[key]
 
 

@@ -186,17 +186,22 @@ class Planner:
     def array_plan(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
         """A plan with arrays among its leaves. Raises what arithmetic on them may raise."""
         first = {name: column[0].item() for name, column in columns.items()}
-        mission: Any = self.mission({**fixed, **first})
-        for name, column in columns.items():
-            mission = overridden(mission, name, np.ascontiguousarray(column))
         with np.errstate(all="ignore"):
-            plan: FlightPlan = mission.plan(self.folder, warn=False)
+            plan = self.built({**fixed, **first}, {name: np.ascontiguousarray(column) for name, column in columns.items()})
         count = len(next(iter(columns.values()))) if columns else 0
         for leaf in flatten((plan.start, plan.parameters)):
             if isinstance(leaf, np.ndarray) and leaf.shape != (count,):
                 raise ValueError("an array of another shape")
             if not isinstance(leaf, np.ndarray | Table | float | int):
                 raise TypeError(f"neither number nor table: {type(leaf)}")
+        return plan
+
+    def built(self, values: dict[str, Any], numbers: Mapping[str, Any]) -> FlightPlan:
+        """The plan of a mission with these values, some of which are then other kinds of numbers."""
+        mission: Any = self.mission(values)
+        for name, number in numbers.items():
+            mission = overridden(mission, name, number)
+        plan: FlightPlan = mission.plan(self.folder, warn=False)
         return plan
 
     def find_direct(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:

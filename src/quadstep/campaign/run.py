@@ -70,9 +70,9 @@ def flown(
         yield from flown_on_cluster(campaign, chunks, progress)
         return
     if engine is CampaignEngine.GPU:
-        from quadstep.flight.gpu_sweep import GpuSweep  # noqa: PLC0415
+        from quadstep.campaign.device import device_flyer  # noqa: PLC0415
 
-        flyer = Flyer(campaign, GpuSweep)
+        flyer = device_flyer(campaign)
     else:
         flyer = Flyer(campaign)
     for chunk in chunks:

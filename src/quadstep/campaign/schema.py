@@ -115,6 +115,11 @@ class Campaign(NamedTuple):
         return count
 
     @property
+    def double(self) -> bool:
+        """Whether it is flown in f64."""
+        return self.file.precision == "f64"
+
+    @property
     def fingerprint(self) -> str:
         """A digest of all that decides a flight's result; how many flights there are does not."""
         decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission"})

@@ -160,7 +160,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     """The store in a folder that is locked."""
     found = read_manifest(folder)
     mine = new_manifest(campaign, flights, engine)
-    if found is not None and overwrite and not resume:
+    if found is not None and not resume and (overwrite or not found["chunks"]):
         clear(folder, found)
         found = None
     if found is None:

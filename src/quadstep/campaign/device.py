@@ -1,0 +1,96 @@
+"""A campaign on a graphics processor, which draws what varies and the noise by itself where it can.
+
+The same laws draw there as here: the mission is built once more, with the processor's numbers in place of arrays.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from quadstep.campaign.distributions import Choice, Grid, Sobol
+from quadstep.campaign.draws import continuous, draw, shares
+from quadstep.campaign.flown import TYPICAL, Flyer, Progress, table
+from quadstep.campaign.planner import Batch, Planner
+from quadstep.campaign.schema import Campaign
+from quadstep.errors import UserError
+from quadstep.flight.cuda import CudaError, NoDeviceError
+from quadstep.flight.gpu_sweep import GpuSweep
+from quadstep.flight.sweep_trace import Generate
+from quadstep.numbers import Number, flatten
+from quadstep.numbers.noise import flight_key, key
+
+
+def device_flyer(campaign: Campaign) -> Flyer:
+    """What flies a campaign there. Raises UserError where there is no such processor."""
+    try:
+        flyer = Flyer(campaign, explained(GpuSweep))
+        only = generated_batch(flyer)
+        return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
+    except NoDeviceError as error:
+        raise UserError(f"--engine gpu: {error}; --engine lanes flies on this machine's cores") from None
+
+
+def explained(sweeper: Callable[..., GpuSweep]) -> Callable[..., GpuSweep]:
+    """What the driver or the compiler refuses, in one line."""
+
+    def make(*arguments: Any, **more: Any) -> GpuSweep:
+        try:
+            return sweeper(*arguments, **more)
+        except (CudaError, ValueError) as error:
+            raise UserError(f"--engine gpu: {error}") from None
+
+    return make
+
+
+def generated_batch(flyer: Flyer) -> Batch | None:
+    """The one batch of a campaign whose values can be drawn on the device; None for any other campaign."""
+    file = flyer.campaign.file
+    if any(isinstance(one, Choice | Grid | Sobol) for one in file.vary.values()):
+        return None
+    flights = np.arange(TYPICAL)
+    batches = list(flyer.planner.batches(flights, draw(file, flights)))
+    direct = flyer.planner.direct[()]
+    return batches[0] if len(batches) == 1 and len(direct) == len(file.keys) else None
+
+
+def generate(campaign: Campaign, planner: Planner, batch: Batch) -> Generate:
+    """The law that gives the varying numbers of a flight from its number."""
+    base = key(campaign.file.seed, 0).words
+    values = {name: column.at(0) for name, column in planner.typical.items()}
+
+    def law(high: Number, low: Number) -> list[Number]:
+        own = flight_key(base, high, low)
+        plan = planner.built(values, continuous(campaign.file, shares(campaign.file, own)))
+        if hasattr(plan.parameters, "key"):
+            plan = plan._replace(parameters=plan.parameters._replace(key=own))
+        leaves = flatten((plan.start, plan.parameters))
+        return [leaves[place] for place in sorted(batch.places)]
+
+    return law
+
+
+class DeviceFlyer(Flyer):
+    """Flies flights whose values are drawn on the device."""
+
+    def __init__(self, campaign: Campaign, planner: Planner, batch: Batch) -> None:
+        self.campaign, self.planner, self.batch = campaign, planner, batch
+        law = generate(campaign, planner, batch)
+        self.device = explained(GpuSweep)(
+            batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, campaign.double, generate=law
+        )
+
+    def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
+        """The flights from `first` up to `past`. What was drawn is written as drawn here in f64: the same to round-off.
+
+        Raises UserError for values that cannot be flown.
+        """
+        flights = np.arange(first, past)
+        drawn = draw(self.campaign.file, flights)
+        self.planner.check((), {}, {name: column.values for name, column in drawn.items()}, flights)
+        try:
+            swept, _ = self.device.generated(first, past, progress)
+        except CudaError as error:
+            raise UserError(f"--engine gpu: {error}") from None
+        return table(self.campaign, flights, drawn, swept.outcome, swept.ended, swept.metrics)
