@@ -1,10 +1,6 @@
-"""The laws as a program for graphics processors: written, assembled, and run thread by thread on this machine's own."""
+"""The laws as a program for graphics processors: written, assembled, counted; run where there is one."""
 
-import ctypes
-import importlib.util
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -13,36 +9,31 @@ from llvmlite import binding as llvm
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
-from quadstep.flight.closed_loop import Outcome
+from quadstep.errors import UserError
+from quadstep.flight import kernel
 from quadstep.flight.cuda import Device, NoDeviceError
+from quadstep.flight.gpu_assembler import assembled, ptxas
+from quadstep.flight.gpu_count import KINDS, Chip, bound, counted, marked, operations
 from quadstep.flight.gpu_sweep import REGISTERS, GpuSweep
 from quadstep.flight.loop import Loop
-from quadstep.flight.ptx import ptx
+from quadstep.flight.ptx import program, ptx
 from quadstep.flight.scored import scored
-from quadstep.flight.sweep import Batch, Sweep
-from quadstep.flight.sweep_trace import SweepTrace
+from quadstep.flight.sweep import Sweep
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.mission.read import read_mission
+from quadstep.numbers import flatten
+from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from tests.flights import parameters, state
 from tests.test_engines_agreement import TILTED, WAYPOINTS
 from tests.test_engines_scored import CLOCK, LOOP, NUMBERS, PLACES, table, values
 
 WAYPOINT_LOOP = Loop(Piecewise(), Backstepping())
-KINDS = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
+BOTH = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 
 
 @pytest.fixture(scope="module")
 def text():
     return ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES))
-
-
-def assembler():
-    """ptxas from the path, or from a wheel of NVIDIA's."""
-    found = shutil.which("ptxas")
-    package = importlib.util.find_spec("nvidia")
-    for folder in package.submodule_search_locations or () if package else ():
-        found = found or next((str(path) for path in Path(folder).glob("**/bin/ptxas")), None)
-    return found
 
 
 def test_the_program_calls_nothing_and_keeps_everything_in_registers(text):
@@ -79,7 +70,7 @@ def test_the_program_is_for_this_processor_or_one_before_it(architecture, target
 
 
 def test_processors_too_old_are_refused():
-    with pytest.raises(ValueError, match=r"7\.0 or later"):
+    with pytest.raises(NoDeviceError, match=r"7\.0 or later"):
         ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES), architecture=61)
 
 
@@ -87,24 +78,72 @@ def test_a_controller_that_calls_python_is_refused():
     plan = read_mission(Path("examples/a_bad_day.toml")).plan(Path("examples"))
     with flying(lambda t, measured, reference: (9.0, (0.0, 0.0, 0.0))) as (law, gains):
         flown = plan.with_controller(law, gains)
-        with pytest.raises(ValueError, match="calls Python"):
+        with pytest.raises(UserError, match="calls Python"):
             ptx(scored(flown.loop, plan.ticks, 0.02)[0], plan.start, flown.parameters, frozenset())
 
 
-@pytest.mark.skipif(assembler() is None, reason="no ptxas: neither on the path nor from the wheel nvidia-cuda-nvcc")
+def test_what_is_written_does_not_depend_on_how_this_machine_s_code_is_written(text, monkeypatch):
+    kernel.host.cache_clear()
+    kernel.host()
+    assert ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES)) == text
+    llvm.set_option("", "-pre-RA-sched=list-ilp")
+    assert ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES)) == text
+    told = []
+    monkeypatch.setattr(kernel.llvm, "set_option", lambda name, option: told.append(option))
+    kernel.host()
+    assert told  # and that has its own options back
+
+
+def draw(high, low):
+    """A law that gives the varying numbers of a flight: one of each kind."""
+    one = flight_key(key(7, 0).words, high, low)
+    return [*uniforms(one, 0, 0.0, 2), *normals(one, 1, 0.0, 2)]
+
+
+def test_numbers_drawn_on_the_processor_are_read_from_nowhere(text):
+    given, text = text, ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES), generate=draw)
+    head = text[text.index(".entry sweep") : text.index("{")]
+    assert len(re.findall(r"\.param", head)) == 7  # first, count, last, step, every, tables, results
+    rows = 2 + len(flatten(LOOP.start(TILTED, NUMBERS).score)) + len(PLACES)
+    assert len(re.findall(r"st\.global", text)) == rows
+    assert len(re.findall(r"ld\.global", text)) == len(re.findall(r"ld\.global", given)) - len(PLACES)
+    assert not re.search(r"\.f64", text)
+
+
+def test_the_law_must_give_as_many_numbers_as_vary():
+    with pytest.raises(ValueError, match="4 numbers generated for 1"):
+        ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES[:1]), generate=draw)
+
+
+NEEDS_PTXAS = pytest.mark.skipif(ptxas() is None, reason="no ptxas: neither on the path nor from the wheel nvidia-cuda-nvcc")
+
+
+@NEEDS_PTXAS
+@pytest.mark.parametrize("generate", [None, draw], ids=["given", "drawn"])
 @pytest.mark.parametrize("architecture", [80, 90])
-def test_the_paper_s_loop_takes_few_registers_and_spills_none(tmp_path, architecture, record_property):
-    source = tmp_path / "sweep.ptx"
-    source.write_text(ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES), architecture=architecture))
-    command = [assembler(), "-v", f"-arch=sm_{architecture}", f"-maxrregcount={REGISTERS}", str(source), "-o", "/dev/null"]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    record_property("ptxas", told)
-    assert "0 bytes spill stores, 0 bytes spill loads" in told
-    assert int(re.search(r"Used (\d+) registers", told).group(1)) <= REGISTERS
+def test_the_paper_s_loop_takes_few_registers_and_spills_none(architecture, generate, record_property):
+    text = ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES), architecture=architecture, generate=generate)
+    told = assembled(text, architecture, REGISTERS)
+    record_property("ptxas", str(told))
+    assert (told.stack, told.stores, told.loads) == (0, 0, 0)
+    assert 100 < told.registers <= REGISTERS
 
 
-@pytest.mark.skipif(assembler() is None, reason="no ptxas: neither on the path nor from the wheel nvidia-cuda-nvcc")
-def test_other_loops_assemble(tmp_path, record_property):
+@NEEDS_PTXAS
+def test_fewer_registers_are_told_as_spills(text):
+    told = assembled(text, 90, 64)
+    assert told.registers <= 64
+    assert min(told.stack, told.stores, told.loads) > 0
+
+
+@NEEDS_PTXAS
+def test_what_the_assembler_refuses_is_told(text):
+    with pytest.raises(RuntimeError, match="ptxas"):
+        assembled(text.replace("fma.rn.ftz.f32", "fma.rm.f16", 1), 90)
+
+
+@NEEDS_PTXAS
+def test_other_loops_assemble(record_property):
     plan = read_mission(Path("examples/a_bad_day.toml")).plan(Path("examples"))
     numbers = parameters(path=WAYPOINTS)
     others = {
@@ -112,70 +151,44 @@ def test_other_loops_assemble(tmp_path, record_property):
         "waypoints_f64": (scored(WAYPOINT_LOOP, CLOCK._replace(every=(1,)), 0.02)[0], state(), numbers, frozenset([0]), True),
     }
     for name, (loop, start, given, varying, double) in others.items():
-        source = tmp_path / f"{name}.ptx"
-        source.write_text(ptx(loop, start, given, varying, double))
-        command = [assembler(), "-v", "-arch=sm_90", str(source), "-o", "/dev/null"]
-        record_property(name, subprocess.run(command, capture_output=True, text=True, check=True).stderr)
+        told = assembled(ptx(loop, start, given, varying, double), 90)
+        record_property(name, str(told))
+        assert 100 < told.registers <= 255
 
 
-# The same scalar program, compiled for this machine and run thread by thread
+# Counting
 
 
-class Threads(Batch):
-    """What a graphics processor would do, one thread after the other."""
-
-    def fly(self, rows, size=8):
-        trace = SweepTrace(self.loop, TILTED, NUMBERS, frozenset(self.varying), self.double, 1, gpu=True)
-        for name in ("ctaid", "ntid", "tid"):  # registers of a graphics processor become variables of the module
-            trace.module.get_global(f"llvm.nvvm.read.ptx.sreg.{name}.x").name = name
-        text = str(trace.module).replace("addrspace(4)", "")
-        for name in ("ctaid", "ntid", "tid"):
-            variable = f"@register.{name}"
-            body = f"{variable} = global i32 0\ndefine i32 @{name}() {{ %v = load i32, i32* {variable}\n ret i32 %v }}\n"
-            text = re.sub(rf'declare i32 @"{name}"\(\)', body, text)
-        call, engine = native(text)
-        put(engine, "constants", self.constants)
-        columns, results = self.columns(self.rows(rows), len(rows)), np.zeros((self.row_count, len(rows)), self.number)
-        number = ctypes.c_double if self.double else ctypes.c_float
-        kinds = [ctypes.c_int64] * 2 + [number] + [ctypes.c_void_p] * 4
-        buffers = [buffer.ctypes.data for buffer in (self.every, columns, self.tables, results)]
-        put(engine, "register.ntid", np.int32(size))
-        for block in range(-(-len(rows) // size)):
-            for thread in range(size):
-                put(engine, "register.ctaid", np.int32(block))
-                put(engine, "register.tid", np.int32(thread))
-                ctypes.CFUNCTYPE(None, *kinds)(call)(len(rows), self.ticks.last, self.ticks.step, *buffers)
-        return self.swept(results)
+def test_a_step_s_instructions_are_those_of_every_task_as_often_as_it_runs():
+    one = program(LOOP, TILTED, NUMBERS, frozenset(PLACES))
+    often = counted(one, LOOP, CLOCK._replace(every=(1, 1)))
+    seldom = counted(one, LOOP, CLOCK._replace(every=(1, 10**9)))
+    half = counted(one, LOOP, CLOCK._replace(every=(1, 2)))
+    never = counted(one, LOOP, CLOCK._replace(every=(10**9, 10**9)))
+    for kind in often:
+        assert half[kind] == pytest.approx((often[kind] + seldom[kind]) / 2)
+    assert seldom["special"] - never["special"] >= 20  # twenty sigmoids
+    assert 0 < often["special"] - seldom["special"] < 4  # two norms
+    assert sum(never.values()) > 400  # four evaluations of the plant
 
 
-def native(text):
-    """Machine code of this computer."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
-    engine.finalize_object()
-    return engine.get_function_address("sweep"), engine
+def test_the_program_with_marks_is_the_same_program():
+    one = program(LOOP, TILTED, NUMBERS, frozenset(PLACES))
+    marks = re.findall(r"// at ([^\"]+)", marked(one))
+    assert {"entry", "head", "control", "score", "moving", "done"} <= set(marks)
+    assert re.sub(r".*asm sideeffect.*\n", "", marked(one)) == one
 
 
-def put(engine, name, value):
-    value = np.asarray(value)
-    ctypes.memmove(engine.get_global_value_address(name), value.ctypes.data, value.nbytes)
+def test_what_bounds_it():
+    counts = dict.fromkeys(KINDS, 0.0)
+    chip = Chip("made up", 2, 1e9)
+    assert bound({**counts, "multiply-add": 1000.0, "special": 24.0, "free": 999.0}, False, chip) == ("issue", 2.5e8)
+    assert bound({**counts, "special": 64.0}, False, chip) == ("special functions", 5e8)
+    assert bound({**counts, "add": 600.0, "special": 5.0}, True, chip) == ("f64", 2e8)
+    assert operations({**counts, "multiply-add": 10.0, "add": 3.0, "multiply": 2.0, "choose": 9.0}) == 25.0
 
 
-@KINDS
-def test_threads_score_as_lanes_do(double):
-    rows = values(11)
-    rows[3, 1] = 0.8  # too fast
-    rows[5, 2] = np.nan
-    ticks = CLOCK._replace(last=120)
-    wanted = Sweep(LOOP, ticks, TILTED, NUMBERS, PLACES, double).fly(rows)
-    got = Threads(LOOP, ticks, TILTED, NUMBERS, PLACES, double).fly(rows)
-    np.testing.assert_array_equal(got.outcome, wanted.outcome)
-    assert Outcome(got.outcome[5]) is Outcome.NOT_FINITE
-    np.testing.assert_allclose(got.ended, wanted.ended, atol=1e-9)
-    np.testing.assert_allclose(table(got)[[0, 1, 2, 4, 6, 7, 8, 9, 10]], table(wanted)[[0, 1, 2, 4, 6, 7, 8, 9, 10]],
-                               rtol=1e-8 if double else 2e-3, atol=1e-9 if double else 1e-5)  # fmt: skip
+# On a device
 
 
 def has_device():
@@ -192,7 +205,7 @@ def test_without_a_graphics_processor_it_says_so():
         GpuSweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES)
 
 
-@KINDS
+@BOTH
 @pytest.mark.skipif(not has_device(), reason="no graphics processor")
 def test_a_graphics_processor_scores_as_lanes_do(double):
     rows = values(1000)
@@ -203,3 +216,17 @@ def test_a_graphics_processor_scores_as_lanes_do(double):
     np.testing.assert_allclose(got.metrics, wanted.metrics, rtol=1e-8 if double else 2e-3, atol=1e-9 if double else 1e-5)
     np.testing.assert_array_equal(table(one.fly(rows)), table(got))
     assert one.seconds > 0
+
+
+@BOTH
+@pytest.mark.skipif(not has_device(), reason="no graphics processor")
+def test_a_graphics_processor_draws_what_the_host_draws(double):
+    one = GpuSweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES, double, generate=draw)
+    got, drawn = one.generated(65000, 66000)
+    flights = np.arange(65000, 66000)
+    host = np.array(draw((flights >> 16).astype(float), (flights & 0xFFFF).astype(float))).T
+    np.testing.assert_allclose(
+        drawn[:, np.argsort(PLACES)], host, rtol=1e-13 if double else 1e-5, atol=1e-14 if double else 1e-6
+    )
+    parts, _ = one.generated(65000, 66000, portion=300)
+    np.testing.assert_array_equal(table(got), table(parts))

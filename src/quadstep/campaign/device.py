@@ -3,9 +3,6 @@
 The same laws draw there as here: the mission is built once more, with the processor's numbers in place of arrays.
 """
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pyarrow as pa
 
@@ -14,8 +11,7 @@ from quadstep.campaign.draws import continuous, draw, shares
 from quadstep.campaign.flown import TYPICAL, Flyer, Progress, table
 from quadstep.campaign.planner import Batch, Planner
 from quadstep.campaign.schema import Campaign
-from quadstep.errors import UserError
-from quadstep.flight.cuda import CudaError, NoDeviceError
+from quadstep.flight.cuda import Device
 from quadstep.flight.gpu_sweep import GpuSweep
 from quadstep.flight.sweep_trace import Generate
 from quadstep.numbers import Number, flatten
@@ -24,24 +20,10 @@ from quadstep.numbers.noise import flight_key, key
 
 def device_flyer(campaign: Campaign) -> Flyer:
     """What flies a campaign there. Raises UserError where there is no such processor."""
-    try:
-        flyer = Flyer(campaign, explained(GpuSweep))
-        only = generated_batch(flyer)
-        return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
-    except NoDeviceError as error:
-        raise UserError(f"--engine gpu: {error}; --engine lanes flies on this machine's cores") from None
-
-
-def explained(sweeper: Callable[..., GpuSweep]) -> Callable[..., GpuSweep]:
-    """What the driver or the compiler refuses, in one line."""
-
-    def make(*arguments: Any, **more: Any) -> GpuSweep:
-        try:
-            return sweeper(*arguments, **more)
-        except (CudaError, ValueError) as error:
-            raise UserError(f"--engine gpu: {error}") from None
-
-    return make
+    Device()  # refuse before anything else is done
+    flyer = Flyer(campaign, GpuSweep)
+    only = generated_batch(flyer)
+    return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
 
 
 def generated_batch(flyer: Flyer) -> Batch | None:
@@ -77,7 +59,7 @@ class DeviceFlyer(Flyer):
     def __init__(self, campaign: Campaign, planner: Planner, batch: Batch) -> None:
         self.campaign, self.planner, self.batch = campaign, planner, batch
         law = generate(campaign, planner, batch)
-        self.device = explained(GpuSweep)(
+        self.device = GpuSweep(
             batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, campaign.double, generate=law
         )
 
@@ -89,8 +71,5 @@ class DeviceFlyer(Flyer):
         flights = np.arange(first, past)
         drawn = draw(self.campaign.file, flights)
         self.planner.check((), {}, {name: column.values for name, column in drawn.items()}, flights)
-        try:
-            swept, _ = self.device.generated(first, past, progress)
-        except CudaError as error:
-            raise UserError(f"--engine gpu: {error}") from None
+        swept, _ = self.device.generated(first, past, progress)
         return table(self.campaign, flights, drawn, swept.outcome, swept.ended, swept.metrics)

@@ -64,6 +64,12 @@ class Flyer:
             metrics[batch.members] = swept.metrics
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
 
+    def rehearse(self) -> None:
+        """Build the first flights, so that what cannot be flown is refused before anything is written. Raises UserError."""
+        flights = np.arange(TYPICAL)
+        for _ in self.planner.batches(flights, self.planner.typical):
+            pass
+
     def sweep(self, batch: Batch) -> Sweeper:
         """What flies the flights of a batch, kept for the next one like it."""
         leaves = flatten((batch.start, batch.parameters))

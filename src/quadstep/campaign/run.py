@@ -1,8 +1,9 @@
 """`quadstep campaign`: from file to folder."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import pyarrow as pa
 
@@ -38,6 +39,7 @@ def fly_campaign(
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
     campaign = read_campaign(path)
+    fly = engine_for(campaign, engine)
     with opened(folder, campaign, flights or campaign.flights, engine, resume, overwrite) as store:
         missing = store.missing
         over = store.flights - sum(chunk.past - chunk.first for chunk in missing)
@@ -50,7 +52,7 @@ def fly_campaign(
 
         told(0)
         try:
-            for chunk, table in flown(campaign, missing, engine, told):
+            for chunk, table in fly(missing, told):
                 store.write(chunk, table)
             summary = summarise(store)
             finish(store, campaign, summary, path)
@@ -60,23 +62,27 @@ def fly_campaign(
     return Finished(campaign, summary, folder)
 
 
-def flown(
-    campaign: Campaign, chunks: Sequence[Chunk], engine: CampaignEngine, progress: Progress
-) -> Iterator[tuple[Chunk, pa.Table]]:
-    """The flights of each chunk, as they come."""
-    if engine is CampaignEngine.RAY:
-        from quadstep.campaign.cluster import flown_on_cluster  # noqa: PLC0415 (an extra, loaded where it is used)
+Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]
 
-        yield from flown_on_cluster(campaign, chunks, progress)
-        return
+
+def engine_for(campaign: Campaign, engine: CampaignEngine) -> Callable[[Sequence[Chunk], Progress], Flown]:
+    """What flies chunks of a campaign, giving their flights as they come. Raises UserError where it cannot."""
     if engine is CampaignEngine.GPU:
         from quadstep.campaign.device import device_flyer  # noqa: PLC0415
 
         flyer = device_flyer(campaign)
     else:
         flyer = Flyer(campaign)
-    for chunk in chunks:
-        yield chunk, flyer.fly(chunk.first, chunk.past, progress)
+    flyer.rehearse()
+    if engine is CampaignEngine.RAY:
+        from quadstep.campaign.cluster import flown_on_cluster  # noqa: PLC0415 (an extra, loaded where it is used)
+
+        return partial(flown_on_cluster, campaign)
+
+    def fly(chunks: Sequence[Chunk], progress: Progress) -> Flown:
+        return ((chunk, flyer.fly(chunk.first, chunk.past, progress)) for chunk in chunks)
+
+    return fly
 
 
 def finish(store: Store, campaign: Campaign, summary: Summary, path: Path) -> None:

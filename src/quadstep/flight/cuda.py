@@ -1,14 +1,17 @@
 """What is needed of NVIDIA's driver, and nothing else of CUDA: load PTX, move numbers, run a kernel, time it."""
 
 import ctypes
-import sys
-from functools import lru_cache
+import weakref
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-LIBRARY = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
+from quadstep.flight import gpu_driver
+from quadstep.flight.gpu_driver import CudaError, NoDeviceError, OutOfDeviceMemoryError
+
+__all__ = ["CudaError", "Device", "Kernel", "Memory", "Module", "NoDeviceError", "OutOfDeviceMemoryError"]
+
 LOG_SIZE = 8192
 
 # of enum CUjit_option, CUfunction_attribute and CUdevice_attribute in cuda.h
@@ -17,47 +20,40 @@ LOCAL_BYTES, REGISTERS = 3, 4
 CLOCK, PROCESSORS, THREADS_A_PROCESSOR, CAPABILITY_MAJOR, CAPABILITY_MINOR = 13, 16, 39, 75, 76
 
 
-class NoDeviceError(RuntimeError):
-    """There is no graphics processor to fly on, and why."""
-
-
-class CudaError(RuntimeError):
-    """The driver refused something."""
-
-
 class Device:
-    """The first graphics processor of this machine, its primary context current in the thread that made this."""
+    """The first graphics processor of this machine. Its primary context is current, in the thread, within `with device:`.
+
+    Raises NoDeviceError where there is none to be had.
+    """
 
     def __init__(self) -> None:
-        self.driver = library()
-        count = ctypes.c_int()
+        self.driver = gpu_driver.library()
+        count, self.number, self.context = ctypes.c_int(), ctypes.c_int(), ctypes.c_void_p()
         try:
             self.call("cuInit", 0)
             self.call("cuDeviceGetCount", ctypes.byref(count))
+            if count.value:
+                self.call("cuDeviceGet", ctypes.byref(self.number), 0)
+                self.call("cuDevicePrimaryCtxRetain", ctypes.byref(self.context), self.number)
         except CudaError as error:
             raise NoDeviceError(str(error)) from error
         if not count.value:
-            raise NoDeviceError("the driver knows of no graphics processor")
-        self.number, self.context = ctypes.c_int(), ctypes.c_void_p()
-        self.call("cuDeviceGet", ctypes.byref(self.number), 0)
-        self.call("cuDevicePrimaryCtxRetain", ctypes.byref(self.context), self.number)
-        self.enter()
+            raise NoDeviceError("the NVIDIA driver knows of no graphics processor")
         name = ctypes.create_string_buffer(256)
-        self.call("cuDeviceGetName", name, 256, self.number)
+        self.call("cuDeviceGetName", name, len(name), self.number)
         self.name = name.value.decode()
         self.capability = 10 * self.attribute(CAPABILITY_MAJOR) + self.attribute(CAPABILITY_MINOR)
 
-    def enter(self) -> None:
-        """Make the context current in this thread."""
-        self.call("cuCtxSetCurrent", self.context)
+    def __enter__(self) -> "Device":
+        self.call("cuCtxPushCurrent_v2", self.context)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function of the driver; CudaError with its reason where it fails."""
-        status = getattr(self.driver, name)(*arguments)
-        if status:
-            text = ctypes.c_char_p()
-            self.driver.cuGetErrorString(status, ctypes.byref(text))
-            raise CudaError(f"{name}: {(text.value or b'?').decode()} ({status})")
+        gpu_driver.call(self.driver, name, *arguments)
 
     def attribute(self, which: int) -> int:
         """A number that describes the device."""
@@ -70,6 +66,19 @@ class Device:
         free, total = ctypes.c_size_t(), ctypes.c_size_t()
         self.call("cuMemGetInfo_v2", ctypes.byref(free), ctypes.byref(total))
         return free.value
+
+    def discard(self, name: str, handle: Any) -> None:
+        """Give something back; whether that succeeds helps nobody, least of all after another error."""
+        self.driver.cuCtxPushCurrent_v2(self.context)
+        getattr(self.driver, name)(handle)
+        self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
+
+
+def discarded(owner: Any, device: Device, name: str, handle: Any) -> Any:
+    """What to call when `owner` is done with; it happens by itself when nothing refers to the owner any more."""
+    finalizer = weakref.finalize(owner, device.discard, name, handle)
+    finalizer.atexit = False  # the driver cleans up by itself then, and may be gone
+    return finalizer
 
 
 class Module:
@@ -87,13 +96,14 @@ class Module:
         try:
             device.call("cuModuleLoadDataEx", ctypes.byref(self.handle), image, len(given), keys, values)
         except CudaError as error:
-            raise CudaError(f"{error} {log.value.decode(errors='replace')}") from error
+            raise type(error)(f"{error} {log.value.decode(errors='replace')}") from error
+        self.close = discarded(self, device, "cuModuleUnload", self.handle)
 
     def kernel(self, name: str) -> "Kernel":
         """A kernel by name."""
         function = ctypes.c_void_p()
         self.device.call("cuModuleGetFunction", ctypes.byref(function), self.handle, name.encode())
-        return Kernel(self.device, function)
+        return Kernel(self, function)
 
     def fill(self, name: str, values: NDArray[Any]) -> None:
         """Write into a variable of the module."""
@@ -101,14 +111,14 @@ class Module:
         self.device.call("cuModuleGetGlobal_v2", ctypes.byref(address), ctypes.byref(size), self.handle, name.encode())
         if values.nbytes > size.value:
             raise ValueError(f"{values.nbytes} bytes do not fit the {size.value} of {name}")
-        self.device.call("cuMemcpyHtoD_v2", address, values.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(values.nbytes))
+        self.device.call("cuMemcpyHtoD_v2", address, values.ctypes.data, values.nbytes)
 
 
 class Kernel:
     """A kernel ready to run."""
 
-    def __init__(self, device: Device, function: ctypes.c_void_p) -> None:
-        self.device, self.function = device, function
+    def __init__(self, module: Module, function: ctypes.c_void_p) -> None:
+        self.module, self.device, self.function = module, module.device, function
 
     def attribute(self, which: int) -> int:
         """REGISTERS or LOCAL_BYTES of a thread."""
@@ -119,34 +129,36 @@ class Kernel:
     def resident_blocks(self, threads: int) -> int:
         """Blocks of so many threads that one processor holds at once."""
         count = ctypes.c_int()
-        self.device.call(
-            "cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, ctypes.c_size_t(0)
-        )
+        self.device.call("cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, 0)
         return count.value
 
     def run(self, blocks: int, threads: int, *arguments: Any) -> float:
         """Run it to the end; the seconds it took. arguments: ctypes values."""
         addresses = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(argument) for argument in arguments))
         call, events = self.device.call, [ctypes.c_void_p(), ctypes.c_void_p()]
-        for event in events:
-            call("cuEventCreate", ctypes.byref(event), 0)
-        call("cuEventRecord", events[0], None)
-        call("cuLaunchKernel", self.function, blocks, 1, 1, threads, 1, 1, 0, None, addresses, None)
-        call("cuEventRecord", events[1], None)
-        call("cuEventSynchronize", events[1])
         took = ctypes.c_float()
-        call("cuEventElapsedTime", ctypes.byref(took), *events)
-        for event in events:
-            call("cuEventDestroy_v2", event)
+        try:
+            for event in events:
+                call("cuEventCreate", ctypes.byref(event), 0)
+            call("cuEventRecord", events[0], None)
+            call("cuLaunchKernel", self.function, blocks, 1, 1, threads, 1, 1, 0, None, addresses, None)
+            call("cuEventRecord", events[1], None)
+            call("cuEventSynchronize", events[1])
+            call("cuEventElapsedTime", ctypes.byref(took), *events)
+        finally:
+            for event in events:
+                if event.value:
+                    self.device.discard("cuEventDestroy_v2", event)
         return took.value / 1e3
 
 
 class Memory:
-    """A block of memory on the device; freed when the `with` block ends."""
+    """A block of memory on the device; freed when the `with` block ends, or with this."""
 
     def __init__(self, device: Device, size: int) -> None:
         self.device, self.address = device, ctypes.c_uint64()
-        device.call("cuMemAlloc_v2", ctypes.byref(self.address), ctypes.c_size_t(max(1, size)))
+        device.call("cuMemAlloc_v2", ctypes.byref(self.address), max(1, size))
+        self.free = discarded(self, device, "cuMemFree_v2", self.address)
 
     @classmethod
     def holding(cls, device: Device, array: NDArray[Any]) -> "Memory":
@@ -154,26 +166,15 @@ class Memory:
         memory = cls(device, array.nbytes)
         array = np.ascontiguousarray(array)
         if array.nbytes:
-            device.call(
-                "cuMemcpyHtoD_v2", memory.address, array.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(array.nbytes)
-            )
+            device.call("cuMemcpyHtoD_v2", memory.address, array.ctypes.data, array.nbytes)
         return memory
 
     def read(self, array: NDArray[Any]) -> None:
         """Copy into a contiguous array."""
-        self.device.call("cuMemcpyDtoH_v2", array.ctypes.data_as(ctypes.c_void_p), self.address, ctypes.c_size_t(array.nbytes))
+        self.device.call("cuMemcpyDtoH_v2", array.ctypes.data, self.address, array.nbytes)
 
     def __enter__(self) -> "Memory":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.device.call("cuMemFree_v2", self.address)
-
-
-@lru_cache(maxsize=1)
-def library() -> ctypes.CDLL:
-    """The driver's library."""
-    try:
-        return ctypes.CDLL(LIBRARY)
-    except OSError as error:
-        raise NoDeviceError(f"no NVIDIA driver here ({LIBRARY} is not found)") from error
+        self.free()

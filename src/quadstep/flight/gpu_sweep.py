@@ -2,16 +2,19 @@
 
 import ctypes
 from collections.abc import Callable, Sequence
-from typing import Any
+from contextlib import ExitStack
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.cuda import Device, Memory, Module
+from quadstep.flight.cuda import Device, Memory, Module, OutOfDeviceMemoryError
+from quadstep.flight.gpu_portions import Portions
 from quadstep.flight.ptx import ptx
 from quadstep.flight.scored import Scored
 from quadstep.flight.sweep import Batch, Swept
+from quadstep.flight.sweep_trace import Generate
 
 THREADS = 128
 """Of a block."""
@@ -19,15 +22,20 @@ THREADS = 128
 REGISTERS = 168
 """Of a thread at most, in f32: as many as let three blocks live on one processor."""
 
-PORTION = 1 << 20
-"""Flights of one launch."""
+MOST_FLIGHTS = 2**32
+"""Numbers that a flight can have."""
+
+Progress: TypeAlias = Callable[[int], None]
 
 
 class GpuSweep(Batch):
-    """As `Sweep`, on the first graphics processor. `NoDeviceError` where there is none.
+    """As `Sweep`, on the first graphics processor. `NoDeviceError` where there is none, `CudaError` where it fails.
 
     Its numbers agree with the lanes' to round-off: it computes in another order and with other quotients.
-    seconds: the time that the kernels of the last `fly` took by themselves.
+
+    generate: a law that gives the varying numbers of the flight high * 65536 + low from these two numbers, in the order of
+    their places; then they are drawn on the processor, see `generated`, else given to `fly`.
+    seconds: the time that the kernels of the last call took by themselves.
     """
 
     def __init__(
@@ -39,40 +47,95 @@ class GpuSweep(Batch):
         varying: Sequence[int],
         double: bool = False,
         registers: int | None = None,
+        generate: Generate | None = None,
     ) -> None:
         super().__init__(loop, ticks, start, parameters, varying, double)
-        self.device = Device()
-        text = ptx(loop, start, parameters, frozenset(self.varying), double, self.device.capability)
-        self.module = Module(self.device, text, registers or (None if double else REGISTERS))
-        self.module.fill("constants", self.constants)
-        self.kernel = self.module.kernel("sweep")
+        self.device, self.generates = Device(), generate is not None
+        text = ptx(loop, start, parameters, frozenset(self.varying), double, self.device.capability, generate)
+        with self.device:
+            self.module = Module(self.device, text, registers or (None if double else REGISTERS))
+            self.module.fill("constants", self.constants)
+            self.kernel = self.module.kernel("sweep")
         self.seconds = 0.0
 
     def fly(
-        self, values: ArrayLike, progress: Callable[[int], None] | None = None, threads: int = THREADS, portion: int = PORTION
+        self,
+        values: ArrayLike,
+        progress: Progress | None = None,
+        threads: int = THREADS,
+        portion: int | None = None,
     ) -> Swept:
-        """Fly a flight for each row of values, shape (flights, len(varying)). progress: told how many more are over."""
-        rows = self.rows(values)
-        results = np.zeros((self.row_count, len(rows)), dtype=self.number)
-        self.seconds = 0.0
-        self.device.enter()
-        with Memory.holding(self.device, self.every) as every, Memory.holding(self.device, self.tables) as tables:
-            for first in range(0, len(rows), portion):
-                part = rows[first : first + portion]
-                over = np.empty((self.row_count, len(part)), dtype=self.number)
-                with (
-                    Memory.holding(self.device, self.columns(part, len(part))) as varying,
-                    Memory(self.device, over.nbytes) as answers,
-                ):
-                    numbers = [ctypes.c_int64(len(part)), ctypes.c_int64(self.ticks.last), self.step()]
-                    buffers = [every.address, varying.address, tables.address, answers.address]
-                    self.seconds += self.kernel.run(-(-len(part) // threads), threads, *numbers, *buffers)
-                    answers.read(over)
-                results[:, first : first + portion] = over
-                if progress:
-                    progress(len(part))
-        return self.swept(results)
+        """Fly a flight for each row of values, shape (flights, len(varying)).
 
-    def step(self) -> ctypes.c_double | ctypes.c_float:
-        """The integrator's step as the kernel takes it."""
-        return ctypes.c_double(self.ticks.step) if self.double else ctypes.c_float(self.ticks.step)
+        progress: told how many more are over. threads: of a block. portion: flights of a launch; found by itself if not given.
+        """
+        if self.generates:
+            raise ValueError("these flights draw their own numbers: `generated` flies them")
+        rows = self.rows(values)
+        return self.swept(self._flown(0, len(rows), rows, progress, threads, portion))
+
+    def generated(
+        self,
+        first: int,
+        past: int,
+        progress: Progress | None = None,
+        threads: int = THREADS,
+        portion: int | None = None,
+    ) -> tuple[Swept, NDArray[np.float64]]:
+        """Fly the flights of these numbers with what `generate` draws; and that, as rows that `fly` of another would take."""
+        if not self.generates:
+            raise ValueError("nothing generates these flights' numbers: give `generate`, or fly rows of values")
+        if not 0 <= first <= past <= MOST_FLIGHTS:
+            raise ValueError(f"flights {first} to {past}: their numbers are from 0 to 2^32 - 1")
+        results = self._flown(first, past - first, None, progress, threads, portion)
+        drawn = results[self.row_count :][np.argsort(np.argsort(self.varying))]
+        return self.swept(results[: self.row_count]), drawn.T.astype(np.float64)
+
+    def _flown(
+        self,
+        first: int,
+        flights: int,
+        rows: NDArray[np.float64] | None,
+        progress: Progress | None,
+        threads: int,
+        portion: int | None,
+    ) -> NDArray[Any]:
+        """Results in the order of `SweepTrace`, launch by launch."""
+        results = np.zeros((self.row_count + (len(self.varying) if self.generates else 0), flights), dtype=self.number)
+        bytes_a_flight = (self.row_count + len(self.varying)) * results.itemsize
+        self.seconds, done = 0.0, 0
+        with self.device, Memory.holding(self.device, self.every) as every, Memory.holding(self.device, self.tables) as tables:
+            portions = Portions(self.device, self.kernel, threads, bytes_a_flight, portion)
+            while done < flights:
+                past = min(done + portions.size, flights)
+                given = None if rows is None else self.columns(rows[done:past], past - done)
+                try:
+                    over, seconds = self._launch(first + done, past - done, given, (every, tables), threads)
+                except OutOfDeviceMemoryError:
+                    if not portions.smaller():
+                        raise
+                    continue
+                results[:, done:past] = over
+                portions.took(past - done, seconds)
+                self.seconds += seconds
+                if progress:
+                    progress(past - done)
+                done = past
+        return results
+
+    def _launch(
+        self, first: int, flights: int, given: NDArray[Any] | None, common: tuple[Memory, Memory], threads: int
+    ) -> tuple[NDArray[Any], float]:
+        """The results of one launch and the seconds it took; the kernel's arguments are as `SweepTrace` has them."""
+        over = np.empty((self.row_count + (len(self.varying) if given is None else 0), flights), dtype=self.number)
+        every, tables = common
+        counters = [flights, self.ticks.last] if given is not None else [first, flights, self.ticks.last]
+        step = ctypes.c_double(self.ticks.step) if self.double else ctypes.c_float(self.ticks.step)
+        with ExitStack() as stack:
+            varying = [] if given is None else [stack.enter_context(Memory.holding(self.device, given))]
+            results = stack.enter_context(Memory(self.device, over.nbytes))
+            buffers = [memory.address for memory in (every, *varying, tables, results)]
+            arguments = [*map(ctypes.c_int64, counters), step, *buffers]
+            seconds = self.kernel.run(-(-flights // threads), threads, *arguments)
+            results.read(over)
+        return over, seconds

@@ -5,8 +5,11 @@ from typing import Any
 
 from llvmlite import binding as llvm
 
+from quadstep.errors import UserError
+from quadstep.flight import kernel
+from quadstep.flight.gpu_driver import NoDeviceError
 from quadstep.flight.scored import Scored
-from quadstep.flight.sweep_trace import SweepTrace
+from quadstep.flight.sweep_trace import Generate, SweepTrace
 from quadstep.numbers.lane_opaque import SYMBOL
 
 TRIPLE = "nvptx64-nvidia-cuda"
@@ -18,6 +21,9 @@ FEATURES = "+ptx78"
 
 OPTIONS = ("-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0")
 """In f32 quotients are good to two units in the last place and roots to one, at a third of the price."""
+
+SCHEDULER = "-pre-RA-sched=default"
+"""As this machine's own code has another, and the option is LLVM's for all it writes; here it would cost registers."""
 
 FLUSH = '"denormal-fp-math-f32"="preserve-sign,preserve-sign"'
 """In f32 what is below the smallest normal number counts as zero."""
@@ -38,26 +44,46 @@ def prepare() -> llvm.Target:
 
 
 def ptx(
-    loop: Scored, start: Any, parameters: Any, varying: frozenset[int], double: bool = False, architecture: int = NEWEST
+    loop: Scored,
+    start: Any,
+    parameters: Any,
+    varying: frozenset[int],
+    double: bool = False,
+    architecture: int = NEWEST,
+    generate: Generate | None = None,
 ) -> str:
     """PTX of a kernel `sweep`, see `SweepTrace`. architecture: compute capability times ten, 90 for 9.0."""
     if architecture < OLDEST:
-        raise ValueError(f"compute capability {architecture / 10}: {OLDEST / 10} or later is needed")
-    trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True)
+        raise NoDeviceError(f"compute capability {architecture / 10}: {OLDEST / 10} or later is needed")
+    return assembly(program(loop, start, parameters, varying, double, generate), architecture)
+
+
+def program(
+    loop: Scored, start: Any, parameters: Any, varying: frozenset[int], double: bool = False, generate: Generate | None = None
+) -> str:
+    """The kernel as LLVM writes it down, not yet optimised."""
+    trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True, generate=generate)
     if SYMBOL in trace.module.globals:
-        raise ValueError("a controller that calls Python cannot fly on a graphics processor")
+        raise UserError("a controller that calls Python cannot fly on a graphics processor")
     trace.function.calling_convention = "ptx_kernel"
     trace.module.triple = TRIPLE
     text = str(trace.module)
     head = text[text.index("define ptx_kernel") : text.index("{", text.index("define ptx_kernel"))]
-    text = text.replace(head, f"{head.rstrip()} {FLUSH}\n")
-    chip = f"sm_{min(architecture, NEWEST)}"
-    machine = prepare().create_target_machine(cpu=chip, features=FEATURES, opt=3)
+    return text.replace(head, f"{head.rstrip()} {FLUSH}\n")
+
+
+def assembly(text: str, architecture: int = NEWEST) -> str:
+    """PTX of a program, optimised."""
+    machine = prepare().create_target_machine(cpu=f"sm_{min(architecture, NEWEST)}", features=FEATURES, opt=3)
     module = llvm.parse_assembly(text)
     module.verify()
     tuning = llvm.create_pipeline_tuning_options(speed_level=2)
     tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
     passes = llvm.create_pass_builder(machine, tuning)
     passes.getModulePassManager().run(module, passes)
-    assembly: str = machine.emit_assembly(module)
-    return assembly
+    llvm.set_option("", SCHEDULER)
+    try:
+        written: str = machine.emit_assembly(module)
+    finally:
+        kernel.host.cache_clear()  # it sets its own again
+    return written

@@ -1,12 +1,14 @@
 """Very many flights without a log as LLVM instructions: for the lanes of this machine, or a thread of a graphics processor."""
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 from llvmlite import ir
 
 from quadstep.flight.scored import Scored
 from quadstep.flight.ticking import INDEX, Ticking
-from quadstep.numbers import Table, flatten
+from quadstep.numbers import Number, Table, flatten
+from quadstep.numbers.lane_words import WHOLE, LaneWord
 
 COUNTERS = ("first", "past", "count", "last")
 BUFFERS = ("constants", "varying", "tables", "results")
@@ -16,6 +18,9 @@ CONSTANT_MEMORY = 4
 
 OUTCOME = 2
 """Results before the score: the outcome's code and the tick it came at."""
+
+Generate: TypeAlias = Callable[[Number, Number], Sequence[Number]]
+"""The varying numbers, in the order of their places, of the flight high * 65536 + low: a law over these two numbers."""
 
 
 class SweepTrace(Ticking):
@@ -31,7 +36,8 @@ class SweepTrace(Ticking):
     rest.
 
     On a graphics processor (width 1) each thread flies the flight of its own number: no `first`, no `past`, and `constants` is
-    a variable of the module.
+    a variable of the module. generate: there, what gives the varying numbers instead of a buffer; flights are then numbered
+    from `first`, the first thread's, and the numbers drawn are written into the rows after the score.
     """
 
     def __init__(
@@ -44,10 +50,11 @@ class SweepTrace(Ticking):
         width: int,
         gpu: bool = False,
         frozen: bool = False,
+        generate: Generate | None = None,
     ):
-        counters = COUNTERS[2:] if gpu else COUNTERS
+        counters = COUNTERS if not gpu else ("first", *COUNTERS[2:]) if generate else COUNTERS[2:]
         kinds = {**dict.fromkeys(counters, INDEX), "step": ir.DoubleType() if double else ir.FloatType()}
-        buffers = BUFFERS[1:] if gpu else BUFFERS
+        buffers = BUFFERS if not gpu else BUFFERS[2:] if generate else BUFFERS[1:]
         super().__init__("sweep", double, width, {**kinds, "every": INDEX.as_pointer(), **dict.fromkeys(buffers)})
         self.loop, self.gpu = loop, gpu
         self.first, self.past, self.final = INDEX(0), self.builder.add(self.argument["last"], INDEX(1)), self.argument["last"]
@@ -55,6 +62,9 @@ class SweepTrace(Ticking):
         given = (start, parameters)
         if gpu:
             self._constant_memory(len(flatten(given)))
+        self.drawn: list[ir.Value] = []
+        if generate:
+            self._draw(generate, len(varying), OUTCOME + len(flatten(loop.start(start, parameters).score)))
         homes = [
             "tables" if isinstance(leaf, Table) else "varying" if place in varying else "constants"
             for place, leaf in enumerate(flatten(given))
@@ -94,6 +104,17 @@ class SweepTrace(Ticking):
         self.builder.ret_void()
         self.enter("flight")
 
+    def _draw(self, generate: Generate, count: int, row: int) -> None:
+        """Draw the flight's varying numbers: written into the results from this row on and kept for `address`."""
+        number = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
+        flight: Any = LaneWord(self.emitter, number)
+        values = generate((flight >> 16).number(), (flight & 0xFFFF).number())
+        if len(values) != count:
+            raise ValueError(f"{len(values)} numbers generated for {count} that vary")
+        self.drawn = [self.variable(self.lane(value).value) for value in values]
+        for place, slot in enumerate(self.drawn, row):
+            self.builder.store(self.builder.load(slot), self.address("results", INDEX(place)), align=self.align)
+
     def _constant_memory(self, size: int) -> None:
         """Where the host puts what all flights read: an instruction takes a number from there as fast as from a register."""
         kind = ir.ArrayType(self.emitter.element, size)
@@ -113,4 +134,6 @@ class SweepTrace(Ticking):
 
     def address(self, buffer: str, place: ir.Value) -> ir.Value:
         """A row of `count` numbers for each place."""
+        if buffer == "varying" and self.drawn:
+            return self.drawn[place.constant]
         return self.vector_at(buffer, self.builder.add(self.builder.mul(place, self.argument["count"]), self.flight))

@@ -42,6 +42,16 @@ def key(seed: int, flight: int) -> Key:
     return Key(Vector(float(half) for bits in (first, second ^ flight) for half in (bits >> 16, bits & 0xFFFF)))
 
 
+def flight_key(base: Vector, high: Number, low: Number) -> Key:
+    """`key(seed, flight)` where the flight's number is a number too, high * 65536 + low, each whole and below 65536.
+
+    base: `key(seed, 0).words`.
+    """
+    first, second, *rest = base
+    changed = (number(word(ours) ^ word(theirs)) for ours, theirs in zip(rest, (high, low), strict=True))
+    return Key(Vector([first, second, *changed]))
+
+
 def threefry(key: Words, counters: Sequence[Words]) -> list[Words]:
     """Each counter, two words, encrypted under the key.
 

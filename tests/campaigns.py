@@ -1,0 +1,179 @@
+"""What the tests of campaigns share: small missions, campaigns written to a folder, and what is in a campaign's folder."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+from contextlib import contextmanager
+from types import SimpleNamespace
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from quadstep.campaign.schema import CampaignFile, read_campaign
+from quadstep.mission.check import check
+from tests.test_cli import quadstep
+
+SHORT = """
+[path]
+type = "minimum-jerk"
+end = [0.4, 0.1, 0.2]
+duration = 0.4
+[simulation]
+step = 0.004
+control_period = 0.004
+log_period = 0.02
+[start]
+position = [0.0, 0.0, 0.0]
+attitude = [0.0, 0.0, 0.0]
+"""
+"""A tenth of a thousand steps of the paper's plant."""
+
+NOISY = """
+[vehicle]
+preset = "research-2.6kg"
+[path]
+type = "step"
+end = [0.2, 0.0, 1.0]
+time = 0.1
+duration = 0.3
+[controller]
+type = "geometric"
+[wind]
+mean = [2.0, 0.0, 0.0]
+turbulence = { wind_20 = 8.0, height = 6.0 }
+[sensors]
+position_noise = 0.01
+gyro_noise = 0.01
+"""
+"""A real vehicle whose flights differ by their noise."""
+
+MASS = '"vehicle.mass" = {type="normal", mean=1.0, deviation=0.1, low=0.6, high=1.4}\n'
+
+
+def of(text):
+    """A campaign file as checked."""
+    return check(CampaignFile, {"mission": "m.toml", **tomllib.loads(text)}, "c.toml")
+
+
+def varying(**distributions):
+    """A campaign file in which these keys vary."""
+    return check(CampaignFile, {"mission": "m.toml", "vary": distributions}, "c.toml")
+
+
+def distribution(**content):
+    """A distribution as checked."""
+    return varying(key=content).vary["key"]
+
+
+def written(folder, vary="", mission=SHORT, head="", name="camp.toml"):
+    """A campaign file and its mission, written into a folder; the campaign's path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "mission.toml").write_text(mission, encoding="utf-8")
+    path = folder / name
+    path.write_text(f'mission = "mission.toml"\n{head}\n[vary]\n{vary}\n', encoding="utf-8")
+    return path
+
+
+def campaign(folder, vary="", mission=SHORT, head=""):
+    """The campaign of such files."""
+    return read_campaign(written(folder, vary, mission, head))
+
+
+def flights(folder):
+    """The Parquet files of a campaign, by name, as bytes."""
+    return {path.name: path.read_bytes() for path in sorted((folder / "flights").glob("*.parquet"))}
+
+
+def rows(folder):
+    """The flights in a folder as anybody would read them, as a table in the order of the files."""
+    return pq.read_table(folder / "flights")
+
+
+def manifest(folder):
+    """campaign.json."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} in campaign.json")
+
+    return json.loads((folder / "campaign.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def leftovers(folder):
+    """Whatever is half-written."""
+    return [path.name for path in folder.rglob(".writing-*")]
+
+
+REPORT = "quadstep.campaign.report"
+
+
+@contextmanager
+def no_report():
+    """The report takes seconds to draw, and is tested by itself."""
+    before = sys.modules.get(REPORT)
+    sys.modules[REPORT] = SimpleNamespace(write_report=lambda *_: [])
+    try:
+        yield
+    finally:
+        del sys.modules[REPORT]
+        if before is not None:
+            sys.modules[REPORT] = before
+
+
+WITHOUT_REPORT = (
+    "import sys, types\n"
+    f"sys.modules['{REPORT}'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+    "from quadstep import cli\n"
+    "cli.main()"
+)
+"""The command line, but for the report."""
+
+
+def fly(path, out, *more):
+    """`quadstep campaign` in this process."""
+    with no_report():
+        return quadstep("campaign", path, "--out", out, *more)
+
+
+def refused(run, *parts):
+    """One line on the error stream that says these, and exit code 2."""
+    assert run.refused, run
+    missing = [part for part in parts if str(part) not in run.err]
+    assert not missing, f"{missing} not in {run.err}"
+    return run.err
+
+
+def heeding_interrupts():
+    """A child of a shell's background job would ignore SIGINT."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def started(path, out, *more, before=heeding_interrupts):
+    """`quadstep campaign` in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", WITHOUT_REPORT, "campaign", str(path), "--out", str(out), *map(str, more)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "COLUMNS": "200"},
+        start_new_session=True,
+        preexec_fn=before,  # noqa: PLW1509 (set before any thread of the child)
+    )
+
+
+def ended(process, timeout=60):
+    """(exit code, what it said, error stream) of a process that ends by itself."""
+    try:
+        out, err = process.communicate(timeout=timeout)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    return process.returncode, out, err
+
+
+def number(column):
+    """A column as an array, what is missing as NaN."""
+    return np.array([np.nan if value is None else value for value in column.to_pylist()])
