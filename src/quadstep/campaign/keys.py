@@ -16,7 +16,8 @@ def parts(key: str) -> list[str]:
 
 
 def with_value(content: Any, key: str, value: Any, defaults: Any) -> Any:
-    """A copy of a mission's content in which `key` has this value; lists that are not there are taken from `defaults`.
+    """A copy of a mission's content in which `key` has this value; lists that are not there, and the type of
+    tables, are taken from `defaults`.
 
     Raises UserError where the key leads into something that is neither a table nor a list.
     """
@@ -40,8 +41,9 @@ def placed(content: Any, rest: list[str], value: Any, defaults: Any, key: str) -
         return [*listed[:place], changed, *listed[place + 1 :]]
     if not isinstance(content, dict | None):
         raise UserError(f"{key}: {name!r} cannot be inside {content!r:.60}")
-    table = content or {}
-    inside = defaults.get(name) if isinstance(defaults, dict) else None
+    known = defaults if isinstance(defaults, dict) else {}
+    table = {key: known[key] for key in ("type",) if key in known} if content is None else content
+    inside = known.get(name)
     return {**table, name: placed(table.get(name), below, value, inside, key)}
 
 
