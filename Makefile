@@ -3,14 +3,16 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+PEERS := .venv-peers
 
-.PHONY: help setup reproduce test lint types bench golden errata frontend clean
+.PHONY: help setup reproduce test lint types bench bench-peers golden errata frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests"
 	@echo "make lint types check style and types"
 	@echo "make bench      speed and memory, accuracy beside them"
+	@echo "make bench-peers  the same beside other simulators, installed into $(PEERS)"
 	@echo "make golden     accept the present results of the study as the committed ones"
 	@echo "make errata     write docs/errata.md from the rows of quadstep verify"
 	@echo "make frontend   rebuild the page that ships with the package; needs Node.js 20 or newer"
@@ -40,6 +42,14 @@ types: $(READY)
 bench: $(READY)
 	$(BIN)/python -m benchmarks
 
+bench-peers: $(PEERS)/ready bench
+
+$(PEERS)/ready: requirements/peers.lock requirements/peers-torch.lock
+	$(PYTHON) -m venv --clear $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/peers.lock
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/peers-torch.lock || echo "No PyTorch for processors where pip looks: RotorPy is measured without its batch."
+	@touch $@
+
 golden: $(READY)
 	$(BIN)/python -m tests.golden
 
@@ -51,4 +61,4 @@ frontend:
 	cd frontend && npm ci --silent && npm run --silent check && npm run --silent build
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) $(PEERS) out

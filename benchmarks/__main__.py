@@ -8,14 +8,16 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.airframes import calm_vehicle, estimated_vehicle, full_vehicle, opaque_controller
+from benchmarks.campaigns import cost, double_precision, ready, single_precision
 from benchmarks.flights import case_1_flight, compilation, throughput
+from benchmarks.peers import crazyflow, rotorpy
 from benchmarks.processes import import_time, installed_size, reproduction
 
 Row = tuple[str, str, str, str, str]
 
 MEASURES = (
     import_time, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle, opaque_controller,
-    reproduction, installed_size,
+    single_precision, double_precision, ready, cost, crazyflow, rotorpy, reproduction, installed_size,
 )  # fmt: skip
 
 

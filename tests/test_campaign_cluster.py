@@ -78,8 +78,8 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(campaign, nodes, tmp
         over.append(flights)
         if flights >= 200 and not lost:
             lost.append("worker")
-            for process in subprocess.run(["pgrep", "-f", "ray::fly_span"], capture_output=True, text=True).stdout.split()[:1]:
-                os.kill(int(process), signal.SIGKILL)
+            found = subprocess.run(["pgrep", "-f", "ray::fly_span"], check=False, capture_output=True, text=True).stdout
+            os.kill(int(found.split()[0]), signal.SIGKILL)
         if flights >= 500 and len(lost) == 1:
             lost.append("node")
             whole.remove_node(workers.pop())

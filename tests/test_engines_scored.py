@@ -1,5 +1,9 @@
 """Metrics summed while flying, and very many flights at once: the same as from logs, on every engine, in every batch."""
 
+import hashlib
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +165,40 @@ def test_a_flight_of_a_sweep_is_the_same_to_the_bit_in_any_batch_order_and_numbe
 def table(swept):
     """Everything that a sweep gives, a row a flight."""
     return np.stack([swept.outcome, swept.ended, *(np.asarray(leaf) for leaf in flatten(swept.score))], axis=1)
+
+
+@KINDS
+def test_a_flight_is_the_same_to_the_bit_whichever_other_numbers_vary(double):
+    rows = values(37)
+    together, leaves = table(sweep(double).fly(rows)), flatten((TILTED, NUMBERS))
+    everything = np.repeat(np.array([leaves]), len(rows), axis=0)
+    everything[:, PLACES] = rows
+    for varying in (PLACES[::-1], range(len(leaves))):
+        one = Sweep(LOOP, CLOCK, TILTED, NUMBERS, varying, double)
+        np.testing.assert_array_equal(table(one.fly(everything[:, varying])), together)
+    start, numbers = with_values(rows[5])
+    alone = Sweep(LOOP, CLOCK, start, numbers, PLACES[1:2], double).fly(rows[5:6, 1:2])
+    np.testing.assert_array_equal(table(alone), together[5:6])
+
+
+IN_ANOTHER_PROCESS = """
+from tests.test_engines_scored import digest, sweep, table, values
+rows = values(203)[::-1]
+for double in (True, False):
+    print(digest(table(sweep(double).fly(rows, threads=3))[::-1]))
+"""
+
+
+def digest(numbers):
+    return hashlib.sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()
+
+
+def test_a_flight_is_the_same_to_the_bit_in_another_process(tmp_path):
+    environment = {**os.environ, "QUADSTEP_CACHE": str(tmp_path)}  # compiled there anew
+    command, home = [sys.executable, "-c", IN_ANOTHER_PROCESS], Path(__file__).parents[1]
+    answer = subprocess.run(command, cwd=home, env=environment, check=True, capture_output=True, text=True)
+    wanted = [digest(table(sweep(double).fly(values(203), threads=1))) for double in (True, False)]
+    assert answer.stdout.split() == wanted
 
 
 @KINDS

@@ -16,9 +16,11 @@ from typer.exceptions import TyperException
 
 from quadstep import __version__
 from quadstep.campaign.commands import add_campaign
+from quadstep.envelope.commands import add_envelope
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.flight.engine import Engine
 from quadstep.page.commands import add_commands
+from quadstep.tuning.commands import add_tune
 
 app = typer.Typer(
     name="quadstep",
@@ -113,6 +115,8 @@ study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)
 app.add_typer(study, name="study")
 add_commands(app, screen)
 add_campaign(app, screen)
+add_envelope(app, screen)
+add_tune(app, screen)
 
 
 @study.command()

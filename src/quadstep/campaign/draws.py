@@ -34,16 +34,22 @@ class Drawn(NamedTuple):
         return float(value) if self.options is None else self.options[value]
 
     def column(self) -> Values:
-        """The values themselves: numbers, booleans or text (JSON for what is none of these)."""
+        """The values themselves."""
         if self.options is None:
             return self.values
-        options = self.options
-        kinds = {type(option) for option in options}
-        if not (kinds <= {int, float} or kinds in ({bool}, {str})):
-            options = tuple(json.dumps(option, sort_keys=True) for option in options)
-        table = np.array(options, dtype=object if isinstance(options[0], str) else None)
-        result: Values = table[self.values]
+        shown = self.shown_options()
+        result: Values = np.array(shown, dtype=object if isinstance(shown[0], str) else None)[self.values]
         return result
+
+    def shown_options(self) -> list[Any]:
+        """The options as numbers, booleans or text (JSON for what is none of these)."""
+        options = list(self.options or ())
+        kinds = {type(option) for option in options}
+        if kinds == {int, float}:
+            return [float(option) for option in options]
+        if len(kinds) == 1 and kinds <= {int, float, bool, str}:
+            return options
+        return [json.dumps(option, sort_keys=True) for option in options]
 
 
 def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from quadstep.campaign.distributions import Grid
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.planner import Batch, Planner
 from quadstep.campaign.schema import THRESHOLDS, Campaign
@@ -39,6 +40,10 @@ def planner(campaign: Campaign) -> Planner:
     """The planner of a campaign's flights."""
     file = campaign.file
     typical = draw(file, np.arange(TYPICAL))
+    for name, one in file.vary.items():
+        if isinstance(one, Grid):  # all of it, however slowly it turns
+            places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
+            typical[name] = Drawn(places, one.options)
     return Planner(
         campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period
     )
@@ -97,18 +102,37 @@ def table(
     metrics: NDArray[np.float64],
 ) -> pa.Table:
     """One row a flight; what a flight does not have is null, never NaN."""
-    number = pa.float64() if campaign.file.precision == "f64" else pa.float32()
+    number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
     success = ~lost
-    columns: dict[str, Any] = {FLIGHT: pa.array(flights)}
-    columns |= {name: pa.array(column.column()) for name, column in drawn.items()}
-    columns[OUTCOME] = pa.DictionaryArray.from_arrays(pa.array(outcome), pa.array(OUTCOMES))
-    columns[TIME] = pa.array(ended, mask=~lost)
+    columns: dict[str, Any] = {FLIGHT: arrow(flights)}
+    columns |= {name: drawn_column(column) for name, column in drawn.items()}
+    columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
+    columns[TIME] = arrow(ended, known=lost)
     for name, values in zip(METRICS, metrics.T, strict=True):
         known = np.isfinite(values)
         limit = next((most for key, most in campaign.file.failure.items() if THRESHOLDS[key] == name), np.inf)
         success &= known & (values <= limit)
         with np.errstate(over="ignore", invalid="ignore"):
-            columns[name] = pa.array(np.ascontiguousarray(values), mask=~known).cast(number, safe=False)
-    columns[SUCCESS] = pa.array(success)
+            columns[name] = arrow(values.astype(number), known)
+    columns[SUCCESS] = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
     return pa.table(columns)
+
+
+def drawn_column(drawn: Drawn) -> pa.Array:
+    """A column of what was drawn: numbers, booleans or text."""
+    if drawn.options is None:
+        return arrow(drawn.values)
+    return pa.array(drawn.shown_options()).take(arrow(drawn.values.astype(np.int64)))
+
+
+def arrow(values: NDArray[Any], known: NDArray[np.bool_] | None = None) -> pa.Array:
+    """Numbers as a column, null where not known. (`pyarrow.array` would load pandas where it is installed: a second.)"""
+    kinds = {"int8": pa.int8(), "int64": pa.int64(), "float32": pa.float32(), "float64": pa.float64()}
+    valid = None if known is None or known.all() else bits(known)
+    return pa.Array.from_buffers(kinds[values.dtype.name], len(values), [valid, pa.py_buffer(np.ascontiguousarray(values))])
+
+
+def bits(flags: NDArray[np.bool_]) -> pa.Buffer:
+    """A bit a flag."""
+    return pa.py_buffer(np.packbits(flags, bitorder="little"))

@@ -1,5 +1,6 @@
 """Keys of a mission file, dotted as in `path.end.2`: set in what a user wrote, or in a checked mission."""
 
+import re
 from typing import Any
 
 from pydantic import BaseModel
@@ -10,7 +11,7 @@ from quadstep.errors import UserError
 def parts(key: str) -> list[str]:
     """The names and places that a key consists of. Raises UserError for an empty one."""
     found = key.split(".")
-    if not all(found):
+    if not all(found) or any(part.isdigit() and not re.fullmatch("0|[1-9][0-9]{0,5}", part) for part in found):
         raise UserError(f"{key!r:.60} is no key; keys are dotted, as vehicle.mass or path.end.2")
     return found
 

@@ -10,6 +10,7 @@ from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.numbers import Number, absolute, maximum, where
+from quadstep.numbers.repeated import repeated
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle, derivative
@@ -91,7 +92,7 @@ class Loop:
                 cycle.command.torque,
             )
 
-        return cycle._replace(state=runge_kutta_4(rate, cycle.state, clock.period))
+        return cycle._replace(state=runge_kutta_4(repeated(rate), cycle.state, clock.period))
 
     def row(self, cycle: Cycle, parameters: Parameters, time: Number) -> list[Number]:
         """One row of the log, in the order of `COLUMNS`: the state now, the command held."""

@@ -3,7 +3,8 @@
     sweep = Sweep(loop, ticks, start, parameters, varying)   # compiled here, or taken from the cache
     swept = sweep.fly(values)                                # as often as wanted; values: a row a flight
 
-What a flight gives depends on its row of values only, to the bit: not on the batch, its order, or the number of threads.
+What a flight gives depends on its own numbers only, to the bit: not on the batch or its order, on the number of threads, or on
+which of its numbers vary. Processors with other instructions may differ in the last bits.
 """
 
 import os

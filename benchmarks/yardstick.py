@@ -1,0 +1,99 @@
+"""`yardstick.c`: the same flights as a sweep's by hand-written C, compiled when asked for and flown on as many threads."""
+
+import ctypes
+import os
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.flight.lanes import shared_leaves
+from quadstep.flight.sweep import Sweep
+from quadstep.numbers import flatten, rebuild
+
+SOURCE = Path(__file__).with_suffix(".c")
+COMPILER = ("cc", "-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
+LINE = 64
+"""Bytes: vectors lie on whole cache lines."""
+
+CYCLE, SCORE = 86, 12
+"""Numbers of a flight in the C's `Cycle` and `Score`."""
+
+
+class Yardstick:
+    """The flights of a sweep, laid out as the C wants them: a struct of vectors for each block of flights."""
+
+    def __init__(self, sweep: Sweep, start: Any, parameters: Any, values: NDArray[np.float64], folder: Path) -> None:
+        self.number, self.ticks = sweep.number, sweep.ticks
+        library = ctypes.CDLL(str(compiled(folder, sweep.double)))
+        self.call = library.fly
+        real = ctypes.c_double if sweep.double else ctypes.c_float
+        self.call.argtypes, self.call.restype = [ctypes.c_int64] * 3 + [real] + [ctypes.c_void_p] * 5, None
+        width = library.width()
+        if len(values) % width:
+            raise ValueError(f"{len(values)} flights are no whole number of blocks of {width}")
+
+        leaves = flatten((start, parameters))
+        flights = np.repeat(
+            np.array([np.nan if hasattr(leaf, "values") else leaf for leaf in leaves])[:, None], len(values), 1
+        )
+        flights[list(sweep.varying)] = values.T
+        first, numbers = rebuild((start, parameters), iter(flights))
+        cycle = [np.broadcast_to(leaf, len(values)) for leaf in flatten(sweep.loop.start(first, numbers).flight)[:CYCLE]]
+        varying = [
+            leaf for leaf, shared in zip(flatten(numbers), shared_leaves(parameters), strict=True) if not shared
+        ]  # what all flights share: the input weights
+        self.blocks, self.cycles = len(values) // width, self._blocks(cycle, width)
+        self.numbers = self._blocks(varying, width)
+        self.scores = aligned((self.blocks, SCORE, width), self.number)
+        nets = (parameters.gains.force_net, parameters.gains.torque_net)
+        self.weights = [np.array(flatten(net.input_weights), dtype=self.number) for net in nets]
+
+    def _blocks(self, columns: list[NDArray[np.float64]], width: int) -> NDArray[Any]:
+        result = aligned((len(columns[0]) // width, len(columns), width), self.number)
+        with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
+            result[...] = np.array(columns).reshape(len(columns), -1, width).transpose(1, 0, 2)
+        return result
+
+    def fly(self, threads: int | None = None) -> NDArray[np.float64]:
+        """Fly all; of each flight its code, RMS error [m], largest error [m] and largest weight norm. Cycles start anew."""
+        cycles = aligned(self.cycles.shape, self.number)
+        cycles[...] = self.cycles
+        count = threads or os.cpu_count() or 1
+        bounds = np.linspace(0, self.blocks, 4 * count + 1).astype(int).tolist()
+
+        def part(first: int, past: int) -> None:
+            buffers = [*self.weights, self.numbers[first:], cycles[first:], self.scores[first:]]
+            if past > first:
+                self.call(
+                    past - first,
+                    self.ticks.last,
+                    self.ticks.every[-1],
+                    self.ticks.step,
+                    *(buffer.ctypes.data for buffer in buffers),
+                )
+
+        with ThreadPoolExecutor(count) as pool:
+            list(pool.map(part, bounds[:-1], bounds[1:]))
+        score = self.scores.transpose(1, 0, 2).reshape(SCORE, -1).astype(np.float64)
+        square, largest, _, _, norm, samples, code = score[:7]
+        return np.array([code, np.sqrt(square / samples), np.sqrt(largest), np.sqrt(norm)]).T
+
+
+def compiled(folder: Path, double: bool) -> Path:
+    """The C as a shared library."""
+    library = folder / f"yardstick{64 if double else 32}.so"
+    subprocess.run([*COMPILER, f"-DDOUBLE={int(double)}", "-shared", "-fPIC", SOURCE, "-o", library], check=True)
+    return library
+
+
+def aligned(shape: tuple[int, ...], number: Any) -> NDArray[Any]:
+    """Zeros that start on a cache line."""
+    size = int(np.prod(shape)) * np.dtype(number).itemsize
+    raw = np.zeros(size + LINE, dtype=np.uint8)
+    offset = -raw.ctypes.data % LINE
+    numbers: NDArray[Any] = raw[offset : offset + size].view(number).reshape(shape)
+    return numbers

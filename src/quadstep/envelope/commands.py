@@ -1,0 +1,59 @@
+"""The command `quadstep envelope`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from quadstep.campaign.commands import flights_bar, missing_extra
+from quadstep.envelope.engine import EnvelopeEngine
+
+
+def add_envelope(app: typer.Typer, screen: Console) -> None:
+    """Register the command. screen: where it writes to."""
+
+    @app.command()
+    def envelope(
+        file: Annotated[
+            Path, typer.Argument(metavar="MISSION.toml", help="Mission, or a campaign that varies more.", show_default=False)
+        ],
+        x: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="To the right: n values from a to b; or KEY=v1,v2,...")],
+        y: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Upwards, in the same way.")],
+        by: Annotated[
+            str | None, typer.Option(metavar="KEY=v1,v2", help="A panel for each of these values.", show_default=False)
+        ] = None,
+        flights: Annotated[
+            int | None, typer.Option(help="Flights a cell; 1, or 20 if they differ, if left out.", show_default=False)
+        ] = None,
+        failure: Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="METRIC=MOST", help="Above what a flight has failed; give it again for more.", show_default=False
+            ),
+        ] = None,
+        engine: Annotated[
+            EnvelopeEngine, typer.Option(help="lanes: all cores. gpu: an NVIDIA graphics processor.")
+        ] = EnvelopeEngine.LANES,
+        out: Annotated[
+            Path | None, typer.Option(help="Folder for the results; out/<mission's name>-envelope if left out.")
+        ] = None,
+        overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")] = False,
+    ) -> None:
+        """Map where over two keys of a mission it can be flown, and how well.
+
+        Writes envelope.png, envelope.svg, envelope.parquet (a row a cell) and metrics.json.
+        """
+        try:
+            from quadstep.envelope.request import request  # noqa: PLC0415 (each command loads what it needs)
+            from quadstep.envelope.run import fly_envelope, sentence  # noqa: PLC0415
+
+            folder = out or Path("out") / f"{file.stem}-envelope"
+            asked = request(file, x, y, by, failure or (), flights)
+            with flights_bar() as bar:
+                task = bar.add_task("flying", total=asked.cells * asked.flights)
+                found = fly_envelope(asked, folder, engine, overwrite, lambda over, _: bar.update(task, completed=over))
+        except ModuleNotFoundError as error:
+            raise missing_extra("envelope", error) from None
+        screen.print(sentence(found), soft_wrap=True)
+        screen.print(f"Map: {folder / 'envelope.png'}", soft_wrap=True)

@@ -1,0 +1,157 @@
+"""`quadstep envelope`: from a mission and two keys to a folder with the map."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from quadstep import __version__
+from quadstep.campaign.flown import Flyer
+from quadstep.campaign.store import parquet
+from quadstep.envelope.axes import Axis, shown
+from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
+from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.envelope.request import Request
+from quadstep.report.publish import MANIFEST, publishing, write_json
+
+DATA, PICTURE = "envelope.parquet", "envelope"
+
+
+class Panel(NamedTuple):
+    """A panel of the map in numbers. name: what the key of --by is there, nothing without one.
+
+    flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
+    least and the largest of the flyable cells [m], None if there is none.
+    """
+
+    name: str
+    cells: int
+    flyable: int
+    success: float
+    causes: dict[str, int]
+    rmse: tuple[float, float] | None
+
+
+class Envelope(NamedTuple):
+    """A map that was flown."""
+
+    asked: Request
+    cells: Cells
+    panels: list[Panel]
+
+
+def fly_envelope(
+    asked: Request,
+    folder: Path,
+    engine: EnvelopeEngine = EnvelopeEngine.LANES,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Envelope:
+    """Fly the map and write `folder`: envelope.parquet, envelope.png, envelope.svg, metrics.json; all of it or nothing.
+
+    progress: told flights over and flights in all. Raises UserError.
+    """
+    from quadstep.envelope.picture import draw_map  # noqa: PLC0415 (matplotlib loads only where it draws)
+
+    over, total = 0, asked.cells * asked.flights
+
+    def told(more: int) -> None:
+        nonlocal over
+        over += more
+        if progress:
+            progress(over, total)
+
+    with publishing(folder, identity(asked), overwrite) as out:
+        told(0)
+        cells = fly_cells(asked, flyer(engine), told)
+        found = Envelope(asked, cells, list(panels(asked, cells)))
+        (out / DATA).write_bytes(parquet(table(asked, cells)))
+        draw_map(out / PICTURE, asked, cells)
+        write_json(out / MANIFEST, as_json(found, engine))
+    return found
+
+
+def flyer(engine: EnvelopeEngine) -> Callable[..., Flyer]:
+    """What flies a campaign on this engine."""
+    if engine is EnvelopeEngine.GPU:
+        from quadstep.campaign.device import device_flyer  # noqa: PLC0415 (loaded only where it is used)
+
+        return device_flyer
+    return Flyer
+
+
+def identity(asked: Request) -> str:
+    """A digest of all that decides the map."""
+    file = asked.campaign.file
+    text = json.dumps(["envelope", asked.campaign.fingerprint, asked.flights, file.failure, [axis.key for axis in asked.axes]])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def panels(asked: Request, cells: Cells) -> Iterator[Panel]:
+    """The panels in numbers."""
+    for place in range(asked.shape[0]):
+        flyable, rmse = cells.flyable[place], cells.rmse[place][cells.flyable[place]]
+        counts = zip(CAUSES, cells.causes[place].reshape(-1, len(CAUSES)).sum(axis=0).tolist(), strict=True)
+        yield Panel(
+            panel_name(asked.by, place),
+            flyable.size,
+            int(flyable.sum()),
+            float(cells.share[place].mean()),
+            {cause: count for cause, count in counts if count},
+            (float(rmse.min()), float(rmse.max())) if rmse.size else None,
+        )
+
+
+def panel_name(by: Axis | None, place: int) -> str:
+    """What a panel shows."""
+    return f"{by.key} = {shown(by.values[place])}" if by else ""
+
+
+def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, Any]:
+    """The content of metrics.json."""
+    asked, file = found.asked, found.asked.campaign.file
+    return {
+        "name": f"Envelope of {asked.campaign.defaults['name']}",
+        "version": __version__,
+        "engine": engine.value,
+        "precision": file.precision,
+        "seed": file.seed,
+        "flights_a_cell": asked.flights,
+        "random": asked.random,
+        "flyable_share": FLYABLE,
+        "failure": file.failure,
+        "axes": {
+            axis.option.removeprefix("--"): {"key": axis.key, "values": list(axis.values)} for axis in reversed(asked.axes)
+        },
+        "vary": {key: one.model_dump(exclude_none=True) for key, one in file.vary.items() if key not in keys(asked)},
+        "correlated": [one.model_dump(exclude_none=True) for one in file.correlated],
+        "mission": json.loads(json.dumps(asked.campaign.content, default=str)),
+        "panels": [panel_as_json(panel) for panel in found.panels],
+    }
+
+
+def panel_as_json(panel: Panel) -> dict[str, Any]:
+    """A panel with the unit in its key."""
+    *others, _ = panel._asdict().items()
+    return {**dict(others), "rmse[m]": panel.rmse}
+
+
+def keys(asked: Request) -> list[str]:
+    """Of the axes."""
+    return [axis.key for axis in asked.axes]
+
+
+def sentence(found: Envelope) -> str:
+    """How much of each panel can be flown, in words."""
+    asked = found.asked
+    parts = [
+        f"{100.0 * panel.flyable / panel.cells:.3g} % ({panel.flyable} of {panel.cells} cells)"
+        + (f" with {panel.name}" if panel.name else "")
+        for panel in found.panels
+    ]
+    cell = (
+        f" A cell counts if at least {100 * FLYABLE:g} % of its {asked.flights} flights succeed." if asked.flights > 1 else ""
+    )
+    same = "" if asked.random or asked.flights == 1 else " Nothing in it is random: all flights of a cell are the same."
+    return f"Flyable of {asked.x.key} and {asked.y.key}: {', '.join(parts)}.{cell}{same}"

@@ -1,0 +1,319 @@
+"""`quadstep envelope`: the map holds what flights flown one by one give, each in its own cell."""
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from matplotlib.figure import Figure
+
+from quadstep import flight_metrics
+from quadstep.analysis.airframe_metrics import airframe_metrics
+from quadstep.analysis.statistics import share
+from quadstep.envelope import cells as cells_module
+from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
+from quadstep.envelope.picture import draw_panel, legend, length, scale
+from quadstep.envelope.request import NOISY_FLIGHTS, request
+from quadstep.envelope.run import Flyer
+from quadstep.envelope.units import label
+from quadstep.flight.engines import fly
+from quadstep.mission.read import check_mission
+from quadstep.numbers.noise import key
+from tests.campaigns import MASS, NOISY, SHORT, written
+from tests.test_cli import quadstep
+
+CASE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 40.0\n'
+DURATIONS, SCALES, NETS = (2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 2.0), (True, False)
+
+
+def rows(folder):
+    """The rows of the map."""
+    return pq.read_table(folder / "envelope.parquet").to_pylist()
+
+
+def about(folder):
+    """metrics.json."""
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def saved(folder, text=SHORT, name="mission.toml"):
+    """A mission file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory):
+    """The paper's Case 1 in little time, nets on and off: (what the command said, its folder)."""
+    folder = tmp_path_factory.mktemp("case")
+    run = quadstep(
+        "envelope", saved(folder, CASE), "--x", "path.duration=2:5:4", "--y", "disturbance.scale=0,1,2",
+        "--by", "controller.nets.enabled=true,false", "--failure", "largest_error=0.5", "--out", folder / "out",
+    )  # fmt: skip
+    assert (run.code, run.err) == (0, "")
+    return run, folder / "out"
+
+
+# What the map holds
+
+
+def test_every_cell_is_the_flight_flown_by_itself(case):
+    found = {(row["controller.nets.enabled"], row["disturbance.scale"], row["path.duration"]): row for row in rows(case[1])}
+    assert len(found) == 24
+    for nets, disturbance, duration in itertools.product(NETS, SCALES, DURATIONS):
+        content = {
+            "path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": duration},
+            "controller": {"type": "backstepping", "nets": {"enabled": nets}},
+            "disturbance": {"scale": disturbance},
+        }
+        log = fly(check_mission(content, "m.toml").plan())
+        row, alone = found[nets, disturbance, duration], flight_metrics(log)
+        name = log.outcome.name.lower().replace("_", "-")
+        through = name == "completed"
+        assert (row["outcome"], row["completed"], row["flights"]) == (name, int(through), 1)
+        if not through:
+            assert (row["success"], row["cause"]) == (0.0, name)
+            assert row["position_rmse_median[m]"] is row["largest_error[m]"] is None
+            continue
+        for column in ("position_rmse_median[m]", "position_rmse_mean[m]"):
+            assert row[column] == pytest.approx(alone["position_rmse[m]"], rel=1e-6)
+        good = row["largest_error[m]"] <= 0.5
+        assert (row["success"], row["cause"]) == ((1.0, None) if good else (0.0, "over-limit"))
+    assert {row["cause"] for row in found.values()} >= {None, "over-limit", "spinning"}  # the case has something of all
+
+
+def test_rows_are_in_order_with_x_first_and_turning_fastest(case):
+    table = pq.read_table(case[1] / "envelope.parquet")
+    assert table.column_names[:3] == ["path.duration", "disturbance.scale", "controller.nets.enabled"]
+    got = list(zip(*(table[name].to_pylist() for name in table.column_names[:3]), strict=True))
+    assert got == [(x, y, by) for by in NETS for y in SCALES for x in DURATIONS]
+
+
+def test_the_sentence_and_the_manifest_say_how_much_is_flyable(case):
+    run, out = case
+    panels = about(out)["panels"]
+    assert [panel["name"] for panel in panels] == ["controller.nets.enabled = true", "controller.nets.enabled = false"]
+    for nets, panel in zip(NETS, panels, strict=True):
+        here = [row for row in rows(out) if row["controller.nets.enabled"] is nets]
+        good = [row["position_rmse_median[m]"] for row in here if row["success"] == 1.0]
+        assert (panel["cells"], panel["flyable"]) == (12, len(good))
+        assert panel["success"] == pytest.approx(len(good) / 12)
+        assert panel["rmse[m]"] == [min(good), max(good)]
+        assert sum(panel["causes"].values()) == 12 - len(good)
+        assert f"({len(good)} of 12 cells) with {panel['name']}" in run.out
+    assert panels[0]["flyable"] != panels[1]["flyable"]
+    assert about(out)["axes"]["x"] == {"key": "path.duration", "values": [2.0, 3.0, 4.0, 5.0]}
+    assert sorted(path.name for path in out.iterdir()) == about(out)["files"]
+    assert {"envelope.png", "envelope.svg"} < set(about(out)["files"])
+
+
+def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkeypatch):
+    path = case[1].parent / "mission.toml"
+    monkeypatch.setattr(cells_module, "SPAN", 7)
+    options = ["--x", "path.duration=2:5:4", "--y", "disturbance.scale=0,1,2", "--by", "controller.nets.enabled=true,false"]
+    assert quadstep("envelope", path, *options, "--failure", "largest_error=0.5", "--out", tmp_path / "again").code == 0
+    assert (tmp_path / "again" / "envelope.parquet").read_bytes() == (case[1] / "envelope.parquet").read_bytes()
+
+
+def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
+    path = saved(tmp_path, f"seed = 7\n{NOISY}")
+    out = tmp_path / "out"
+    run = quadstep(
+        "envelope", path, "--x", "wind.mean.0=1,4", "--y", "sensors.position_noise=0.01:0.03:3", "--flights", "3",
+        "--failure", "position_rmse=0.42", "--out", out,
+    )  # fmt: skip
+    assert run.code == 0, run
+    assert "at least 95 % of its 3 flights" in run.out
+    asked = request(path, "wind.mean.0=1,4", "sensors.position_noise=0.01:0.03:3", flights=3)
+    spread = []
+    for cell, row in enumerate(rows(out)):
+        content = json.loads(json.dumps(asked.campaign.content))
+        content["wind"]["mean"] = [row["wind.mean.0"], 0.0, 0.0]
+        content["sensors"]["position_noise"] = row["sensors.position_noise"]
+        plan = check_mission(content, "m.toml").plan()
+        errors, farthest = [], []
+        for turn in range(3):
+            noise = key(7, turn * 6 + cell)
+            log = fly(plan._replace(parameters=plan.parameters._replace(key=noise)))
+            metrics = airframe_metrics(log)
+            errors.append(metrics["position_rmse[m]"])
+            farthest.append(metrics["largest_error[m]"])
+        spread.append(np.ptp(errors))
+        assert row["position_rmse_median[m]"] == pytest.approx(np.median(errors), rel=1e-6)
+        assert row["position_rmse_mean[m]"] == pytest.approx(np.mean(errors), rel=1e-6)
+        assert row["largest_error[m]"] == pytest.approx(max(farthest), rel=1e-6)
+        good = sum(error <= 0.42 for error in errors)
+        assert (row["success"], row["success_low"], row["success_high"]) == pytest.approx(share(good, 3))
+    assert min(spread) > 1e-4
+
+
+def test_without_chance_a_share_is_no_estimate(case):
+    assert all(row["success"] == row["success_low"] == row["success_high"] for row in rows(case[1]))
+
+
+@pytest.mark.parametrize(
+    ("mission", "axis", "flights"),
+    [(SHORT, "vehicle.mass=1:2:2", 1), (NOISY, "vehicle.mass=2,3", NOISY_FLIGHTS)],
+)
+def test_a_cell_has_several_flights_where_they_differ(tmp_path, mission, axis, flights):
+    asked = request(saved(tmp_path, mission), axis, "path.duration=0.3,0.4")
+    assert asked.flights == flights
+    assert asked.random is (flights > 1)
+
+
+def test_noise_that_only_an_axis_brings_counts(tmp_path):
+    calm = NOISY[: NOISY.index("[wind]")]
+    assert not request(saved(tmp_path, calm), "vehicle.mass=2,3", "path.duration=0.3,0.4").random
+    assert request(saved(tmp_path, calm), "sensors.gyro_noise=0:0.1:3", "path.duration=0.3,0.4").random
+
+
+def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
+    path = written(tmp_path, MASS + 'disturbance.force.0 = {type="grid", values=[0.0, 9.0]}\n', head="seed = 3\nflights = 5\n")
+    path.write_text(path.read_text() + "[failure]\nlargest_error = 0.3\n")
+    asked = request(path, "path.duration=0.3:0.5:3", "path.end.2=0.1,0.2", failures=["position_rmse=0.7"])
+    assert asked.campaign.file.failure == {"largest_error": 0.3, "position_rmse": 0.7}
+    assert (asked.random, asked.flights, asked.campaign.file.seed) == (True, NOISY_FLIGHTS, 3)
+    flown = Flyer(asked.campaign).fly(0, 6 * 20)
+    assert len(set(flown["vehicle.mass"].to_pylist())) == 120
+    for cell in range(6):  # the file's own grid goes through its values within each cell
+        assert flown["disturbance.force.0"].to_pylist()[cell::6] == [0.0, 9.0] * 10
+    cells = fly_cells(asked, Flyer)
+    good = np.array(flown["success"].to_pylist()).reshape(20, 1, 2, 3).sum(axis=0)
+    assert (cells.successes == good).all()
+    assert 0 < good.sum() < 120
+
+
+def test_what_can_be_built_in_one_go_is_tried_all_over_the_map(tmp_path):
+    asked = request(saved(tmp_path), "vehicle.mass=1:2:300", "disturbance.scale=0:7:2")
+    flyers = []
+    fly_cells(asked, lambda campaign: flyers.append(Flyer(campaign)) or flyers[0])
+    for name, ends in (("vehicle.mass", (1.0, 2.0)), ("disturbance.scale", (0.0, 7.0))):
+        column = flyers[0].planner.typical[name].column()
+        assert (column.min(), column.max()) == ends
+
+
+def test_whole_numbers_where_a_key_takes_no_others(tmp_path):
+    asked = request(saved(tmp_path), "controller.nets.neurons=2:6:3", "vehicle.mass=1:2:2")
+    assert asked.x.values == (2, 4, 6)
+    assert all(type(value) is int for value in asked.x.values)
+    assert all(type(value) is float for value in asked.y.values)
+
+
+def test_a_range_has_both_its_ends(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=2:40:39", "disturbance.scale=0:5:26", "controller.nets.enabled=true,false")
+    assert asked.x.values == tuple(float(n) for n in range(2, 41))
+    assert asked.y.values[::25] == (0.0, 5.0)
+    assert asked.by.values == (True, False)
+    assert asked.shape == (2, 26, 39)
+
+
+# Numbers of a cell
+
+
+def test_median_and_mean_leave_out_what_is_missing():
+    values = np.array([[3.0, np.nan, 1.0, np.nan], [1.0, 5.0, 2.0, np.nan], [2.0, np.nan, np.nan, np.nan]])
+    median, mean = middle(values)
+    assert median.tolist()[:3] == [2.0, 5.0, 1.5]
+    assert mean.tolist()[:3] == [2.0, 5.0, 1.5]
+    assert np.isnan([median[3], mean[3]]).all()
+
+
+# The picture
+
+
+def made(successes, rmse, causes=None, flights=1):
+    """Cells of which so many succeed; the others are off the path unless said otherwise."""
+    successes = np.array(successes)
+    counted = np.zeros((*successes.shape, len(CAUSES)), dtype=int)
+    counted[..., CAUSES.index("off-path")] = flights - successes
+    for name, count in (causes or {}).items():
+        counted[..., CAUSES.index(name)] = count
+        counted[..., CAUSES.index("off-path")] -= count
+    rmse = np.where(successes > 0, rmse, np.nan)
+    return Cells(flights, flights > 1, counted, successes, rmse, rmse, rmse, np.zeros_like(successes))
+
+
+def drawn(asked, cells):
+    """The axes of the first panel."""
+    axes = Figure().subplots()
+    draw_panel(axes, asked, cells, 0, scale(cells))
+    return axes
+
+
+def test_x_is_to_the_right_and_y_is_up(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2")
+    cells = made([[[1, 1, 1], [1, 1, 0]]], [[[1.0, 0.1, 0.1], [0.1, 0.1, 0.1]]])  # lost: largest x, largest y
+    image = drawn(asked, cells).images[0]
+    assert image.origin == "lower"
+    assert image.get_extent() == [0.5, 3.5, -25.0, 75.0]
+    pixels = image.get_array()
+    assert pixels.shape[:2] == (2, 3)
+    grey = np.ptp(pixels[..., :3], axis=-1) < 1e-12
+    assert grey.tolist() == [[False, False, False], [False, False, True]]
+    assert not np.array_equal(pixels[0, 0], pixels[0, 1])  # the larger error has another colour
+    assert np.array_equal(pixels[0, 1], pixels[1, 0])
+
+
+def test_hatches_cover_the_lost_cells_only_each_cause_in_its_own_way(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", failures=["largest_error=0.5"])
+    lost = np.array([[[1, 1, 0], [0, 0, 0]]])
+    cells = made([[[0, 0, 1], [1, 1, 1]]], 0.1, {"over-limit": lost * [[[0, 1, 0], [0, 0, 0]]]})
+    patches = [patch for patch in drawn(asked, cells).patches if patch.get_hatch()]
+    spans = {patch.get_hatch(): patch.get_path().get_extents().extents.tolist() for patch in patches}
+    assert len(spans) == 2
+    assert sorted(spans.values()) == [[0.5, -25.0, 1.5, 25.0], [1.5, -25.0, 2.5, 25.0]]
+    assert [handle.get_label() for handle in legend(asked, cells)] == ["largest_error > 0.5 m", "lost: off the path"]
+
+
+def test_all_lost_cells_of_a_row_are_hatched(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:5:5", "disturbance.scale=0,1")
+    (patch,) = drawn(asked, made([[[0, 1, 0, 0, 1], [1, 1, 1, 1, 0]]], 0.1)).patches
+    corners = [tuple(part[[0, 2]].ravel()) for part in patch.get_path().vertices.reshape(-1, 5, 2)]
+    assert corners == [(0.5, -0.5, 1.5, 0.5), (2.5, -0.5, 4.5, 0.5), (4.5, 0.5, 5.5, 1.5)]
+
+
+def test_contours_of_success_where_a_cell_has_several_flights(tmp_path):
+    asked = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2", flights=10)
+    axes = drawn(asked, made([[[10, 10, 0], [10, 10, 0]]], 0.1, flights=10))
+    (lines,) = [one for one in axes.collections if hasattr(one, "levels")]
+    assert list(lines.levels) == [0.05, 0.5, 0.95]
+    across = [lines.get_paths()[i].vertices[:, 0].mean() for i in range(3)]
+    assert across == pytest.approx([2.95, 2.5, 2.05])
+    alone = request(saved(tmp_path), "path.duration=1:3:3", "disturbance.scale=0:50:2")
+    assert not drawn(alone, made([[[1, 1, 0], [1, 1, 0]]], 0.1)).collections
+
+
+def test_a_list_has_a_cell_for_each_value_with_its_name(tmp_path):
+    asked = request(saved(tmp_path), "controller.nets.enabled=false,true", "path.duration=0.1,1,10")
+    axes = drawn(asked, made([[[1, 1]] * 3], 0.1))
+    assert axes.images[0].get_extent() == [-0.5, 1.5, -0.5, 2.5]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["false", "true"]
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["0.1", "1", "10"]
+
+
+def test_a_map_of_nothing_flyable_has_no_scale():
+    assert scale(made([[[0, 0], [0, 0]]], 0.1)) is None
+    one = scale(made([[[1, 0], [0, 0]]], 0.1))
+    assert one.vmin < 0.1 < one.vmax
+
+
+def test_axes_say_their_unit():
+    mission = check_mission({"path": {"type": "minimum-jerk", "end": [1.0, 0.0, 0.0], "duration": 1.0}}, "m.toml")
+    assert label(mission, "path.duration") == "path.duration [s]"
+    assert label(mission, "disturbance.force.2") == "disturbance.force.2 [N]"
+    assert label(mission, "controller.K_r1") == "controller.K_r1"
+    vehicle = check_mission(
+        {"vehicle": {"preset": "crazyflie"}, "path": {"type": "step", "end": [1.0, 0.0, 0.0]}}, "m.toml", Path()
+    )
+    assert label(vehicle, "vehicle.rotor.rise_time") == "vehicle.rotor.rise_time [s]"
+
+
+def test_lengths_are_in_the_unit_that_suits_them():
+    assert [length(x) for x in (3.0, 0.3, 0.003, 3e-6, 3e-9)] == ["3 m", "30 cm", "3 mm", "3 um", "3 nm"]
