@@ -20,6 +20,7 @@ from quadstep.mission.events import AnyEvent, build_events, check_events, event_
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
 from quadstep.mission.paths import AnyPath
 from quadstep.mission.sensing import SensorsSection
+from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
@@ -71,6 +72,7 @@ class AirframeMission(Section):
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: NonNegative = 0.0
+    tune: TuneSection | None = None
 
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""

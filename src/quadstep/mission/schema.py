@@ -15,6 +15,7 @@ from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import AnyController, BacksteppingSection
 from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath
+from quadstep.mission.tune import TuneSection
 from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector
 from quadstep.report.drawing import FigureJob
@@ -76,6 +77,7 @@ class Mission(Section):
     disturbance: DisturbanceSection = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
+    tune: TuneSection | None = None
 
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""

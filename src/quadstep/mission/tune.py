@@ -1,0 +1,129 @@
+"""The table `[tune]` of a mission: which gains `quadstep tune` may change, on which flights, and what counts as better."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from quadstep.campaign.distributions import Correlated, Distribution
+from quadstep.errors import UserError
+from quadstep.flight.scored import METRICS
+from quadstep.mission.check import Checked, check
+from quadstep.mission.fields import Finite, Positive, Section, as_tuple
+
+NAMES = {name.partition("[")[0]: name for name in METRICS}
+"""The metrics by their names without units."""
+
+MOST_SEEDS = 100_000
+
+
+class Range(Section):
+    """Between what a gain is sought, and whether by its size or by its logarithm."""
+
+    low: Finite
+    high: Finite
+    scale: Literal["log", "linear"] = "log"
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Range":
+        if self.low >= self.high:
+            raise ValueError(f"low = {self.low:g} must be below high = {self.high:g}")
+        if self.scale == "log" and self.low <= 0.0:
+            raise ValueError(f'low = {self.low:g}: a logarithm needs low above 0; or say scale = "linear"')
+        return self
+
+    def value(self, place: float) -> float:
+        """What is at this place, 0 at low and 1 at high."""
+        if self.scale == "log":
+            return math.exp((1.0 - place) * math.log(self.low) + place * math.log(self.high))
+        return (1.0 - place) * self.low + place * self.high
+
+    def place(self, value: float) -> float:
+        """Where a value is."""
+        if self.scale == "log":
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+class Constraint(Section):
+    """A metric must be at most this in a share of the flights."""
+
+    most: Positive
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+
+
+def flat(table: Any) -> Any:
+    """Nested tables as dotted keys, as in a campaign's [vary]."""
+    from quadstep.campaign.schema import flat as flattened  # noqa: PLC0415 (that module reads missions)
+
+    return flattened(table)
+
+
+def flat_ranges(table: Any, prefix: str = "") -> Any:
+    """`controller.K_r1 = {...}` in TOML is a table in a table; here it is a key. A range is what has an end or a scale."""
+    if not isinstance(table, dict):
+        return table
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        nested = isinstance(value, dict) and value and not Range.model_fields.keys() & value.keys()
+        found.update(flat_ranges(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value})
+    return found
+
+
+def as_ranges(table: dict[str, Any]) -> dict[str, Range]:
+    """Ranges by key."""
+    return {key: as_section(Range, one, key, "{ low = ..., high = ... }") for key, one in table.items()}
+
+
+def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
+    """Constraints by metric; a number stands for the most in all flights."""
+    found = {}
+    for key, one in table.items():
+        given = {"most": one} if isinstance(one, int | float) and not isinstance(one, bool) else one
+        found[key] = as_section(Constraint, given, key, "a number or { most = ..., share = ... }")
+    return found
+
+
+def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Checked:
+    """A section checked; ValueError with one line on what is wrong."""
+    if isinstance(given, model):
+        return given
+    if not isinstance(given, dict):
+        raise ValueError(f"{key}: should be {wanted}, not {given!r:.40}")  # noqa: TRY004 (pydantic takes it for an answer)
+    try:
+        return check(model, given, key)
+    except UserError as error:
+        raise ValueError(str(error)) from None
+
+
+class TuneSection(Section):
+    """What `quadstep tune` is to do; it changes no flight.
+
+    gains: keys of the controller and their ranges. vary, correlated: what differs from flight to flight, as in a campaign.
+    seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the end. objective: weight of
+    each metric in the cost of a flight. aggregate: what of the flights' costs is minimised. constraints: of metrics. theorem:
+    whether the controller's gain conditions must hold. score_period: from sample to sample of the metrics [s]; the log period
+    if left out.
+    """
+
+    gains: Annotated[
+        dict[str, Any], BeforeValidator(flat_ranges), Field(min_length=1, max_length=64), AfterValidator(as_ranges)
+    ]
+    vary: Annotated[dict[str, Distribution], BeforeValidator(flat)] = Field(default_factory=dict)
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
+    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] = 16
+    unseen: Annotated[int, Field(ge=2, le=MOST_SEEDS)] = 200
+    objective: Annotated[dict[str, Positive], Field(min_length=1)] = Field(default_factory=lambda: {"position_rmse": 1.0})
+    aggregate: Literal["mean", "p95", "worst"] = "mean"
+    constraints: Annotated[dict[str, Any], AfterValidator(as_constraints)] = Field(default_factory=dict)
+    theorem: bool = True
+    precision: Literal["f32", "f64"] = "f64"
+    score_period: Positive | None = None
+
+    @model_validator(mode="after")
+    def _known(self) -> "TuneSection":
+        for table, names in (("objective", self.objective), ("constraints", self.constraints)):
+            unknown = [name for name in names if name not in NAMES]
+            if unknown:
+                raise ValueError(f"{table}.{unknown[0]}: unknown metric; allowed: {', '.join(NAMES)}")
+        return self

@@ -1,0 +1,115 @@
+"""The command `quadstep tune`."""
+
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from quadstep.campaign.commands import Rate, missing_extra
+from quadstep.errors import UserError
+
+if TYPE_CHECKING:
+    from quadstep.tuning.run import Tuned
+
+
+def add_tune(app: typer.Typer, screen: Console) -> None:
+    """Register the command. screen: where it writes to."""
+
+    @app.command()
+    def tune(
+        mission: Annotated[
+            Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
+        ],
+        budget: Annotated[int, typer.Option(help="Flights to use at most, all in all.", show_default=False)],
+        out: Annotated[
+            Path | None, typer.Option(help="Folder for the results; out/<mission's name>-tuned if left out.")
+        ] = None,
+        seed: Annotated[int, typer.Option(help="Of the search and of what differs from flight to flight.")] = 1,
+        overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")] = False,
+    ) -> None:
+        """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
+
+        Writes tuned.toml, history.csv, a picture and metrics.json. What may change, and what is better, the mission's table
+        [tune] says (docs/tuning.md).
+        """
+        if not 0 <= seed < 2**63:
+            raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
+        folder = out or Path("out") / f"{mission.stem}-tuned"
+        with tuning_bar() as bar:
+            task = bar.add_task("tuning", total=budget, best="")
+
+            def told(flights: int, best: float) -> None:
+                bar.update(task, completed=flights, best=f"best {best:.4g}" if math.isfinite(best) else "")
+
+            try:
+                from quadstep.tuning.run import tune as run  # noqa: PLC0415 (each command loads what it needs)
+
+                done = run(mission, budget, folder, seed, overwrite, told)
+            except ModuleNotFoundError as error:
+                raise missing_extra("tune", error) from None
+        show(screen, done, folder)
+
+
+def tuning_bar() -> Progress:
+    """A progress bar with the flights of the budget and the best objective so far, on the error stream of a terminal."""
+    return Progress(
+        TextColumn("tuning"), BarColumn(), TextColumn("{task.completed:,.0f}/{task.total:,.0f}"), Rate(),
+        TextColumn("{task.fields[best]}"), TimeRemainingColumn(),
+        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
+    )  # fmt: skip
+
+
+def show(screen: Console, done: "Tuned", folder: Path) -> None:
+    """The gains, the comparison, and what it says."""
+    from quadstep.tuning.unseen import AGGREGATES  # noqa: PLC0415
+
+    found, compared = done.found, done.compared
+    gains = Table("gain", "present", "tuned", title=done.asked.mission.name)
+    for one in done.asked.gains:
+        gains.add_row(
+            one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in (found.present.values, done.values))
+        )
+    screen.print(gains)
+    many = compared.flights > 1
+    said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are alike"
+    table = Table(said, "present", "tuned", "tuned - present")
+    shares = (*compared.success, compared.success_difference)
+    table.add_row("succeed [%]", *(shown(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares))
+    whole = compared.objective._replace(name=f"objective ({AGGREGATES[done.asked.section.aggregate]})")
+    for row in (whole, *compared.rows):
+        table.add_row(row.name, *(shown(one) for one in row[1:]))
+    screen.print(table)
+    flights = found.history[-1].flights
+    before, after = found.present.judged.objective, found.best.judged.objective
+    screen.print(f"Objective over the flights tuned on: {number(before)} -> {number(after)}, after {flights} flights.")
+    if not found.best.judged.feasible:
+        lost = found.best.judged.lost
+        wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
+        screen.print(f"Even with the best gains found {wrong} in tuning.")
+    screen.print(compared.verdict, soft_wrap=True)
+    for name in done.elsewhere:
+        screen.print(f"tuned.toml names {name}, which is not in the mission's folder: put both in place.", soft_wrap=True)
+    screen.print(f"Results: {folder}; fly it: quadstep fly {folder / 'tuned.toml'}", soft_wrap=True)
+
+
+def listed(values: list[float]) -> str:
+    """Some numbers, or the one that they all are."""
+    return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
+
+
+def shown(estimate: Any, factor: float = 1.0) -> str:
+    """A value with its interval."""
+    if estimate is None:
+        return "-"
+    value, low, high = (factor * part for part in estimate)
+    return f"{value:.4g}" if math.isnan(low) else f"{value:.4g} [{low:.4g}, {high:.4g}]"
+
+
+def number(value: float) -> str:
+    """A number, or that there is none."""
+    return f"{value:.4g}" if math.isfinite(value) else "none"

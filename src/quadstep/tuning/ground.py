@@ -1,0 +1,180 @@
+"""The proving ground: flies many candidates over the same draws, all in one sweep.
+
+Flight i of a candidate has the draws and the noise of flight number i, for every candidate of every generation alike:
+candidates differ by their gains only, and the objective is one fixed function of them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from quadstep.campaign.draws import Drawn, draw
+from quadstep.campaign.flown import Flyer, Progress
+from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
+from quadstep.errors import UserError
+from quadstep.flight.scored import METRICS
+from quadstep.mission.check import check
+from quadstep.mission.read import AnyMission, check_mission, read_toml
+from quadstep.mission.tune import TuneSection
+from quadstep.tuning.gains import Gain, gains_of, numbers, present, starting_point, with_numbers
+from quadstep.tuning.judge import Flown
+from quadstep.tuning.theorem import Conditions
+
+UNSEEN = 2**20
+"""The first flight of those that no gain is tuned on."""
+
+ASK = '[tune] is missing; say what may change, as in gains = { "controller.K_r1" = { low = 1.0, high = 30.0 } }'
+
+NOISY = ("wind", "sensors")
+"""Sections of a mission whose noise differs from flight to flight."""
+
+Numbers = Mapping[str, float]
+
+
+class Asked(NamedTuple):
+    """A mission to be tuned. content: as the user wrote it. gains: what may change. different: whether flights differ."""
+
+    path: Path
+    text: str
+    content: dict[str, Any]
+    mission: AnyMission
+    section: TuneSection
+    gains: list[Gain]
+    different: bool
+
+    @property
+    def seeds(self) -> int:
+        """Flights of each candidate; of flights that are all alike one is enough."""
+        return self.section.seeds if self.different else 1
+
+    @property
+    def unseen(self) -> int:
+        """Flights of each set of gains in the comparison."""
+        return self.section.unseen if self.different else 1
+
+    def numbers(self, point: Sequence[float]) -> dict[str, float]:
+        """What a point of the unit box puts at every key."""
+        return numbers(self.gains, point)
+
+    @property
+    def present(self) -> dict[str, float]:
+        """What is at every key now."""
+        return present(self.gains)
+
+    @property
+    def start(self) -> list[float]:
+        """The present gains in the unit box."""
+        return starting_point(self.gains)
+
+    def tuned(self, values: dict[str, float]) -> dict[str, Any]:
+        """The user's mission with other gains."""
+        changed = {key: value for key, value in values.items() if value != self.present[key]}
+        return with_numbers(self.content, self.mission, changed) if changed else self.content
+
+
+def asked(path: Path) -> Asked:
+    """What the mission in a file asks for. Raises UserError."""
+    content = read_toml(path)
+    if "tune" not in content and "mission" in content:
+        raise UserError(f"{path}: looks like a campaign; `quadstep tune` takes a mission with a table [tune]")
+    mission = check_mission(content, str(path), path.parent)
+    section = mission.tune
+    if section is None:
+        raise UserError(f"{path}: {ASK}")
+    try:
+        gains = gains_of(section, mission)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    for one in gains:
+        for end in (one.range.low, one.range.high):
+            tried = with_numbers(content, mission, one.numbers(end))
+            try:
+                check_mission(tried, str(path), path.parent)
+            except UserError as error:
+                said = str(error).removeprefix(f"{path}: ")
+                raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
+    different = bool(section.vary or section.correlated) or noisy(mission)
+    return Asked(path, path.read_text(encoding="utf-8-sig"), content, mission, section, gains, different)
+
+
+def noisy(mission: Any) -> bool:
+    """Whether flights of a mission differ by their noise."""
+    return hasattr(mission, "wind") and bool(mission.wind.turbulent or mission.sensors.noisy)
+
+
+class Ground:
+    """Flies candidates. drawing: what varies; flying: the same and the gains."""
+
+    def __init__(self, wanted: Asked, seed: int) -> None:
+        section, source = wanted.section, str(wanted.path)
+        self.asked = wanted
+        shared: dict[str, Any] = {
+            "seed": seed,
+            "precision": section.precision,
+            "score_period": section.score_period,
+            "mission": source,
+            "correlated": section.correlated,
+        }
+        self.drawing = check(CampaignFile, {**shared, "vary": section.vary}, f"{source}: tune")
+        ends = {
+            leaf.key: {"type": "uniform", "low": min(pair), "high": max(pair)}
+            for one in wanted.gains
+            for leaf in one.leaves
+            for pair in [(leaf.share * one.range.low, leaf.share * one.range.high)]
+        }
+        flying = check(CampaignFile, {**shared, "vary": {**section.vary, **ends}}, f"{source}: tune")
+        content = with_numbers(wanted.content, wanted.mission, wanted.present)
+        self.campaign: Campaign = campaign_of(flying, "", content, source, wanted.path.parent)
+        self.flyer = Flyer(self.campaign)
+        plan = self.flyer.planner.plan(self.draws(0).at(0))
+        self.duration = plan.ticks.last * plan.ticks.step
+
+    def draws(self, first: int, count: int = 1) -> "Draws":
+        """What the flights from this number on draw."""
+        return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
+
+    def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None = None) -> list[Flown]:
+        """Each candidate over the draws of `count` flights from `first` on. Raises UserError for what cannot be flown."""
+        draws = self.draws(first, count)
+        every = len(candidates)
+        flights = np.tile(draws.flights, every)
+        drawn = {key: Drawn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
+        drawn |= {key: Drawn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
+        outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
+        metrics = np.empty((len(flights), len(METRICS)))
+        for batch in self.flyer.planner.batches(flights, drawn):
+            swept = self.flyer.sweep(batch).fly(batch.rows, progress=progress)
+            outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
+            metrics[batch.members] = swept.metrics
+        parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
+        return [Flown(*one) for one in zip(*parts, strict=True)]
+
+    def conditions(self) -> Conditions | None:
+        """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not asked for."""
+        if not self.asked.section.theorem:
+            return None
+        planner, base = self.flyer.planner, self.flyer.planner.mission({})
+        draws = self.draws(0, self.asked.seeds)
+        touching = [key for key in draws.drawn if key.partition(".")[0] in ("vehicle", "controller")]
+        missions = {"": base}
+        for place in range(self.asked.seeds if touching else 0):
+            values = {key: draws.drawn[key].at(place) for key in touching}
+            missions.setdefault(repr(values), planner.mission(values, place))
+        return Conditions(list(missions.values()), self.asked.numbers)
+
+
+class Draws(NamedTuple):
+    """The numbers of some flights, and what varies in them."""
+
+    flights: Any
+    drawn: dict[str, Drawn]
+
+    def at(self, place: int) -> dict[str, Any]:
+        """Of one of them."""
+        return {key: one.at(place) for key, one in self.drawn.items()}
+
+
+Told = Callable[[int, float], None]
+"""Told flights flown so far and the best objective so far, NaN if there is none."""

@@ -1,0 +1,81 @@
+"""How a search went, as a picture: the objective and the gains of every candidate over the flights."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from quadstep.comparison.picture import plain, write
+from quadstep.report.figures import LINES, STYLE
+from quadstep.tuning.ground import Asked
+from quadstep.tuning.search import Candidate, Found
+
+
+def draw_search(path: Path, title: str, asked: Asked, found: Found) -> None:
+    """Write `path`.png and `path`.svg."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 5.2))
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        figure.subplots_adjust(0.11, 0.09, 0.97, 0.88, 0.2, 0.25)
+        draw_objective(top, found)
+        draw_gains(bottom, asked, found)
+        bottom.set_xlabel("flights")
+        figure.align_ylabels()
+        figure.text(0.02, 0.955, title, fontsize=10)
+        write(figure, path)
+
+
+def draw_objective(axes: Any, found: Found) -> None:
+    """Every candidate's, told apart by whether it got through and kept the constraints, and the best so far."""
+    known = [one for one in found.history if math.isfinite(one.judged.objective)]
+    kinds = (
+        ("feasible", [one for one in known if one.judged.feasible], {"marker": ".", "color": "0.55"}),
+        (
+            "a constraint broken or a flight lost",
+            [one for one in known if not one.judged.feasible],
+            {"marker": "x", "color": "#b2182b", "linewidths": 0.7},
+        ),
+    )
+    for label, candidates, marks in kinds:
+        if candidates:
+            places, values = zip(*((one.flights, one.judged.objective) for one in candidates), strict=True)
+            axes.scatter(places, values, s=14, label=label, **marks)
+    best = [one for one in leaders(found) if math.isfinite(one.judged.objective)]
+    if best:
+        last = found.history[-1].flights
+        axes.step(
+            [*(one.flights for one in best), last], [*(one.judged.objective for one in best), best[-1].judged.objective],
+            where="post", label="best so far", **LINES[0],
+        )  # fmt: skip
+    if known and min(one.judged.objective for one in known) > 0.0:
+        axes.set_yscale("log")
+        plain(axes.yaxis)
+    axes.set_ylabel("objective")
+    if known:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3)
+
+
+def draw_gains(axes: Any, asked: Asked, found: Found) -> None:
+    """Those of the best so far, each in its range."""
+    best = leaders(found)
+    last = found.history[-1].flights
+    for place, one in enumerate(asked.gains):
+        values = [candidate.point[place] for candidate in best]
+        style = LINES[place % len(LINES)]
+        flights = [*(candidate.flights for candidate in best), last]
+        axes.step(flights, [*values, values[-1]], where="post", label=one.key, **style)
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_yticks([0.0, 1.0], ["low", "high"])
+    axes.set_ylabel("gain of the best so far")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4)
+
+
+def leaders(found: Found) -> list[Candidate]:
+    """Each candidate that was the best so far."""
+    best: list[Candidate] = []
+    for one in found.history:
+        if math.isfinite(one.moved) and (not best or one.judged.cost < best[-1].judged.cost):
+            best.append(one)
+    return best

@@ -1,0 +1,161 @@
+"""`quadstep tune`: from a mission to one with better gains."""
+
+import hashlib
+import json
+import math
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from quadstep import __version__
+from quadstep.campaign.schema import strings
+from quadstep.errors import UserError
+from quadstep.mission.read import check_mission
+from quadstep.mission.tune import NAMES
+from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
+from quadstep.tuning.picture import draw_search
+from quadstep.tuning.search import Candidate, Found, Search, check_budget
+from quadstep.tuning.toml import edited
+from quadstep.tuning.unseen import Compared, Row, compare
+
+TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
+
+
+class Tuned(NamedTuple):
+    """What came of it. elsewhere: files that the mission names, but not inside its folder."""
+
+    asked: Asked
+    found: Found
+    compared: Compared
+    elsewhere: list[str]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The tuned numbers by key."""
+        return self.found.best.values
+
+
+def tune(path: Path, budget: int, folder: Path, seed: int = 1, overwrite: bool = False, told: Told | None = None) -> Tuned:
+    """Tune the mission in `path` within a budget of flights, comparison included, and write `folder`.
+
+    Raises UserError. On Ctrl-C nothing is written.
+    """
+    wanted = asked(path)
+    check_budget(wanted, budget)
+    with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
+        ground, say = Ground(wanted, seed), told or silent
+        found = Search(ground, budget - 2 * wanted.unseen, seed, say).run()
+        compared = on_unseen(ground, found, say)
+        elsewhere = write_mission(out, wanted, found.best.values)
+        write_history(out / HISTORY, wanted, found.history)
+        draw_search(out / PICTURE, wanted.mission.name, wanted, found)
+        write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
+    return Tuned(wanted, found, compared, elsewhere)
+
+
+def silent(_flights: int, _best: float) -> None:
+    """Where nobody wants to know."""
+
+
+def identity(wanted: Asked, budget: int, seed: int) -> str:
+    """A digest of all that decides the result."""
+    named, elsewhere = named_files(wanted)
+    files = [hashlib.sha256((wanted.path.parent / name).read_bytes()).hexdigest() for name in [*named, *elsewhere]]
+    text = json.dumps([wanted.text, files, budget, seed])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
+    """The present and the tuned gains on flights of which the search has seen none."""
+    flights = found.history[-1].flights
+
+    def progress(more: int) -> None:
+        nonlocal flights
+        flights += more
+        told(flights, found.best.judged.objective)
+
+    both = [found.present.values, found.best.values]
+    present, tuned = ground.fly(both, UNSEEN, ground.asked.unseen, progress)
+    return compare(found.judge, present, tuned, changed=both[0] != both[1])
+
+
+def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
+    """The files that a mission names from its folder: those inside it, and those elsewhere, which can stay where they are."""
+    folder = wanted.path.parent
+    names = sorted({name for name in strings(wanted.content) if "." in name and (folder / name).is_file()})
+    inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
+    return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
+
+
+def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[str]:
+    """The user's mission with the tuned gains, and the files it names beside it; those it names elsewhere are returned."""
+    content = wanted.tuned(values)
+    text = edited(wanted.text, wanted.content, content)
+    if tomllib.loads(text) != content:
+        raise UserError(f"{wanted.path}: could not be written with other gains")
+    check_mission(content, TUNED, wanted.path.parent)
+    inside, elsewhere = named_files(wanted)
+    for name in inside:
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(wanted.path.parent / name, out / name)
+    (out / TUNED).write_text(text, encoding="utf-8")
+    return elsewhere
+
+
+def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
+    """One row a candidate; numbers that read back exactly, what there is none of is empty."""
+    keys, parts = list(wanted.present), list(history[0].judged.parts)
+    header: list[Any] = ["run", "generation", "flights", *keys, OBJECTIVE, *(NAMES[name] for name in parts)]
+    header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
+    rows: list[list[Any]] = [
+        [
+            one.run, one.generation, one.flights, *(one.values[key] for key in keys), one.judged.objective,
+            *(one.judged.parts[name] for name in parts), one.judged.lost, one.judged.violation, one.judged.cost,
+            one.judged.feasible, math.isfinite(one.moved), one.moved,
+        ]
+        for one in history
+    ]  # fmt: skip
+    path.write_text("\n".join(",".join(map(cell, row)) for row in [header, *rows]) + "\n", encoding="utf-8")
+
+
+def cell(value: Any) -> str:
+    """Of a CSV file."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else ""
+    return str(value)
+
+
+OBJECTIVE = "objective"
+
+
+def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, Any]:
+    """The content of metrics.json."""
+
+    def estimate(one: Any) -> Any:
+        return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}
+
+    def row(one: Row) -> dict[str, Any]:
+        return {"name": one.name, **{name: estimate(getattr(one, name)) for name in ("present", "tuned", "difference")}}
+
+    flown = found.history[-1].flights + 2 * wanted.unseen
+    return {
+        "name": wanted.mission.name,
+        "version": __version__,
+        "seed": seed,
+        "budget": budget,
+        "flights": flown,
+        "present": found.present.values,
+        "tuned": found.best.values,
+        "unseen": {
+            "first": UNSEEN,
+            "flights": compared.flights,
+            "success": {"present": estimate(compared.success[0]), "tuned": estimate(compared.success[1])},
+            "success_difference": estimate(compared.success_difference),
+            "rows": [row(one) for one in (compared.objective, *compared.rows)],
+            "verdict": compared.verdict,
+        },
+    }

@@ -1,0 +1,171 @@
+"""The search: CMA-ES (Hansen 2016, the library `cma`) in the unit box, restarted with twice the population (Auger 2005).
+
+It asks for a generation, all of which is flown in one sweep, and is told the costs. Where it stops by itself it starts again
+from anywhere in the box, with a population that still fits ten times into what is left of the budget. It never flies more than
+the budget; what is left over is less than a generation.
+"""
+
+import math
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.tuning.ground import Asked, Ground, Told
+from quadstep.tuning.judge import Judge, Judged
+from quadstep.tuning.theorem import Conditions
+
+BLOCK = 16
+"""Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
+
+SIGMA = 0.25
+"""Standard deviation of the first generation in the unit box."""
+
+ALIKE = {"tolx": 1e-3, "tolfun": 1e-5}
+"""When candidates are so alike, in the unit box and in cost, that a search stops: gains are not wanted any finer."""
+
+FEWEST_GENERATIONS = 10
+"""That a restart must still have room for, or its population is not doubled."""
+
+STRICTNESS = 10.0
+"""How fast the cost grows with the squared distance from where the conditions hold."""
+
+
+class Candidate(NamedTuple):
+    """run: 0 the present gains, 1 the first search, then the restarts. moved: how far, until the conditions held (or inf, if
+    they are broken). flights: over all flights so far, after its generation.
+    """
+
+    run: int
+    generation: int
+    values: dict[str, float]
+    point: list[float]
+    moved: float
+    judged: Judged
+    flights: int
+
+
+class Found(NamedTuple):
+    """history: every candidate in order, the present gains first. best: of those that keep the conditions."""
+
+    history: list[Candidate]
+    best: Candidate
+    judge: Judge
+
+    @property
+    def present(self) -> Candidate:
+        """The present gains."""
+        return self.history[0]
+
+
+def population(gains: int, seeds: int) -> int:
+    """Candidates of a generation: cma's default, and more until their flights fill whole blocks."""
+    count = 4 + math.floor(3 * math.log(max(2, gains)))
+    block = BLOCK // math.gcd(BLOCK, seeds)
+    return -(-count // block) * block
+
+
+def least_budget(wanted: Asked) -> int:
+    """Flights without which there is nothing to find: the present gains, a generation and the comparison."""
+    return wanted.seeds * (1 + population(len(wanted.gains), wanted.seeds)) + 2 * wanted.unseen
+
+
+def check_budget(wanted: Asked, budget: int) -> None:
+    """Refuse a budget that is too small."""
+    least, count = least_budget(wanted), population(len(wanted.gains), wanted.seeds)
+    if budget < least:
+        raise UserError(
+            f"--budget: {budget} flights are too few; needed are at least {least}: the present gains and one generation of "
+            f"{count} candidates, {wanted.seeds} flights each (tune.seeds), and for the comparison 2 x {wanted.unseen} "
+            "(tune.unseen)"
+        )
+
+
+class Search:
+    """One search. budget: flights it may use. told: how far it is."""
+
+    def __init__(self, ground: Ground, budget: int, seed: int, told: Told) -> None:
+        self.ground, self.budget, self.seed, self.told = ground, budget, seed, told
+        self.asked = ground.asked
+        self.conditions: Conditions | None = ground.conditions()
+        self.judge = Judge(self.asked.section, ground.duration)
+        self.flights = 0
+        self.history: list[Candidate] = []
+        self.best: Candidate | None = None
+
+    def run(self) -> Found:
+        """Until the budget is used."""
+        wanted, start = self.asked, self.asked.start
+        anchor = self.conditions.anchor(start, self.seed) if self.conditions else start
+        broken = bool(self.conditions and self.conditions.broken(wanted.present))
+        self.flown(0, 0, [wanted.present], [start], [math.inf if broken else 0.0])
+        base = population(len(wanted.gains), wanted.seeds)
+        restart, random = 0, np.random.default_rng([self.seed, 1])
+        while base * wanted.seeds <= self.left:
+            count = base * 2 ** min(restart, 20)
+            while count > base and count * wanted.seeds * FEWEST_GENERATIONS > self.left:
+                count //= 2
+            begin = anchor if restart == 0 else random.random(len(start)).tolist()
+            restart += 1
+            self.one_run(restart, begin, anchor, count)
+        assert self.best is not None
+        return Found(self.history, self.best, self.judge)
+
+    @property
+    def left(self) -> int:
+        """Of the budget."""
+        return self.budget - self.flights
+
+    def one_run(self, run: int, begin: list[float], anchor: list[float], count: int) -> None:
+        """One start of CMA-ES, until it stops or another generation would not fit."""
+        strategy, generation = started(begin, count, [self.seed, 2, run]), 0
+        size = len(begin)
+        while not strategy.stop() and count * self.asked.seeds <= self.left:
+            generation += 1
+            asked = strategy.ask()
+            wanted = [[min(max(float(place), 0.0), 1.0) for place in point[:size]] for point in asked]
+            points = [self.conditions.moved(point, anchor) if self.conditions else point for point in wanted]
+            moved = [math.dist(point, wish) for point, wish in zip(points, wanted, strict=True)]
+            flown = self.flown(run, generation, [self.asked.numbers(point) for point in points], points, moved)
+            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * one.moved**2) for one in flown])
+
+    def flown(
+        self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
+    ) -> list[Candidate]:
+        """Candidates flown and judged."""
+        before, best = self.flights, math.nan if self.best is None else self.best.judged.objective
+
+        def progress(more: int) -> None:
+            self.flights += more
+            self.told(self.flights, best)
+
+        flown = self.ground.fly(values, 0, self.asked.seeds, progress)
+        if run == 0:
+            self.judge = self.judge.in_units_of(flown[0])
+        self.flights = before + len(values) * self.asked.seeds
+        found = [
+            Candidate(run, generation, numbers, point, far, self.judge.judge(flights), self.flights)
+            for numbers, point, far, flights in zip(values, points, moved, flown, strict=True)
+        ]
+        self.history += found
+        for one in found:
+            if math.isfinite(one.moved) and (self.best is None or one.judged.cost < self.best.judged.cost):
+                self.best = one
+        self.told(self.flights, math.nan if self.best is None else self.best.judged.objective)
+        return found
+
+
+def started(begin: list[float], count: int, seed: list[int]) -> Any:
+    """A CMA-ES that draws from a generator of its own. One dimension is not supported, so there are at least two."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about packages that draw
+        import cma  # noqa: PLC0415 (an extra, loaded where it is used)
+
+    random = np.random.default_rng(seed)
+    inside = [*begin, *[0.5] * (2 - len(begin))]
+    options = {
+        "bounds": [0.0, 1.0], "popsize": count, "seed": math.nan, "verbose": -9,
+        "randn": lambda *shape: random.standard_normal(shape), **ALIKE,
+    }  # fmt: skip
+    return cma.CMAEvolutionStrategy(inside, SIGMA, options)

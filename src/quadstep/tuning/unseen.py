@@ -1,0 +1,106 @@
+"""Present and tuned gains on flights that no gain was tuned on, the same for both: every number with its interval."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.analysis.statistics import LEVEL, RESAMPLES, Estimate, mean, share
+from quadstep.mission.tune import NAMES
+from quadstep.tuning.judge import Flown, Judge
+
+Floats = NDArray[np.float64]
+
+OBJECTIVE = "objective"
+AGGREGATES = {"mean": "mean", "p95": "95 % quantile", "worst": "largest"}
+
+
+class Row(NamedTuple):
+    """A metric with both gains, over the flights that got through with them; difference: tuned less present, flight by flight,
+    over those that got through with both. None where there is no such flight.
+    """
+
+    name: str
+    present: Estimate | None
+    tuned: Estimate | None
+    difference: Estimate | None
+
+
+class Compared(NamedTuple):
+    """success: share of flights that got through and kept the constraints. objective, rows: of it, and of metrics."""
+
+    flights: int
+    success: tuple[Estimate, Estimate]
+    success_difference: Estimate
+    objective: Row
+    rows: list[Row]
+    verdict: str
+
+
+BETTER = "The tuned gains are better{where}."
+WORSE = "The tuned gains are WORSE{where}: do not use them."
+SAME = "The tuned gains are NOT shown to be better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
+UNCHANGED = "Nothing better than the present gains was found: tuned.toml has the same."
+NEGLIGIBLE = 1e-3
+"""Share of the present objective by which a change is not worth naming."""
+
+
+def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) -> Compared:
+    """The comparison. changed: whether the gains differ at all."""
+    count = len(present.ended)
+    good = [judge.within(flown) for flown in (present, tuned)]
+    shares = tuple(share(int(one.sum()), count) for one in good)
+    success = mean(good[1].astype(float) - good[0].astype(float))
+    both = present.completed & tuned.completed
+    costs = [judge.costs(flown) for flown in (present, tuned)]
+    first, second = (aggregated(judge, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
+    objective = Row(OBJECTIVE, first, second, aggregated(judge, costs[1][both], costs[0][both]))
+    rows = [row(name, present, tuned, both) for name in judge.reported]
+    verdict = judged(success, objective).format(where=" on unseen seeds" if count > 1 else "") if changed else UNCHANGED
+    return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
+
+
+def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row:
+    """Means of one metric."""
+    values = [flown.metric(name) for flown in (present, tuned)]
+    through = [one[flown.completed] for one, flown in zip(values, (present, tuned), strict=True)]
+    first, second = (mean(one) if len(one) else None for one in through)
+    return Row(NAMES[name], first, second, mean((values[1] - values[0])[both]) if both.any() else None)
+
+
+def judged(success: Estimate, objective: Row) -> str:
+    """What can be said with 95 % confidence; more flights that succeed count before a smaller objective."""
+    sign, change = certain(success), objective.difference
+    if sign == 0 and change is not None and objective.present is not None:
+        sign = -certain(change) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
+    return {1: BETTER, 0: SAME, -1: WORSE}[sign]
+
+
+def certain(difference: Estimate) -> int:
+    """Its sign, 0 if the interval holds zero. Of a single flight there is no interval: all are alike, and it is certain."""
+    low, high = (difference.value,) * 2 if math.isnan(difference.low) else difference[1:]
+    return int(low > 0.0) - int(high < 0.0)
+
+
+def aggregated(judge: Judge, values: Floats, less: Floats | None = None) -> Estimate | None:
+    """The aggregate of the values of flights, or what it is above that of others, flights being drawn in pairs."""
+
+    def statistic(places: NDArray[np.int64]) -> float:
+        return judge.aggregate(values[places]) - (0.0 if less is None else judge.aggregate(less[places]))
+
+    return interval(statistic, len(values))
+
+
+def interval(statistic: Callable[[NDArray[np.int64]], float], count: int) -> Estimate | None:
+    """A statistic of flights at some places with its bootstrap interval (Efron 1979), the same on every call; None of none."""
+    if count == 0:
+        return None
+    value = statistic(np.arange(count))
+    if count == 1:
+        return Estimate(value, math.nan, math.nan)
+    random = np.random.default_rng(0)
+    found = [statistic(random.integers(0, count, count)) for _ in range(RESAMPLES)]
+    low, high = np.quantile(found, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)])
+    return Estimate(value, float(low), float(high))

@@ -1,0 +1,293 @@
+"""`quadstep tune` as a user meets it: what it writes and says, and one line for whatever is wrong."""
+
+import re
+import tomllib
+
+import pytest
+
+from quadstep import read_mission
+from quadstep.mission.read import plan_mission
+from quadstep.report.publish import fingerprint
+from quadstep.tuning import run
+from quadstep.tuning.ground import Ground
+from tests.test_cli import quadstep
+from tests.test_mission_examples import EXAMPLES
+from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, metrics, tuned, written
+
+QUICK = PAPER + LAMBDA
+
+
+def tune(path, out, budget=60, *more):
+    return quadstep("tune", path, "--budget", budget, "--out", out, *more)
+
+
+def test_what_it_writes_and_says(tmp_path):
+    path, out = written(tmp_path, QUICK), tmp_path / "out"
+    done = tune(path, out)
+    assert (done.code, done.err) == (0, "")
+    assert "The tuned gains are better." in done.out
+    assert "controller.Lambda1" in done.out
+    assert lasting(out) == ["convergence.png", "convergence.svg", "history.csv", "metrics.json", "tuned.toml"]
+    before, after = tomllib.loads(QUICK), tuned(out)
+    gains = after["controller"].pop("Lambda1")
+    assert after == before, "nothing else has changed"
+    assert gains == [metrics(out)["tuned"][f"controller.Lambda1.{i}"] for i in range(3)]
+    text = (out / "tuned.toml").read_text(encoding="utf-8")
+    assert all(line in text for line in QUICK.splitlines()), "every line of the user's is still there"
+    flown = quadstep("fly", out / "tuned.toml", "--out", tmp_path / "flown")
+    assert flown.code == 0
+    rows = history(out)
+    assert (rows[0]["run"], rows[0]["generation"], rows[0]["controller.Lambda1.0"]) == ("0", "0", "1.0")
+    assert min(float(row["objective"]) for row in rows) == metrics(out)["unseen"]["rows"][0]["tuned"]["value"]
+
+
+def test_the_table_changes_no_flight(tmp_path):
+    plans = [read_mission(written(tmp_path, text)).plan() for text in (QUICK, PAPER)]
+    assert fingerprint(plans[:1]) == fingerprint(plans[1:])
+
+
+def test_gains_that_are_no_better_are_called_so(tmp_path, monkeypatch):
+    original = Ground.fly
+
+    def unlucky(self, candidates, first, count, progress=None):
+        flown = original(self, candidates, first, count, progress)
+        if first:
+            flown[1].metrics[:] *= 50.0
+        return flown
+
+    monkeypatch.setattr(Ground, "fly", unlucky)
+    done = tune(written(tmp_path, WINDY + SOFT), tmp_path / "out", 200)
+    assert done.code == 0
+    assert "WORSE on unseen seeds: do not use them" in done.out
+
+
+def test_a_search_that_finds_nothing_keeps_the_file(tmp_path, monkeypatch):
+    text = QUICK.replace("high = 30.0", "high = 1.0")  # the present value is the best there is
+    done = tune(written(tmp_path, text), tmp_path / "out", 19)
+    assert done.code == 0
+    assert "Nothing better than the present gains was found" in done.out
+    assert (tmp_path / "out" / "tuned.toml").read_text(encoding="utf-8") == text
+
+
+def test_files_that_the_mission_names_come_along(tmp_path):
+    written(tmp_path / "in" / "deep", "t,x,y,z\n" + "".join(f"{i / 10},{i / 100},0,0\n" for i in range(12)), "path.csv")
+    text = QUICK.replace('"minimum-jerk"\nend = [0.4, 0.1, 0.2]\nduration = 0.8', '"recorded"\nfile = "deep/path.csv"')
+    done = tune(written(tmp_path / "in", text), tmp_path / "out")
+    assert done.code == 0, done
+    saved = tmp_path / "out" / "tuned.toml"
+    assert plan_mission(read_mission(saved), saved).ticks.last > 200
+    text = text.replace('"deep/path.csv"', '"../in/deep/path.csv"')
+    done = tune(written(tmp_path / "in", text), tmp_path / "other")
+    assert done.code == 0, done
+    assert "tuned.toml names ../in/deep/path.csv" in done.out
+
+
+def test_what_a_vehicle_leaves_out_can_be_tuned(tmp_path):
+    text = re.sub(r"k_[xv] = .*\n", "", WINDY).replace('[controller]\ntype = "geometric"\n', "")
+    text += SOFT.replace("controller.k_v", "controller.k_R.2").replace("high = 20.0", "high = 90.0")
+    done = tune(written(tmp_path, text), tmp_path / "out", 200)
+    assert done.code == 0, done
+    before = read_mission(tmp_path / "mission.toml")
+    after = tuned(tmp_path / "out")["controller"]
+    vehicle = before.vehicle.build()
+    usual = before.controller.gains_for(vehicle)
+    assert metrics(tmp_path / "out")["present"] == {
+        **{f"controller.k_x.{i}": usual["k_x"][i] for i in range(3)},
+        "controller.k_R.2": usual["k_R"][2],
+    }
+    assert after["type"] == "geometric"
+    if "k_R" in after:
+        assert after["k_R"][:2] == list(usual["k_R"])[:2]
+
+
+def test_numbers_of_one_gain_keep_their_proportion(tmp_path):
+    text = QUICK.replace("K_r1 = [3.0, 3.0, 3.0]", "K_r1 = [5.0, 5.0, 5.0]\nLambda1 = [1.0, 2.0, 0.5]")
+    tune(written(tmp_path, text), tmp_path / "out")
+    for row in history(tmp_path / "out"):
+        x, y, z = (float(row[f"controller.Lambda1.{i}"]) for i in range(3))
+        assert (y / x, z / x) == pytest.approx((2.0, 0.5), rel=1e-5)
+        assert 0.3 <= x <= 30.0
+
+
+@pytest.mark.parametrize("where", ["search", "comparison", "picture"])
+def test_an_interrupt_leaves_nothing(tmp_path, monkeypatch, where):
+    original = Ground.fly
+    calls = []
+
+    def interrupted(self, candidates, first, count, progress=None):
+        calls.append(first)
+        if (where == "search" and len(calls) == 3) or (where == "comparison" and first):
+            raise KeyboardInterrupt
+        return original(self, candidates, first, count, progress)
+
+    def draw(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Ground, "fly", interrupted)
+    if where == "picture":
+        monkeypatch.setattr(run, "draw_search", draw)
+    done = tune(written(tmp_path, QUICK), tmp_path / "deep" / "out", 100)
+    assert (done.code, done.err) == (130, "quadstep: interrupted; nothing was written\n")
+    assert not (tmp_path / "deep").exists()
+
+
+def test_results_of_something_else_are_not_replaced(tmp_path):
+    path, out = written(tmp_path, QUICK), tmp_path / "out"
+    assert tune(path, out).code == 0
+    again = (out / "history.csv").read_bytes()
+    assert tune(path, out).code == 0
+    assert (out / "history.csv").read_bytes() == again
+    other = tune(path, out, 100)
+    assert other.refused
+    assert "--overwrite" in other.err
+    assert (out / "history.csv").read_bytes() == again
+    assert tune(path, out, 100, "--overwrite").code == 0
+    assert (out / "history.csv").read_bytes() != again
+
+
+def gains(line):
+    return PAPER + f"[tune]\n[tune.gains]\n{line}\n"
+
+
+BAD = {
+    "no table": (PAPER, ["[tune] is missing", "controller.K_r1"]),
+    "no gains": (PAPER + "[tune]\n", ["tune.gains", "missing"]),
+    "empty gains": (PAPER + "[tune]\ngains = {}\n", ["tune.gains", "at least 1"]),
+    "unknown gain": (
+        gains("controller.K_r9 = { low = 1.0, high = 2.0 }"),
+        ["controller.K_r9", "unknown key", "controller.K_r1"],
+    ),
+    "unknown entry": (gains("controller.K_r1.3 = { low = 1.0, high = 2.0 }"), ["controller.K_r1.3", "unknown key"]),
+    "not of the controller": (
+        gains("vehicle.mass = { low = 1.0, high = 2.0 }"),
+        ["vehicle.mass", "only numbers of the controller"],
+    ),
+    "the whole controller": (
+        gains("controller = { low = 1.0, high = 2.0 }"),
+        ["controller", "only numbers of the controller"],
+    ),
+    "empty part": (gains('"controller..K_r1" = { low = 1.0, high = 2.0 }'), ["controller..K_r1", "is no key"]),
+    "low not below high": (
+        gains("controller.K_r1 = { low = 4.0, high = 2.0 }"),
+        ["controller.K_r1", "low = 4 must be below high = 2"],
+    ),
+    "low equals high": (gains("controller.K_r1 = { low = 3.0, high = 3.0 }"), ["must be below"]),
+    "logarithm of zero": (
+        gains("controller.K_i1 = { low = 0.0, high = 2.0 }"),
+        ["controller.K_i1", "low = 0", 'scale = "linear"'],
+    ),
+    "no scale like that": (
+        gains('controller.K_r1 = { low = 1.0, high = 4.0, scale = "cubic" }'),
+        ["controller.K_r1", "scale", "log"],
+    ),
+    "no high": (gains("controller.K_r1 = { low = 1.0 }"), ["controller.K_r1", "high", "missing"]),
+    "no number": (gains('controller.K_r1 = { low = "a", high = 4.0 }'), ["controller.K_r1", "low"]),
+    "not a table": (gains("controller.K_r1 = 3.0"), ["tune.gains", "controller.K_r1"]),
+    "one key too many": (gains("controller.K_r1 = { low = 1.0, high = 4.0, step = 1.0 }"), ["step", "unknown key"]),
+    "present value outside": (
+        gains("controller.K_r1 = { low = 4.0, high = 9.0 }"),
+        ["controller.K_r1", "present value 3 is outside"],
+    ),
+    "structure": (gains("controller.nets.neurons = { low = 2, high = 20 }"), ["controller.nets.neurons", "structure"]),
+    "a switch": (gains("controller.nets.enabled = { low = 0.1, high = 1 }"), ["controller.nets.enabled", "structure"]),
+    "a name": (gains("controller.type = { low = 0.1, high = 1 }"), ["controller.type", "structure"]),
+    "a table of gains": (gains("controller.nets = { low = 0.1, high = 1 }"), ["controller.nets", "structure"]),
+    "twice": (
+        gains("controller.K_r1 = { low = 1.0, high = 9.0 }\n'controller.K_r1.1' = { low = 1.0, high = 9.0 }"),
+        ["controller.K_r1.1", "named twice"],
+    ),
+    "tuned and varying": (
+        QUICK + '[tune.vary]\ncontroller.Lambda1.1 = { type = "uniform", low = 1.0, high = 2.0 }\n',
+        ["controller.Lambda1 cannot be tuned while controller.Lambda1.1 varies"],
+    ),
+    "tuned and varying as a whole": (
+        QUICK + '[tune.vary]\ncontroller = { type = "choice", values = [{ type = "backstepping" }] }\n',
+        ["controller.Lambda1 cannot be tuned while controller varies"],
+    ),
+    "first entry zero": (
+        PAPER.replace("# keep", "\nK_i1 = [0.0, 1.0, 1.0]")
+        + "[tune]\n[tune.gains]\ncontroller.K_i1 = { low = -1.0, high = 2.0, scale = 'linear' }\n",
+        ["controller.K_i1", "first entry is 0"],
+    ),
+    "a range that the mission refuses": (
+        gains("controller.K_r1 = { low = -1.0, high = 9.0, scale = 'linear' }"),
+        ["controller.K_r1 cannot be -1", "greater than 0"],
+    ),
+    "unknown metric": (
+        QUICK.replace("[tune]", "[tune]\nobjective.rmse = 1.0"),
+        ["tune", "objective.rmse", "unknown metric", "position_rmse"],
+    ),
+    "unknown constraint": (
+        QUICK.replace("[tune]", "[tune]\nconstraints.error = 1.0"),
+        ["tune", "constraints.error", "unknown metric"],
+    ),
+    "share above one": (
+        QUICK.replace("[tune]", "[tune]\nconstraints.largest_error = { most = 1.0, share = 1.5 }"),
+        ["tune.constraints", "largest_error: share", "1.5"],
+    ),
+    "negative weight": (QUICK.replace("[tune]", "[tune]\nobjective.position_rmse = -1.0"), ["tune.objective.position_rmse"]),
+    "no seeds": (QUICK.replace("[tune]", "[tune]\nseeds = 0"), ["tune.seeds"]),
+    "unknown aggregate": (QUICK.replace("[tune]", '[tune]\naggregate = "median"'), ["tune.aggregate", "mean"]),
+    "unknown key": (QUICK.replace("[tune]", "[tune]\nflights = 3"), ["tune.flights", "unknown key"]),
+    "unknown key varies": (
+        QUICK + '[tune.vary]\nvehicle.weight = { type = "uniform", low = 1.0, high = 2.0 }\n',
+        ["vehicle.weight"],
+    ),
+    "a name varies": (QUICK + '[tune.vary]\nname = { type = "choice", values = ["a"] }\n', ["name"]),
+    "nothing to draw from": (
+        QUICK + '[tune.vary]\nvehicle.mass = { type = "uniform", low = 2.0, high = 1.0 }\n',
+        ["vehicle.mass", "low = 2"],
+    ),
+    "a campaign": ('mission = "m.toml"\n', ["looks like a campaign"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(tmp_path, case):
+    text, parts = BAD[case]
+    done = tune(written(tmp_path, text), tmp_path / "out", 1000)
+    assert done.refused, done
+    assert all(part in done.err for part in ["mission.toml", *parts]), done.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("budget", [-5, 0, 1, 18])
+def test_a_budget_that_is_too_small(tmp_path, budget):
+    done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
+    assert done.refused
+    assert "at least 19" in done.err
+    assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
+
+
+def test_other_bad_arguments(tmp_path):
+    assert tune(tmp_path / "none.toml", tmp_path / "out").refused
+    assert "--seed" in tune(written(tmp_path, QUICK), tmp_path / "out", 60, "--seed", -1).err
+    assert quadstep("tune", written(tmp_path, QUICK)).code == 2
+
+
+def test_an_extra_that_is_missing_is_named(tmp_path, monkeypatch):
+    import builtins
+    import sys
+
+    real = builtins.__import__
+
+    def without(name, *more, **named):
+        if name == "cma":
+            raise ModuleNotFoundError("No module named 'cma'", name="cma")
+        return real(name, *more, **named)
+
+    monkeypatch.delitem(sys.modules, "cma", raising=False)
+    monkeypatch.setattr(builtins, "__import__", without)
+    done = tune(written(tmp_path, QUICK), tmp_path / "out")
+    assert done.refused
+    assert "quadstep[campaign]" in done.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["tune_paper", "tune_wind"])
+def test_the_examples_can_be_tuned(tmp_path, name):
+    path = EXAMPLES / f"{name}.toml"
+    text = path.read_text(encoding="utf-8").replace("seeds = 16", "seeds = 4\nunseen = 20")
+    done = tune(written(tmp_path, text), tmp_path / "out", 260)
+    assert done.code == 0
+    assert "The tuned gains are better on unseen seeds." in done.out

@@ -1,0 +1,125 @@
+"""What flights are worth: by hand."""
+
+import numpy as np
+import pytest
+
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.scored import METRICS
+from quadstep.mission.check import check
+from quadstep.mission.tune import TuneSection
+from quadstep.tuning.judge import Flown, Judge
+from quadstep.tuning.unseen import compare
+
+GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
+
+
+def judge(**content):
+    return Judge(check(TuneSection, {"gains": GAINS, **content}, "m.toml"), 10.0)
+
+
+def flown(rmse, largest=None, ended=None):
+    """Flights with these errors; those that end before 10 s are lost."""
+    count = len(rmse)
+    metrics = np.zeros((count, len(METRICS)))
+    metrics[:, 0], metrics[:, 1] = rmse, rmse if largest is None else largest
+    metrics[:, METRICS.index("variation_thrust[N]")] = np.arange(count)
+    ended = np.full(count, 10.0) if ended is None else np.array(ended, dtype=float)
+    outcome = np.where(ended < 10.0, Outcome.OFF_PATH, Outcome.COMPLETED).astype(np.int8)
+    return Flown(outcome, ended, metrics)
+
+
+@pytest.mark.parametrize(("aggregate", "wanted"), [("mean", 2.5), ("p95", 3.85), ("worst", 4.0)])
+def test_the_objective_is_the_aggregate_of_weighted_metrics(aggregate, wanted):
+    flights = flown([1.0, 2.0, 3.0, 4.0])
+    assert judge(aggregate=aggregate).judge(flights).objective == pytest.approx(wanted)
+    weighted = judge(objective={"position_rmse": 2.0, "variation_thrust": 0.5}).judge(flights)
+    assert weighted.objective == pytest.approx(2.0 * 2.5 + 0.5 * 1.5)
+    assert weighted.parts["variation_thrust"] == pytest.approx(1.5)
+
+
+def test_the_order_of_costs():
+    ordered = [
+        flown([0.1, 0.1, 0.1], [0.5, 0.5, 0.5]),
+        flown([0.2, 0.2, 0.2], [0.5, 0.5, 0.5]),
+        flown([900.0, 900.0, 900.0], [0.9, 0.9, 0.9]),  # keeps the constraint, badly as it flies
+        flown([0.1, 0.1, 0.1], [0.5, 0.5, 1.1]),
+        flown([0.1, 0.1, 0.1], [0.5, 0.5, 1.5]),
+        flown([900.0, 900.0, 900.0], [900.0, 900.0, 900.0]),
+        flown([0.01, 0.01, 0.01], [0.1, 0.1, 0.1], [10.0, 10.0, 9.9]),  # lost, well as it flew
+        flown([0.02, 0.02, 0.01], [0.1, 0.1, 0.1], [10.0, 10.0, 9.9]),
+        flown([0.01, 0.01, 0.01], [0.1, 0.1, 0.1], [10.0, 10.0, 4.0]),
+        flown([0.01, 0.01, 0.01], [0.1, 0.1, 0.1], [10.0, 9.0, 9.0]),
+        flown([0.01, 0.01, 0.01], [0.1, 0.1, 0.1], [9.0, 9.0, 9.0]),
+        flown([0.01, 0.01, 0.01], [0.1, 0.1, 0.1], [0.0, 0.0, 0.0]),
+    ]
+    for unit in (1.0, 1e-6, 1e6):
+        costs = [judge(constraints={"largest_error": 1.0})._replace(unit=unit).judge(one).cost for one in ordered]
+        assert costs == sorted(costs)
+        assert len(set(costs)) == len(costs)
+
+
+def test_the_cost_in_numbers():
+    found = judge(constraints={"largest_error": 1.0}).judge(flown([1.0, 1.0], [2.0, 1.0]))
+    assert (found.lost, found.violation, found.feasible) == (0, 1.0, False)
+    assert found.cost == pytest.approx(0.5 + 1.0 + 0.5)
+    lost = judge().judge(flown([1.0, 5.0], ended=[10.0, 2.5]))
+    assert lost.objective == 1.0
+    assert lost.cost == pytest.approx(0.5 + 2.0 + (2.0 - 0.25))
+    assert not lost.feasible
+    assert judge().judge(flown([1.0], ended=[0.0])).cost == pytest.approx(1.0 + 2.0 + 2.0)
+
+
+def test_a_constraint_may_be_broken_by_the_rest_of_a_share():
+    flights = flown(np.full(10, 0.1), np.linspace(0.1, 1.0, 10))
+    for share, exceeded in ((1.0, 1.0 / 0.5 - 1), (0.9, 0.9 / 0.5 - 1), (0.55, 0.6 / 0.5 - 1), (0.5, 0.0)):
+        found = judge(constraints={"largest_error": {"most": 0.5, "share": share}}).judge(flights)
+        assert found.violation == pytest.approx(exceeded)
+        assert found.feasible == (share == 0.5)
+
+
+def test_a_number_that_is_none_is_the_worst():
+    one = judge().judge(flown([np.inf]))
+    assert one.cost == 1.0 > judge().judge(flown([1e12])).cost
+
+
+def test_the_comparison_in_numbers():
+    random = np.random.default_rng(1)
+    before = random.uniform(0.9, 1.1, 200)
+    found = compare(judge(), flown(before), flown(before - 0.1))
+    assert found.verdict == "The tuned gains are better on unseen seeds."
+    assert found.objective.difference == pytest.approx((-0.1, -0.1, -0.1))
+    assert found.rows[0].difference == pytest.approx((-0.1, -0.1, -0.1))
+    assert found.objective.present.low < before.mean() < found.objective.present.high
+    assert found.success[0] == pytest.approx((1.0, 0.9817, 1.0), abs=1e-4)
+    assert "WORSE" in compare(judge(), flown(before), flown(before + 0.1)).verdict
+    noise = before + random.normal(0.0, 0.05, 200)
+    assert "NOT shown to be better" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
+    assert "NOT shown to be better" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
+    assert "Nothing better" in compare(judge(), flown(before), flown(before), changed=False).verdict
+
+
+def test_more_flights_that_succeed_count_before_a_smaller_objective():
+    rmse = np.full(100, 1.0)
+    lost = np.where(np.arange(100) < 20, 5.0, 10.0)
+    assert "WORSE" in compare(judge(), flown(rmse), flown(0.5 * rmse, ended=lost)).verdict
+    better = compare(judge(), flown(0.5 * rmse, ended=lost), flown(rmse))
+    assert better.verdict.startswith("The tuned gains are better")
+    assert better.success_difference.value == pytest.approx(0.2)
+    assert better.objective.difference.value == pytest.approx(0.5), "over those that got through with both"
+
+
+def test_a_quantile_is_compared_as_a_quantile():
+    before, after = np.full(100, 1.0), np.full(100, 1.1)
+    before[:20] = 9.0
+    assert "better" in compare(judge(aggregate="p95"), flown(before), flown(after)).verdict
+    before[:20] = 1.2
+    assert "WORSE" in compare(judge(), flown(before), flown(after)).verdict
+
+
+def test_flights_that_are_all_lost_leave_no_numbers():
+    found = compare(judge(), flown([1.0, 1.0], ended=[1.0, 1.0]), flown([1.0, 1.0]))
+    assert found.objective.present is None
+    assert found.objective.difference is None
+    assert found.verdict.startswith("The tuned gains are better")
+    single = compare(judge(), flown([1.0]), flown([0.5]))
+    assert single.verdict == "The tuned gains are better."

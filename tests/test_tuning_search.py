@@ -1,0 +1,196 @@
+"""The search through the flights: it finds what a grid finds, within the budget, the same for the same seed."""
+
+import math
+
+import numpy as np
+import pytest
+
+from quadstep import fly, read_mission
+from quadstep.campaign.flown import Flyer
+from quadstep.campaign.schema import CampaignFile, campaign_of
+from quadstep.mission.check import check
+from quadstep.mission.read import plan_mission
+from quadstep.tuning import run, search
+from quadstep.tuning.ground import UNSEEN, Ground, asked
+from quadstep.tuning.judge import Judge
+from quadstep.tuning.search import Search, least_budget, population
+from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, metrics, tuned, written
+
+FREE = "theorem = false\nobjective = { position_rmse = 1.0, variation_torque_2 = 2e-4 }\n"
+TWO = f"""
+[tune]
+{FREE}
+[tune.gains]
+controller.Lambda1 = {{ low = 0.3, high = 30.0 }}
+controller.K_r1 = {{ low = 0.5, high = 50.0 }}
+"""
+
+
+def best_of_grid(there, per_axis):
+    """The least objective on a grid over the ranges, and where."""
+    axes = np.linspace(0.0, 1.0, per_axis)
+    points = [
+        list(one)
+        for one in np.stack(np.meshgrid(*[axes] * len(there.asked.gains)), axis=-1).reshape(-1, len(there.asked.gains))
+    ]
+    flown = there.fly([there.asked.numbers(point) for point in points], 0, there.asked.seeds)
+    judge = Judge(there.asked.section, there.duration)
+    costs = [judge.judge(one).cost for one in flown]
+    return min(costs), points[int(np.argmin(costs))], judge
+
+
+def test_one_gain_ends_up_where_a_fine_grid_has_its_optimum(tmp_path):
+    there = ground(tmp_path, PAPER + LAMBDA.replace("[tune]\n", f"[tune]\n{FREE}"))
+    least, point, judge = best_of_grid(there, 401)
+    assert 0.05 < point[0] < 0.95
+    found = Search(there, 1200, 1, run.silent).run()
+    assert found.best.point == pytest.approx(point, abs=0.01)
+    assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
+
+
+def test_two_gains_are_better_than_the_best_of_a_grid(tmp_path):
+    there = ground(tmp_path, PAPER + TWO)
+    least, point, judge = best_of_grid(there, 41)
+    found = Search(there, 2500, 2, run.silent).run()
+    assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
+    assert math.dist(found.best.point, point) < 0.1
+    runs = {one.run for one in found.history}
+    assert len(runs) > 2, "it must have started again"
+
+
+def test_the_search_is_told_the_cost_and_more_where_a_candidate_was_moved(tmp_path, monkeypatch):
+    told, original = [], search.started
+
+    def watched(*given):
+        strategy = original(*given)
+        tell = strategy.tell
+        monkeypatch.setattr(strategy, "tell", lambda points, costs: (told.extend(costs), tell(points, costs)))
+        return strategy
+
+    monkeypatch.setattr(search, "started", watched)
+    found = Search(ground(tmp_path, PAPER + TWO.replace("theorem = false", "")), 100, 1, run.silent).run()
+    assert found.present.judged.cost == 0.5, "costs are in units of the present objective"
+    assert told == [one.judged.cost * (1.0 + 10.0 * one.moved**2) for one in found.history[1:]]
+    assert max(one.moved for one in found.history) > 0.01
+
+
+def test_restarts_double_the_population_while_ten_generations_fit(tmp_path):
+    there = ground(tmp_path, PAPER + TWO)
+    found = Search(there, 2500, 2, run.silent).run()
+    sizes = {}
+    for one in found.history[1:]:
+        sizes.setdefault(one.run, set()).add(sum(1 for other in found.history if other[:2] == one[:2]))
+    assert sizes[1] == {population(2, 1)}
+    assert sizes[2] == {2 * population(2, 1)}
+
+
+@pytest.mark.parametrize("budget", [18, 33, 34, 64, 200])
+def test_the_budget_is_never_exceeded_and_no_generation_is_left(tmp_path, monkeypatch, budget):
+    flown = []
+    original = Ground.fly
+
+    def counted(self, candidates, first, count, progress=None):
+        flown.append(len(candidates) * count)
+        return original(self, candidates, first, count, progress)
+
+    monkeypatch.setattr(Ground, "fly", counted)
+    path = written(tmp_path, PAPER + TWO)
+    least = least_budget(asked(path))
+    assert least == 19
+    if budget < least:
+        with pytest.raises(Exception, match="at least 19"):
+            run.tune(path, budget, tmp_path / "out")
+        assert not flown
+        return
+    told = []
+    done = run.tune(path, budget, tmp_path / "out", told=lambda flights, best: told.append(flights))
+    assert sum(flown) <= budget
+    assert budget - sum(flown) < population(2, 1)
+    assert told == sorted(told)
+    assert told[-1] == sum(flown) == metrics(tmp_path / "out")["flights"]
+    assert done.found.history[-1].flights == sum(flown) - 2
+
+
+def test_the_same_seed_gives_the_same_bytes_whatever_else_draws_random_numbers(tmp_path):
+    path = written(tmp_path, WINDY + SOFT)
+    names = ["history.csv", "tuned.toml", "metrics.json", "convergence.png", "convergence.svg"]
+    for seed, out, noise in ((5, "a", 1), (5, "b", 2), (6, "c", 1)):
+        np.random.seed(noise)
+        run.tune(path, 250, tmp_path / out, seed)
+    for name in names:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+    first, other = history(tmp_path / "a"), history(tmp_path / "c")
+    assert first[0]["objective"] != other[0]["objective"], "another seed has other noise"
+    assert first[1]["controller.k_x.0"] != other[1]["controller.k_x.0"]
+
+
+def test_all_candidates_fly_the_same_draws_and_do_not_know_of_each_other(tmp_path):
+    there = ground(tmp_path, WINDY + SOFT)
+    points = [[0.1, 0.2], [0.9, 0.6]]
+    values = [there.asked.numbers(point) for point in points]
+    together = there.fly(values, 0, 8)
+    for place in range(2):
+        alone = there.fly([values[place]], 0, 8)[0]
+        np.testing.assert_array_equal(alone.metrics, together[place].metrics)
+    assert len(set(together[0].metrics[:, 0])) == 8, "and the flights of a candidate differ"
+
+
+def test_the_present_gains_fly_as_the_campaign_of_the_same_draws_does(tmp_path):
+    there = ground(tmp_path, WINDY + SOFT, seed=9)
+    section = there.asked.section
+    file = check(CampaignFile, {"mission": "m", "seed": 9, "vary": section.vary}, "c.toml")
+    flown = Flyer(campaign_of(file, "", there.asked.content, "m", tmp_path)).fly(0, 8)
+    ours = there.fly([there.asked.present], 0, 8)[0]
+    np.testing.assert_array_equal(flown["position_rmse[m]"].to_numpy(), ours.metric("position_rmse"))
+    np.testing.assert_array_equal(flown["variation_thrust[N]"].to_numpy(), ours.metric("variation_thrust"))
+
+
+def test_what_the_search_says_of_the_tuned_gains_is_what_their_mission_flies(tmp_path):
+    path = written(tmp_path, PAPER + TWO)
+    done = run.tune(path, 120, tmp_path / "out")
+    saved = tmp_path / "out" / "tuned.toml"
+    log = fly(plan_mission(read_mission(saved), saved))
+    measured, _ = read_mission(saved).metrics(log)
+    assert measured["position_rmse[m]"] == pytest.approx(done.found.best.judged.parts["position_rmse"], rel=1e-6)
+
+
+def test_no_flight_of_the_comparison_was_tuned_on(tmp_path, monkeypatch):
+    spans = []
+    original = Ground.fly
+
+    def noted(self, candidates, first, count, progress=None):
+        spans.append((first, first + count, len(candidates)))
+        return original(self, candidates, first, count, progress)
+
+    monkeypatch.setattr(Ground, "fly", noted)
+    run.tune(written(tmp_path, WINDY + SOFT), 200, tmp_path / "out")
+    assert spans[-1] == (UNSEEN, UNSEEN + 32, 2)
+    assert {span[:2] for span in spans[:-1]} == {(0, 8)}
+    there = ground(tmp_path, WINDY + SOFT)
+    seen, unseen = (there.fly([there.asked.present], first, 8)[0] for first in (0, UNSEEN))
+    assert not set(seen.metrics[:, 0]) & set(unseen.metrics[:, 0])
+
+
+def test_poor_gains_in_the_wind_become_better_on_unseen_seeds(tmp_path):
+    done = run.tune(written(tmp_path, WINDY + SOFT), 1200, tmp_path / "out")
+    rmse = done.compared.rows[0]
+    assert rmse.name == "position_rmse[m]"
+    assert rmse.tuned.high < 0.6 * rmse.present.low
+    assert rmse.difference.high < 0.0
+    assert done.compared.verdict == "The tuned gains are better on unseen seeds."
+    assert tuned(tmp_path / "out")["controller"]["k_x"][0] == done.values["controller.k_x.0"]
+
+
+def test_a_mission_without_anything_random_flies_each_candidate_once(tmp_path):
+    assert asked(written(tmp_path, PAPER + TWO)).seeds == 1
+    assert asked(written(tmp_path, WINDY + SOFT)).seeds == 8
+    calm = WINDY.split("[wind]")[0]
+    assert asked(written(tmp_path, calm + SOFT.split("[tune.vary]")[0])).seeds == 1
+    assert asked(written(tmp_path, calm + SOFT)).seeds == 8
+
+
+@pytest.mark.parametrize(("gains", "seeds"), [(1, 1), (3, 16), (3, 7), (9, 10), (64, 3)])
+def test_a_generation_fills_whole_blocks(gains, seeds):
+    count = population(gains, seeds)
+    assert count * seeds % search.BLOCK == 0
+    assert count >= 4 + math.floor(3 * math.log(max(2, gains)))
