@@ -30,7 +30,7 @@ reproduce: $(READY)
 	$(BIN)/quadstep reproduce
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(READY)
 	$(BIN)/ruff check .

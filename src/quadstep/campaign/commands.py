@@ -1,5 +1,6 @@
 """The command `quadstep campaign`."""
 
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
-from quadstep.campaign.engine import CampaignEngine
+from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.errors import UserError
 
 EXTRA = {"pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster"}
@@ -41,6 +42,11 @@ def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
     return UserError(f"`quadstep {command}` needs {error.name}; install it: pip install quadstep[{extra}]")
 
 
+def replay_command(file: Path, flight: int) -> str:
+    """What to type to fly one flight of a campaign again."""
+    return shlex.join(["quadstep", "fly", str(file), "--flight", str(flight)])
+
+
 def add_campaign(app: typer.Typer, screen: Console) -> None:
     """Register the command. screen: where it writes to."""
 
@@ -64,8 +70,8 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
         except ModuleNotFoundError as error:
             raise missing_extra("campaign", error) from None
 
-        if flights is not None and flights < 1:
-            raise UserError(f"--flights: should be at least 1, not {flights}")
+        if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
+            raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
         folder = out or Path("out") / file.stem
         with flights_bar() as bar:
             task = bar.add_task("flying", total=flights)
@@ -80,9 +86,12 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
 
         for sentence in sentences(done.summary):
             screen.print(sentence, soft_wrap=True)
-        table = Table("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]", "fly it again with its full log")
+        table = Table("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]", title="The worst")
         for one in done.summary.worst:
             numbers = ["-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)]
-            table.add_row(str(one.flight), one.outcome, *numbers, f"quadstep fly {file} --flight {one.flight}")
+            table.add_row(str(one.flight), one.outcome, *numbers)
         screen.print(table)
+        screen.print("Each of them again, with its full log:")
+        for one in done.summary.worst:
+            screen.print(f"  {replay_command(file, one.flight)}", soft_wrap=True)
         screen.print(f"Report: {folder / 'report.html'}", soft_wrap=True)

@@ -8,8 +8,8 @@ import pyarrow as pa
 
 from quadstep.campaign.distributions import Choice, Grid, Sobol
 from quadstep.campaign.draws import continuous, draw, shares
-from quadstep.campaign.flown import TYPICAL, Flyer, Progress, table
-from quadstep.campaign.planner import Batch, Planner
+from quadstep.campaign.flown import Flyer, Progress, table
+from quadstep.campaign.planner import TYPICAL, Batch, Planner
 from quadstep.campaign.schema import Campaign
 from quadstep.flight.cuda import Device
 from quadstep.flight.gpu_sweep import GpuSweep

@@ -71,6 +71,10 @@ class Normal(Section):
 
     def quantile(self, u: Number) -> Number:
         """The value below which a share u of all lies."""
+        if self.low is not None and self.low > self.mean:  # shares close to 1 have few digits left: use the other tail
+            high = None if self.high is None else 2.0 * self.mean - self.high
+            other = self.model_copy(update={"low": high, "high": 2.0 * self.mean - self.low})
+            return within(2.0 * self.mean - other.quantile(1.0 - u), self.low, self.high)
         below, above = self.shares
         value = self.mean + self.deviation * inverse_normal(below + (above - below) * u)
         return within(value, self.low, self.high)

@@ -62,6 +62,12 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
 
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
     """What varies, for the flights of these numbers, which follow each other, by key."""
+    with np.errstate(all="ignore"):  # what is beyond the range of numbers is refused with its flight
+        return drawn_columns(file, flights)
+
+
+def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
+    """`draw`, with NumPy's warnings."""
     spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
     shared = shares(file, noise_keys(file.seed, flights))
     points = iter(sobol(file.seed, flights, len(spread)))

@@ -1,4 +1,4 @@
-"""The names of a campaign's engines, apart from the engines themselves, so that the command line loads fast."""
+"""The names of a campaign's engines, and its limits, apart from the rest, so that the command line loads fast."""
 
 from enum import StrEnum
 
@@ -9,3 +9,7 @@ class CampaignEngine(StrEnum):
     LANES = "lanes"
     GPU = "gpu"
     RAY = "ray"
+
+
+MOST_FLIGHTS = 10**9
+"""Of one campaign; random numbers know 2^32."""

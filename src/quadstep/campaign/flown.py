@@ -1,23 +1,19 @@
 """A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row a flight."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from quadstep.campaign.distributions import Grid
 from quadstep.campaign.draws import Drawn, draw
-from quadstep.campaign.planner import Batch, Planner
+from quadstep.campaign.planner import TYPICAL, Batch, planner
 from quadstep.campaign.schema import THRESHOLDS, Campaign
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import METRICS
 from quadstep.flight.sweep import Sweep, Swept
 from quadstep.numbers import Table, flatten
-
-TYPICAL = 256
-"""Flights from which the planner learns what can be built in one go: the first of the campaign, always the same."""
 
 MOST_SWEEPS = 256
 """Kept ready."""
@@ -34,19 +30,6 @@ class Sweeper(Protocol):
     def fly(self, values: NDArray[np.float64], *, progress: Progress | None = None) -> Swept:
         """Fly a flight for each row of values."""
         ...
-
-
-def planner(campaign: Campaign) -> Planner:
-    """The planner of a campaign's flights."""
-    file = campaign.file
-    typical = draw(file, np.arange(TYPICAL))
-    for name, one in file.vary.items():
-        if isinstance(one, Grid):  # all of it, however slowly it turns
-            places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
-            typical[name] = Drawn(places, one.options)
-    return Planner(
-        campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period
-    )
 
 
 class Flyer:
@@ -104,19 +87,29 @@ def table(
     """One row a flight; what a flight does not have is null, never NaN."""
     number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
-    success = ~lost
     columns: dict[str, Any] = {FLIGHT: arrow(flights)}
     columns |= {name: drawn_column(column) for name, column in drawn.items()}
     columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
     columns[TIME] = arrow(ended, known=lost)
     for name, values in zip(METRICS, metrics.T, strict=True):
         known = np.isfinite(values)
-        limit = next((most for key, most in campaign.file.failure.items() if THRESHOLDS[key] == name), np.inf)
-        success &= known & (values <= limit)
         with np.errstate(over="ignore", invalid="ignore"):
             columns[name] = arrow(values.astype(number), known)
-    columns[SUCCESS] = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
-    return pa.table(columns)
+    return judged(pa.table(columns), campaign.file.failure)
+
+
+def judged(table: pa.Table, failure: Mapping[str, float]) -> pa.Table:
+    """The flights with a last column that says which succeed: those that got through, every metric known and not above its
+    limit.
+    """
+    success = table[OUTCOME].to_numpy() == OUTCOMES[Outcome.COMPLETED]
+    for name in METRICS:
+        success &= np.isfinite(table[name].to_numpy())
+    for name, most in failure.items():
+        success &= table[THRESHOLDS[name]].to_numpy() <= most
+    column = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
+    rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
+    return rest.append_column(SUCCESS, column)
 
 
 def drawn_column(drawn: Drawn) -> pa.Array:

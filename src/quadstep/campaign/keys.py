@@ -54,8 +54,10 @@ def overridden(section: Any, key: str, value: Any) -> Any:
 
 
 def replaced(section: Any, rest: list[str], value: Any) -> Any:
-    """`overridden` from some way down the key. Raises TypeError where there is nothing to replace."""
+    """`overridden` from some way down the key. Raises TypeError where there is no number to replace."""
     if not rest:
+        if isinstance(section, bool) or not isinstance(section, float | int):
+            raise TypeError(f"no number: {section!r:.60}")
         return value
     name, *below = rest
     if isinstance(section, tuple):

@@ -5,7 +5,6 @@ cannot (a value that is rounded, compared or decides the structure), each value 
 kind is found out by trying, and by comparing the flights with those built one by one, number by number.
 """
 
-import itertools
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,14 +13,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.draws import Drawn, noise_keys
+from quadstep.campaign.columns import corners, groups, numbers, option, same, shown, without
+from quadstep.campaign.distributions import Grid
+from quadstep.campaign.draws import Drawn, draw, noise_keys
 from quadstep.campaign.keys import overridden, with_value
+from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.scored import Scored, scored
 from quadstep.mission.read import AnyMission, check_mission, score_start
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
+
+TYPICAL = 256
+"""Flights from which the planner learns what can be built in one go: the first of the campaign, always the same."""
 
 TRIED = 3
 """Flights on which it is tried whether a key can be built in one go."""
@@ -69,10 +74,10 @@ class Planner:
     def mission(self, values: Mapping[str, Any], flight: int | None = None) -> AnyMission:
         """The mission with these values. Raises UserError naming the key, and the flight if given."""
         content: Any = self.content
-        for name, value in values.items():
-            content = with_value(content, name, value, self.defaults)
         said = "" if flight is None else f"flight {flight} ({shown(values)}): "
         try:
+            for name, value in values.items():
+                content = with_value(content, name, value, self.defaults)
             return check_mission(content, self.source, self.folder)
         except UserError as error:
             text = str(error).removeprefix(f"{self.source}: ")
@@ -125,6 +130,7 @@ class Planner:
         for chosen, some in groups([drawn[name].values[members] for name in others], len(members)):
             more = {name: float(option(drawn[name], place)) for name, place in zip(others, chosen, strict=True)}
             part = {name: column[some] for name, column in direct.items()}
+            self.check((identity, chosen), {**fixed, **more}, part, flights[members[some]])
             yield self.in_one_go({**fixed, **more}, part, flights[members[some]], members[some])
 
     def in_one_go(
@@ -167,7 +173,7 @@ class Planner:
         rows: NDArray[np.float64],
     ) -> Batch:  # fmt: skip
         """A batch, scored. Raises UserError for a campaign of too many structures."""
-        self.structures.add((loop, places))
+        self.structures.add((loop, places, len(flatten((start, parameters)))))
         if len(self.structures) > MOST_STRUCTURES:
             raise UserError(
                 f"{self.source}: what varies changes the structure of the flight more than {MOST_STRUCTURES} times, and each "
@@ -175,6 +181,10 @@ class Planner:
             )
         period = self.score_period or ticks.log * ticks.step
         scored_loop, scored_ticks = scored(loop, ticks, period, self.begin)
+        if ticks.last // scored_ticks.every[-1] * scored_ticks.every[-1] * ticks.step < scored_loop.begin:
+            raise UserError(
+                f"{self.source}: score_period = {period:g} s: no sample is between score_from and the flight's end"
+            )
         return Batch(members, scored_loop, scored_ticks, start, parameters, places, rows)
 
     # What can be built in one go
@@ -243,7 +253,9 @@ class Planner:
         What a mission asks of several keys is linear in them (an order, a sum), so that the corners speak for all between.
         """
         if not columns:
-            self.plan(fixed)
+            if identity not in self.checked:
+                self.plan(fixed, int(flights[0]))
+            self.checked[identity] = (np.zeros(0), np.zeros(0))
             return
         low, high = (np.array([end(column) for column in columns.values()]) for end in (np.min, np.max))
         known = self.checked.get(identity)
@@ -261,57 +273,14 @@ class Planner:
         self.checked[identity] = (low, high)
 
 
-def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
-    """The corners of a box; of one with very many, both ends and each edge from the lower one."""
-    ends = [sorted({a.item(), b.item()}) for a, b in zip(low, high, strict=True)]
-    if len(ends) <= 5:
-        yield from map(list, itertools.product(*ends))
-        return
-    yield low.tolist()
-    yield high.tolist()
-    for i in range(len(ends)):
-        yield [high[j].item() if i == j else low[j].item() for j in range(len(ends))]
-        yield [low[j].item() if i == j else high[j].item() for j in range(len(ends))]
-
-
-def groups(columns: list[NDArray[Any]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
-    """Flights that agree in these columns of places: the places, and the flights'."""
-    if not columns:
-        yield (), np.arange(count)
-        return
-    together = np.stack(columns, axis=1)
-    found, which = np.unique(together, axis=0, return_inverse=True)
-    order = np.argsort(which.ravel(), kind="stable")
-    ends = np.cumsum(np.bincount(which.ravel(), minlength=len(found)))
-    for place, members in zip(found, np.split(order, ends[:-1]), strict=True):
-        yield tuple(place.tolist()), members
-
-
-def numbers(drawn: Drawn) -> NDArray[np.float64]:
-    """The values of a numeric column."""
-    values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
-    result: NDArray[np.float64] = np.asarray(values, dtype=float)
-    return result
-
-
-def option(drawn: Drawn, place: int) -> Any:
-    """One of a column's options."""
-    assert drawn.options is not None
-    return drawn.options[place]
-
-
-def same(alone: Any, together: Any, place: int) -> bool:
-    """Whether a leaf of a single flight is what the arrays have for it, to the bit."""
-    if isinstance(alone, Table) or isinstance(together, Table):
-        return isinstance(alone, Table) and isinstance(together, Table) and alone.values == together.values
-    return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
-
-
-def without(values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """All but one."""
-    return {key: value for key, value in values.items() if key != name}
-
-
-def shown(values: Mapping[str, Any]) -> str:
-    """Values for one line."""
-    return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))
+def planner(campaign: Campaign) -> Planner:
+    """The planner of a campaign's flights."""
+    file = campaign.file
+    typical = draw(file, np.arange(TYPICAL))
+    for name, one in file.vary.items():
+        if isinstance(one, Grid):  # all of it, however slowly it turns
+            places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
+            typical[name] = Drawn(places, one.options)
+    return Planner(
+        campaign.content, campaign.defaults, campaign.source, campaign.folder, typical, file.seed, file.score_period
+    )

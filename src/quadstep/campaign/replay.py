@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from quadstep.campaign.draws import draw
-from quadstep.campaign.flown import planner
-from quadstep.campaign.schema import MOST_FLIGHTS, Campaign
+from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.campaign.planner import planner
+from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.read import AnyMission

@@ -1,12 +1,238 @@
-"""report.html of a campaign."""
+"""report.html of a campaign, and its pictures."""
 
+import shutil
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from quadstep.campaign.schema import Campaign
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from quadstep.analysis.statistics import Estimate
+from quadstep.campaign import report_text as text
+from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.campaign.pictures import (
+    Metric,
+    by_key,
+    draw_distributions,
+    draw_key,
+    draw_outcomes,
+    draw_ranking,
+)
+from quadstep.campaign.replay import Replay, replay
+from quadstep.campaign.replay_pictures import draw_flight, for_a_picture
+from quadstep.campaign.schema import THRESHOLDS, Campaign
+from quadstep.campaign.sensitivity import Interaction, Result, first_order, strongest_interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import Summary
+from quadstep.campaign.summary import LARGEST, RMSE, Summary
+from quadstep.campaign.varied import Varied, bins, varied
+from quadstep.errors import UserError
+from quadstep.flight.engines import fly_all
+from quadstep.flight.log import FlightLog
+from quadstep.report import page
+from quadstep.report.publish import WRITING
+
+REPORT, FIGURES = "report.html", "figures"
+
+FEWEST, FEWEST_EITHER = 40, 10
+"""Flights without which nothing is said about what explains the error; failures and successes each, about failure."""
+
+MOST_PICTURES = 12
+"""Keys that are drawn: those that explain most."""
+
+
+class Explained(NamedTuple):
+    """The indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
+
+    shares: dict[str, Estimate]
+    pair: Interaction | None
+    said: str = ""
+
+
+class Again(NamedTuple):
+    """One of the worst flights, flown again. said: why it could not be."""
+
+    replay: Replay | None
+    log: FlightLog | None
+    said: str = ""
 
 
 def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
-    """Write it; the names of the files in the folder."""
-    return []
+    """Write it beside its place, then move it there; the names of its files. path: of the campaign file, as the user gave it.
+
+    Raises UserError for a disk that does not take it.
+    """
+    with store.explained():
+        temporary = Path(tempfile.mkdtemp(dir=store.folder, prefix=WRITING))
+        try:
+            (temporary / FIGURES).mkdir()
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
+                body = sections(store, campaign, summary, path, temporary / FIGURES)
+            page.write_page(temporary / REPORT, f"Campaign: {campaign.file.name}", body)
+            return moved(temporary, store)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+def moved(temporary: Path, store: Store) -> list[str]:
+    """Move all files into the campaign's folder, the page last, and remove those of an earlier report; their names."""
+    names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
+    before = [name for name in store.manifest.get("files", []) if isinstance(name, str)]
+    store.save(files=sorted({*before, *names}))  # so that what a kill leaves is known to be ours
+    (store.folder / FIGURES).mkdir(exist_ok=True)
+    for name in sorted(names, key=lambda name: name == REPORT):
+        (temporary / name).chmod(0o644)
+        (temporary / name).replace(store.folder / name)
+    for name in set(before) - set(names):
+        if name.startswith(f"{FIGURES}/") and ".." not in Path(name).parts:
+            (store.folder / name).unlink(missing_ok=True)
+    return names
+
+
+def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
+    """The body of the page; its pictures are drawn into `folder`."""
+    flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
+    through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
+    success = flown[SUCCESS].to_numpy()
+    rmse = np.where(through, number(flown[RMSE]), np.nan)
+    return [
+        *text.opening(store, campaign, summary, path),
+        *distribution_section(store, campaign, summary, flown, through, folder),
+        *key_sections(store, campaign, rmse, success, folder),
+        *worst_section(campaign, summary, path, folder),
+        *text.closing(),
+    ]
+
+
+def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """A column, what is missing or not finite as NaN."""
+    values: NDArray[np.float64] = column.to_numpy().astype(float)
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def distribution_section(
+    store: Store, campaign: Campaign, summary: Summary, flown: pa.Table, through: NDArray[np.bool_], folder: Path
+) -> list[str]:
+    """How the flights ended, and how far from the path they were."""
+    times = {name: number(flown[TIME])[over_as(flown, name)] for name in summary.outcomes if name != OUTCOMES[0]}
+    draw_outcomes(folder / "outcomes", text.ended(summary), {name: some[np.isfinite(some)] for name, some in times.items()})
+    body = [
+        page.heading("How they ended", "outcomes"),
+        page.figure(folder / "outcomes.svg", "Outcomes"),
+        *text.outcomes(summary),
+    ]
+    limits = {THRESHOLDS[name]: limit for name, limit in campaign.file.failure.items()}
+    metrics = []
+    for name in dict.fromkeys((RMSE, LARGEST, *limits)):
+        column = flown[name] if name in flown.column_names else store.read([name])[name]
+        values = number(column)[through]
+        metrics.append(Metric(name, values[np.isfinite(values)], limits.get(name)))
+    metrics = [metric for metric in metrics if len(metric.values)]
+    if metrics:
+        draw_distributions(folder / "distributions", metrics, summary.flights)
+        body += [
+            page.heading("How far from the path", "distributions"),
+            page.figure(folder / "distributions.svg", "Histograms"),
+        ]
+        body += text.distributions(summary)
+    return body
+
+
+def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
+    """Which flights ended this way."""
+    column = flown[OUTCOME].combine_chunks()
+    chosen: NDArray[np.bool_] = np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
+    return chosen
+
+
+def key_sections(
+    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], folder: Path
+) -> list[str]:
+    """What the result depends on: the ranking, then key by key."""
+    keys = campaign.file.keys
+    if not keys:
+        return [page.heading("What it depends on", "ranking"), page.paragraph("Nothing varies but the flights' noise.")]
+    columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
+    found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
+    ranking = ranked(keys, {name: one.shares for name, one in found.items()})
+    body = [page.heading("What it depends on", "ranking")]
+    if any(ranking.values()):
+        draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]))
+        body.append(page.figure(folder / "ranking.svg", "What each key explains"))
+    body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
+    body += [page.heading("Key by key", "keys"), *text.keys(len(keys), MOST_PICTURES)]
+    for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
+        cut = bins(columns[key], campaign.file.vary.get(key))
+        name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
+        draw_key(folder / name, key, cut, by_key(cut, success, rmse))
+        body.append(page.figure(folder / f"{name}.svg", f"Success and error over {key}"))
+    return body
+
+
+def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
+    """All keys with what they explain of each result, the one that explains most of any first."""
+    ranking = {key: {name: shares[key] for name, shares in found.items() if key in shares} for key in keys}
+    return dict(sorted(ranking.items(), key=lambda item: -max((one.value for one in item[1].values()), default=-1.0)))
+
+
+def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], campaign: Campaign) -> Explained:
+    """Of the logarithm of the position RMSE of the flights that got through."""
+    known = np.nan_to_num(rmse) > 0.0
+    count = int(known.sum())
+    if count < FEWEST:
+        return Explained({}, None, f"too few flights got through with an error above 0 ({count})")
+    return explained(Result(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign)
+
+
+def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_], campaign: Campaign) -> Explained:
+    """Of failure, as 0 or 1, over all flights."""
+    good, flights = int(success.sum()), len(success)
+    for count, what in ((flights - good, "failed"), (good, "succeeded")):
+        if count < FEWEST_EITHER:
+            return Explained({}, None, f"too few flights {what} ({count} of {flights})")
+    return explained(Result((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
+
+
+def explained(result: Result, parts: Mapping[str, Any], campaign: Campaign) -> Explained:
+    """The indices, and the strongest pair of the first keys, which has no meaning where keys are correlated."""
+    shares = first_order(result, parts)
+    if not shares:
+        return Explained({}, None, "it does not vary")
+    most = {key: parts[key] for key in list(shares)[:MOST_PICTURES]}
+    return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
+
+
+def worst_section(campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
+    """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
+    again = flown_again(campaign, [one.flight for one in summary.worst])
+    values = [one.replay.values if one.replay else {} for one in again]
+    body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path)]
+    for worst, (_, log, said) in zip(summary.worst, again, strict=True):
+        title = text.of_flight(worst)
+        if log is not None and len(log.rows) > 1:
+            name = f"flight-{worst.flight}"
+            draw_flight(folder / name, log, title)
+            body.append(page.figure(folder / f"{name}.svg", title))
+        else:
+            why = f"cannot be flown again: {said}" if log is None else "it ended before it could be drawn"
+            body.append(page.paragraph(f"{title}; {why}."))
+        differs = text.differing(worst, log, campaign) if log else ""
+        body += [page.paragraph(differs)] * bool(differs)
+    return body
+
+
+def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
+    """These flights with their logs, those that can be."""
+    replays: list[Replay | str] = []
+    for flight in flights:
+        try:
+            replays.append(replay(campaign, flight))
+        except UserError as error:
+            replays.append(str(error))
+    plans = [for_a_picture(one.plan) for one in replays if isinstance(one, Replay)]
+    logs: Iterator[FlightLog] = iter(fly_all(plans))
+    return [Again(one, next(logs)) if isinstance(one, Replay) else Again(None, None, one) for one in replays]

@@ -1,20 +1,24 @@
 """A campaign file: which mission, what varies in it, and what counts as failure."""
 
+import contextlib
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, Grid
+from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.campaign.keys import parts
 from quadstep.errors import UserError
 from quadstep.flight.scored import METRICS
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
+from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission, read_toml
 
-MOST_FLIGHTS = 10**9
 CHUNK = 65_536
 """Flights in one file of results: what a killed run loses at most."""
 
@@ -39,7 +43,10 @@ def flat(table: Any, prefix: str = "") -> Any:
     for key, value in table.items():
         nested = isinstance(value, dict) and value and not isinstance(value.get("type"), str)
         nested = nested and all(isinstance(inside, dict) for inside in value.values())
-        found.update(flat(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value})
+        more = flat(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
+        for name in found.keys() & more.keys():
+            raise ValueError(f"{name}: varies twice")
+        found.update(more)
     return found
 
 
@@ -68,6 +75,12 @@ class CampaignFile(Section):
         if unknown:
             raise ValueError(f"failure.{unknown[0]}: unknown key; allowed here: {', '.join(THRESHOLDS)}")
         keys = self.keys
+        try:
+            _ = [parts(key) for key in keys]
+        except UserError as error:
+            raise ValueError(f"vary: {error}") from None
+        if self.combinations > MOST_FLIGHTS:
+            raise ValueError(f"vary: the grids make {self.combinations:.3g} flights; allowed are at most {MOST_FLIGHTS}")
         twice = [key for key in keys if keys.count(key) > 1]
         if twice:
             raise ValueError(f"{twice[0]}: varies twice")
@@ -83,6 +96,11 @@ class CampaignFile(Section):
             if key.partition(".")[0] in NOT_FLOWN:
                 raise ValueError(f"vary: {key}: {NOT_FLOWN[key.partition('.')[0]]}")
         return self
+
+    @property
+    def combinations(self) -> int:
+        """Of the grids' values."""
+        return math.prod(len(one.options) for one in self.vary.values() if isinstance(one, Grid))
 
     @property
     def keys(self) -> list[str]:
@@ -107,12 +125,7 @@ class Campaign(NamedTuple):
     @property
     def flights(self) -> int:
         """How many there are if the command line does not say."""
-        if self.file.flights:
-            return self.file.flights
-        count = 1
-        for one in self.file.vary.values():
-            count *= len(one.options) if isinstance(one, Grid) else 1
-        return count
+        return self.file.flights or self.file.combinations
 
     @property
     def double(self) -> bool:
@@ -123,20 +136,33 @@ class Campaign(NamedTuple):
     def fingerprint(self) -> str:
         """A digest of all that decides a flight's result; how many flights there are does not."""
         decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission"})
-        text = json.dumps([decides, self.content, self.named_files()], default=str)
+        text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
-    def named_files(self) -> list[str]:
-        """A digest of each file that the mission names."""
-        names = sorted({value for value in strings(self.content) if "." in value and (self.folder / value).is_file()})
-        return [hashlib.sha256((self.folder / name).read_bytes()).hexdigest() for name in names]
+
+def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
+    """A digest of each file that some string in parsed TOML names, and of the files that those name in turn."""
+    found = []
+    for name in sorted(set(strings(content))):
+        path = folder / name
+        try:
+            bits = path.read_bytes() if path.is_file() else None
+        except (OSError, ValueError):  # a name that no file can have, or no permission: flying will say so
+            bits = None
+        if bits is None:
+            continue
+        found.append(hashlib.sha256(bits).hexdigest())
+        if path.suffix == ".toml" and depth < DEEPEST:
+            with contextlib.suppress(UserError):
+                found += digests(read_toml(path), path.parent, depth + 1)
+    return found
 
 
 def strings(content: Any) -> list[str]:
     """Every string in parsed TOML."""
     if isinstance(content, str):
-        return [content] if len(content) < 200 and content.isprintable() else []
-    inside = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
+        return [content]
+    inside = content.values() if isinstance(content, dict) else content if isinstance(content, list | tuple) else ()
     return [text for one in inside for text in strings(one)]
 
 

@@ -9,11 +9,9 @@ import fcntl
 import hashlib
 import json
 import os
-import platform
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,16 +19,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep import __version__
+from quadstep.campaign.flown import judged
+from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
-from quadstep.flight.kernel import host
 from quadstep.report.publish import WRITING
-
-MANIFEST = "campaign.json"
-FLIGHTS = "flights"
-"""The folder of the Parquet files."""
-
-PACKAGES = ("numpy", "llvmlite", "pyarrow")
 
 
 class Chunk(NamedTuple):
@@ -109,9 +102,24 @@ class Store:
         """The flights of one file. Raises UserError."""
         path = self.folder / chunk.file
         try:
-            return pq.read_table(path, columns=None if columns is None else list(columns), partitioning=None)
+            return pq.ParquetFile(path).read(columns=None if columns is None else list(columns))
         except (OSError, pa.ArrowException) as error:
             raise UserError(f"{path}: cannot be read: {error}") from None
+
+    def shorten(self, flights: int) -> None:
+        """Forget and remove the files of flights beyond so many, where there were more before. Raises UserError."""
+        self.manifest["flights"] = flights
+        wanted = {chunk.file for chunk in self.chunks}
+        with self.explained():
+            for name in self.digests.keys() - wanted:
+                del self.digests[name]
+                (self.folder / name).unlink(missing_ok=True)
+
+    def judge_again(self, campaign: Campaign) -> None:
+        """Write the flights that are there anew, with what the campaign now means by success. Raises UserError."""
+        for chunk in self.chunks:
+            if self.has(chunk):
+                self.write(chunk, judged(self.read_chunk(chunk), campaign.file.failure))
 
     def verify(self) -> None:
         """Raises UserError for a file that is not what was written."""
@@ -142,6 +150,8 @@ def opened(
     try:
         if folder.exists() and not folder.is_dir():
             raise UserError(f"{folder}: is a file; --out needs a folder")
+        if resume and not folder.exists():
+            raise UserError(nothing_there(folder))
         folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(folder, os.O_RDONLY)
     except OSError as error:
@@ -160,15 +170,18 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     """The store in a folder that is locked."""
     found = read_manifest(folder)
     mine = new_manifest(campaign, flights, engine)
+    if found is None:
+        if resume:
+            raise UserError(nothing_there(folder))
+        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING) and path.name != FLIGHTS]
+        strange += [path.name for path in (folder / FLIGHTS).glob("*") if not path.name.startswith(WRITING)]
+        if strange:
+            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
+    sweep_up(folder)
     if found is not None and not resume and (overwrite or not found["chunks"]):
         clear(folder, found)
         found = None
     if found is None:
-        if resume:
-            raise UserError(f"{folder}: there is no campaign to go on with; leave out --resume to start one")
-        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING)]
-        if strange:
-            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
         store = Store(folder, mine)
         with store.explained():
             (folder / FLIGHTS).mkdir(exist_ok=True)
@@ -184,70 +197,39 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
         )
     reasons = {
         "fingerprint": "the campaign, its mission or a file it names has changed",
+        "chunk": "its manifest has changed",
         "version": f"it was flown by quadstep {found.get('version')}, this is {__version__}",
     }
     for key, what in reasons.items():
         if found.get(key) != mine[key]:
             raise UserError(f"{folder}: cannot go on: {what}; choose another --out, or start again with --overwrite")
     store.verify()
+    store.shorten(flights)
+    if found.get("failure") != mine["failure"]:
+        store.judge_again(campaign)
     store.manifest |= {key: mine[key] for key in ("name", "campaign", "flights", "failure", "engine")}
     store.manifest["machines"] = [*found["machines"], *(one for one in mine["machines"] if one not in found["machines"])]
     store.save(complete=False)
     return store
 
 
-def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any]:
-    """What the manifest of a campaign says before anything was flown."""
-    return {
-        "name": campaign.file.name,
-        "version": __version__,
-        "fingerprint": campaign.fingerprint,
-        "seed": campaign.file.seed,
-        "flights": flights,
-        "chunk": campaign.file.chunk,
-        "precision": campaign.file.precision,
-        "failure": campaign.file.failure,
-        "engine": engine,
-        "campaign": campaign.text,
-        "mission": campaign.content,
-        "packages": {name: version(name) for name in PACKAGES},
-        "machines": [machine()],
-        "complete": False,
-        "chunks": [],
-    }
-
-
-def machine() -> dict[str, Any]:
-    """What the bits of a result may depend on."""
-    processor, _ = host()
-    return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
-
-
-def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest in a folder, None where there is none. Raises UserError for one that cannot be read."""
-    path = folder / MANIFEST
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        raise UserError(f"{path}: cannot be read: {error}; choose another --out") from None
-    wanted = {"name": str, "flights": int, "chunk": int, "chunks": list, "machines": list, "fingerprint": str}
-    if not isinstance(content, dict) or any(not isinstance(content.get(key), kind) for key, kind in wanted.items()):
-        raise UserError(f"{path}: is not the manifest of a campaign; choose another --out")
-    return content
-
-
 def clear(folder: Path, manifest: dict[str, Any]) -> None:
-    """Remove the results of a campaign: what it has written and nothing else."""
-    (folder / MANIFEST).unlink(missing_ok=True)
-    for path in (folder / FLIGHTS).glob("*.parquet"):
-        path.unlink()
-    for name in manifest.get("files", []):
-        if isinstance(name, str) and not Path(name).is_absolute() and ".." not in Path(name).parts:
-            (folder / name).unlink(missing_ok=True)
-    for leftover in folder.glob(f"{WRITING}*"):
-        shutil.rmtree(leftover, ignore_errors=True) if leftover.is_dir() else leftover.unlink()
+    """Remove the results of a campaign: what it has written and nothing else. Raises UserError."""
+    listed = [Path(one["file"]) for one in manifest["chunks"]] + [Path(name) for name in manifest.get("files", [])]
+    try:
+        (folder / MANIFEST).unlink(missing_ok=True)
+        for path in listed:
+            if not path.is_absolute() and ".." not in path.parts and (folder / path).is_file():
+                (folder / path).unlink()
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+
+
+def sweep_up(folder: Path) -> None:
+    """Remove what a killed run was writing."""
+    for leftover in (*folder.glob(f"{WRITING}*"), *(folder / FLIGHTS).glob(f"{WRITING}*")):
+        with contextlib.suppress(OSError):
+            shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
 
 
 def parquet(table: pa.Table) -> bytes:

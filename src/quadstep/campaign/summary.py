@@ -58,9 +58,14 @@ def summarise(store: Store) -> Summary:
     for metric in (RMSE, LARGEST):
         values = finite(flown.filter(through)[metric])
         if len(values):
-            known = {q: quantile(values, q) for q in QUANTILES if len(values) * (1.0 - q) >= FEWEST or q == QUANTILES[0]}
+            known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
             spreads.append(Spread(metric, len(values), known))
     return Summary(count, share(good, count), counted, spreads, worst(flown))
+
+
+def beyond(count: int, q: float) -> float:
+    """How many of so many values are above a quantile."""
+    return round(count * (1.0 - q), 6)
 
 
 def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
@@ -79,8 +84,9 @@ def worst(flown: pa.Table) -> list[Worst]:
 
 def sentences(summary: Summary) -> list[str]:
     """The summary in words."""
-    value, low, high = (100.0 * part for part in summary.success)
-    lines = [f"{summary.flights} flights: {value:.6g} % succeed; with 95 % confidence {low:.6g} to {high:.6g} %."]
+    digits = max(6, len(str(summary.flights)) + 1)  # so that a single flight shows
+    value, low, high = (f"{100.0 * part:.{digits}g}" for part in summary.success)
+    lines = [f"{summary.flights} flights: {value} % succeed; with 95 % confidence {low} to {high} %."]
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")

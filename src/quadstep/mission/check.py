@@ -27,7 +27,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
     key = ".".join(keys)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         wrong = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
-        allowed = ", ".join(get_args(option.model_fields["type"].annotation)[0] for option in options)
+        allowed = ", ".join(name for option in options for name in types(option))
         return f"{key}.type: {wrong}; allowed: {allowed}"
     said = {
         "extra_forbidden": f"unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}",
@@ -58,7 +58,7 @@ def walk(
         if isinstance(part, int):
             keys[-1] += f"[{part}]"
             continue
-        chosen = [option for option in options if get_args(option.model_fields["type"].annotation) == (part,)]
+        chosen = [option for option in options if part in types(option)]
         if chosen:
             models.append(chosen[0])
             options = ()
@@ -81,6 +81,11 @@ def sections(annotation: Any) -> tuple[type[BaseModel], ...]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return (annotation,)
     return tuple(model for argument in get_args(annotation) for model in sections(argument))
+
+
+def types(option: type[BaseModel]) -> tuple[str, ...]:
+    """What a section's `type` may be; nothing where it has none."""
+    return get_args(option.model_fields["type"].annotation) if "type" in option.model_fields else ()
 
 
 def shorten(value: Any) -> str:

@@ -75,11 +75,15 @@ def planned(path: Path, flight: int | None) -> tuple[AnyMission, FlightPlan, Pat
     if flight is None:
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
-    from quadstep.campaign.replay import replay  # noqa: PLC0415 (loaded only where it is used)
+    from quadstep.campaign.commands import missing_extra  # noqa: PLC0415 (loaded only where it is used)
+    from quadstep.campaign.replay import replay  # noqa: PLC0415
     from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
 
     campaign = read_campaign(path)
-    one = replay(campaign, flight)
+    try:
+        one = replay(campaign, flight)
+    except ModuleNotFoundError as error:
+        raise missing_extra("fly --flight", error) from None
     return one.mission, one.plan, campaign.folder
 
 

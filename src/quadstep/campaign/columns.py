@@ -1,0 +1,67 @@
+"""Columns of drawn values: cut into groups that agree, ranges by their corners, and set against single flights."""
+
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.campaign.draws import Drawn
+from quadstep.numbers import Table
+
+
+def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
+    """The corners of a box; of one with very many, both ends and each edge from the lower one."""
+    ends = [sorted({a.item(), b.item()}) for a, b in zip(low, high, strict=True)]
+    if len(ends) <= 5:
+        yield from map(list, itertools.product(*ends))
+        return
+    yield low.tolist()
+    yield high.tolist()
+    for i in range(len(ends)):
+        yield [high[j].item() if i == j else low[j].item() for j in range(len(ends))]
+        yield [low[j].item() if i == j else high[j].item() for j in range(len(ends))]
+
+
+def groups(columns: list[NDArray[Any]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
+    """Flights that agree in these columns of places: the places, and the flights'."""
+    if not columns:
+        yield (), np.arange(count)
+        return
+    together = np.stack(columns, axis=1)
+    found, which = np.unique(together, axis=0, return_inverse=True)
+    order = np.argsort(which.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(which.ravel(), minlength=len(found)))
+    for place, members in zip(found, np.split(order, ends[:-1]), strict=True):
+        yield tuple(place.tolist()), members
+
+
+def numbers(drawn: Drawn) -> NDArray[np.float64]:
+    """The values of a numeric column."""
+    values = drawn.values if drawn.options is None else np.array(drawn.options, dtype=float)[drawn.values]
+    result: NDArray[np.float64] = np.asarray(values, dtype=float)
+    return result
+
+
+def option(drawn: Drawn, place: int) -> Any:
+    """One of a column's options."""
+    assert drawn.options is not None
+    return drawn.options[place]
+
+
+def same(alone: Any, together: Any, place: int) -> bool:
+    """Whether a leaf of a single flight is what the arrays have for it, to the bit."""
+    if isinstance(alone, Table) or isinstance(together, Table):
+        return isinstance(alone, Table) and isinstance(together, Table) and alone.values == together.values
+    return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
+
+
+def without(values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """All but one."""
+    return {key: value for key, value in values.items() if key != name}
+
+
+def shown(values: Mapping[str, Any]) -> str:
+    """Values for one line."""
+    return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))

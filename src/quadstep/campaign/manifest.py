@@ -1,0 +1,91 @@
+"""The manifest of a campaign: what was flown, by what, and which files hold it."""
+
+import json
+import platform
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from quadstep import __version__
+from quadstep.campaign.schema import Campaign
+from quadstep.errors import UserError
+from quadstep.flight.kernel import host
+
+MANIFEST = "campaign.json"
+FLIGHTS = "flights"
+"""The folder of the Parquet files."""
+
+PACKAGES = ("numpy", "llvmlite", "pyarrow")
+
+
+class Named(BaseModel):
+    """A file in a manifest."""
+
+    file: Annotated[str, Field(pattern=rf"^{FLIGHTS}/[0-9]{{5,}}\.parquet$")]
+    first: int
+    past: int
+    sha256: str
+
+
+class Manifest(BaseModel):
+    """What must be in a manifest for it to be gone on with."""
+
+    model_config = ConfigDict(strict=True)
+    name: str
+    fingerprint: str
+    flights: Annotated[int, Field(ge=1)]
+    chunk: Annotated[int, Field(ge=1)]
+    chunks: list[Named]
+    machines: list[dict[str, Any]]
+    files: list[str] = []
+
+
+def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any]:
+    """What the manifest of a campaign says before anything was flown."""
+    return {
+        "name": campaign.file.name,
+        "version": __version__,
+        "fingerprint": campaign.fingerprint,
+        "seed": campaign.file.seed,
+        "flights": flights,
+        "chunk": campaign.file.chunk,
+        "precision": campaign.file.precision,
+        "failure": campaign.file.failure,
+        "engine": engine,
+        "campaign": campaign.text,
+        "mission": campaign.content,
+        "packages": {name: version(name) for name in PACKAGES},
+        "machines": [machine()],
+        "complete": False,
+        "chunks": [],
+    }
+
+
+def machine() -> dict[str, Any]:
+    """What the bits of a result may depend on."""
+    processor, _ = host()
+    return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest in a folder, None where there is none. Raises UserError for one that cannot be read."""
+    path = folder / MANIFEST
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise UserError(f"{path}: cannot be read: {error!r:.100}; choose another --out") from None
+    try:
+        Manifest.model_validate(content)
+    except ValidationError:
+        raise UserError(f"{path}: is not the manifest of a campaign; choose another --out") from None
+    known: dict[str, Any] = content
+    return known
+
+
+def nothing_there(folder: Path) -> str:
+    """Why a run cannot go on."""
+    return f"{folder}: there is no campaign to go on with; leave out --resume to start one"

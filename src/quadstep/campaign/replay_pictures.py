@@ -1,0 +1,78 @@
+"""A flight of a campaign flown again with its log, as a picture: its error over time, its path from above and aside."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from quadstep.analysis.metrics import position_errors
+from quadstep.campaign.pictures import logarithmic
+from quadstep.campaign.varied import spans_decades
+from quadstep.comparison.picture import write
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import FlightLog
+from quadstep.report.figures import LINES, STYLE, thin
+
+MOST_ROWS = 20_000
+"""Of a log that is made for a picture."""
+
+ROOM = 1.0
+"""Seen around the wanted path, in sizes of it: a flight that is lost leaves the view, and the path can still be seen."""
+
+
+def for_a_picture(plan: FlightPlan) -> FlightPlan:
+    """The same flight with no more rows than can be seen."""
+    every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
+    return plan._replace(ticks=plan.ticks._replace(log=every))
+
+
+def draw_flight(path: Path, log: FlightLog, title: str) -> None:
+    """The picture; the log has at least two rows."""
+    t, distance = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
+    wanted, flown = log.table("x_d", "y_d", "z_d"), log.table("x", "y", "z")
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.6, 3.0))
+        errors, top, side = figure.subplots(1, 3, width_ratios=(1.5, 1.0, 1.0))
+        figure.subplots_adjust(0.075, 0.16, 0.985, 0.82, 0.33)
+        seen = distance > 0.0
+        if seen.any() and spans_decades(float(np.quantile(distance[seen], 0.05)), float(distance.max())):
+            errors.plot(*thin(t[seen], distance[seen]), **LINES[0])
+            errors.set_ylim(0.5 * float(np.quantile(distance[seen], 0.02)), 1.5 * float(distance.max()))
+            logarithmic(errors, "y")
+        else:
+            errors.plot(*thin(t, distance), **LINES[0])
+            errors.set_ylim(bottom=0.0)
+        errors.set_xlabel("time [s]")
+        errors.set_ylabel("distance from the path [m]")
+        low, high = view(wanted, flown)
+        across = int(np.argmax(np.ptp(wanted[:, :2], axis=0)))  # aside: along the longer of x and y
+        for axes, a, b in ((top, 0, 1), (side, across, 2)):
+            draw_path(axes, wanted[:, [a, b]], flown[:, [a, b]])
+            axes.set_xlim(low[a], high[a])
+            axes.set_ylim(low[b], high[b])
+            axes.set_box_aspect(1.0)
+            axes.set_xlabel(f"{'xyz'[a]} [m]")
+            axes.set_ylabel(f"{'xyz'[b]} [m]")
+        top.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        figure.text(0.01, 0.945, title, fontsize=10)
+        write(figure, path)
+
+
+def draw_path(axes: Any, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
+    """One view: the wanted path, the flown one, where it began and where it ended."""
+    for points, name, style in ((wanted, "wanted", LINES[3]), (flown, "flown", LINES[0])):
+        axes.plot(*points[:: max(1, len(points) // 2000)].T, label=name, **style)
+    axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
+    axes.plot(*flown[-1], marker="x", color="black", markersize=6, linestyle="")
+
+
+def view(wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower and upper corner of what is shown: a cube around both paths, as far as they are near the wanted one."""
+    size = max(float(np.ptp(wanted, axis=0).max()), 0.5)
+    least, most = wanted.min(axis=0) - ROOM * size, wanted.max(axis=0) + ROOM * size
+    both = np.clip(np.concatenate([wanted, flown]), least, most)
+    middle, half = 0.5 * (both.min(axis=0) + both.max(axis=0)), 0.54 * max(float(np.ptp(both, axis=0).max()), 1e-3)
+    return middle - half, middle + half

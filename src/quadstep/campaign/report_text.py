@@ -1,0 +1,223 @@
+"""What report.html of a campaign says between its pictures."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from quadstep.analysis.metrics import position_errors
+from quadstep.analysis.statistics import Estimate, share
+from quadstep.campaign.flown import OUTCOMES
+from quadstep.campaign.manifest import FLIGHTS
+from quadstep.campaign.schema import THRESHOLDS, Campaign
+from quadstep.campaign.sensitivity import Interaction
+from quadstep.campaign.store import Store
+from quadstep.campaign.summary import Summary, Worst, sentences
+from quadstep.campaign.varied import text_of, told
+from quadstep.flight.log import FlightLog
+from quadstep.report import page
+
+ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
+"""What is explained."""
+
+SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
+
+LINKS = {
+    "flown": "what was flown", "outcomes": "how they ended", "ranking": "what it depends on", "keys": "key by key",
+    "worst": "the worst flights", "reading": "how to read this",
+}  # fmt: skip
+
+
+def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
+    """The finding, and what was flown."""
+    file, manifest = campaign.file, store.manifest
+    links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name in LINKS.items())
+    limits = " or ".join(f"{THRESHOLDS[name]} above {limit:g}" for name, limit in file.failure.items())
+    rows = [
+        ("campaign", f"{file.name}, {path}"),
+        ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
+        ("flights", str(summary.flights)),
+        ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
+        ("seed, precision, engine", f"{file.seed}, {file.precision}, {manifest.get('engine')}"),
+        ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
+        ("quadstep", f"{manifest.get('version')}, with {pairs(manifest.get('packages', {}))}"),
+        *(("machine", pairs(one)) for one in manifest["machines"]),
+    ]
+    body = [
+        *(page.paragraph(line) for line in sentences(summary)),
+        f"<nav>{links}</nav>",
+        page.heading("What was flown", "flown"),
+        page.table(("", ""), rows),
+    ]
+    if file.keys:
+        body.append(page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys]))
+    files = ((f"campaign file {path.name}", campaign.text),)
+    body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
+    return body
+
+
+def pairs(table: Mapping[str, Any]) -> str:
+    """A small table in one line."""
+    return ", ".join(f"{name} {value}" for name, value in table.items())
+
+
+def ended(summary: Summary) -> dict[str, int]:
+    """How many flights ended in which way, those that completed told apart by whether they succeeded."""
+    good = round(summary.success.value * summary.flights)
+    completed = summary.outcomes.get(OUTCOMES[0], 0)
+    counts = {SUCCEEDED: good, ABOVE: completed - good}
+    rest = sorted(((name, count) for name, count in summary.outcomes.items() if name != OUTCOMES[0]), key=lambda one: -one[1])
+    return {name: count for name, count in (*counts.items(), *rest) if count or name == SUCCEEDED}
+
+
+def outcomes(summary: Summary) -> list[str]:
+    """Every outcome with its exact interval."""
+    rows = [(name, str(count), percent(share(count, summary.flights))) for name, count in ended(summary).items()]
+    return [page.table(("outcome", "flights", "share of all [%]"), rows)]
+
+
+def percent(one: Estimate) -> str:
+    """A share with its interval."""
+    value, low, high = (100.0 * part for part in one)
+    return f"{value:.4g} [{low:.4g}, {high:.4g}]"
+
+
+def distributions(summary: Summary) -> list[str]:
+    """The quantiles as a table."""
+    rows = [
+        (spread.metric, f"{100.0 * q:g} %", f"{one.value:.4g} [{one.low:.4g}, {one.high:.4g}]")
+        for spread in summary.spreads
+        for q, one in spread.quantiles.items()
+    ]
+    return [
+        page.paragraph(
+            "Above, flights that got through. Below, the share of all flights with a larger value; a flight that ended early "
+            "counts as worse than any. Dashed: the limit above which a flight has failed."
+        ),
+        page.table(("of those that got through", "share below", "value with its 95 % interval"), rows),
+    ]
+
+
+def ranking(
+    campaign: Campaign,
+    found: Mapping[str, Mapping[str, Estimate]],
+    said: Mapping[str, tuple[str, Interaction | None]],
+) -> list[str]:
+    """What the ranking says, in words and as a table."""
+    lines = []
+    for name, (why, pair) in said.items():
+        if why:
+            lines.append(f"Nothing is said about what explains {name}: {why}.")
+            continue
+        shares = {key: one[name] for key, one in found.items() if name in one}
+        clear = {key: one for key, one in shares.items() if one.low > 0.0}
+        if clear:
+            key = max(clear, key=lambda key: clear[key].value)
+            line = f"Of {name}, {key} explains most: {percent(clear[key])} % of the variance."
+        else:
+            line = f"No key by itself explains a share of {name} that can be told from none."
+        if clear and not campaign.file.correlated:
+            together = min(1.0, sum(one.value for one in shares.values()))
+            line += f" All keys one by one: {100.0 * together:.3g} %; the rest is keys acting together, and noise."
+        if pair and pair.share.low > 0.0:
+            line += (
+                f" {pair.keys[0]} and {pair.keys[1]} together explain {percent(pair.share)} % more than each does alone"
+                f"{f' (the strongest of {pair.pairs} pairs)' if pair.pairs > 1 else ''}."
+            )
+        lines.append(line)
+    if campaign.file.correlated:
+        groups = "; ".join(", ".join(one.keys) for one in campaign.file.correlated)
+        lines.append(
+            f"Correlated keys explain in part the same, so their shares overlap and may add up to more than all: {groups}."
+        )
+    body = [page.paragraph(line) for line in lines]
+    if any(found.values()):
+        names = list(dict.fromkeys(name for one in found.values() for name in one))
+        rows = [(key, *(percent(one[name]) if name in one else "-" for name in names)) for key, one in found.items()]
+        body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows))
+        body.append(
+            page.paragraph(
+                "First-order index: the share of the variance that would go if the key were known. A key explains much where "
+                "it matters much, and where it was varied widely."
+            )
+        )
+    return body
+
+
+def keys(count: int, most: int) -> list[str]:
+    """What the pictures of the keys show."""
+    chosen = f" The {most} that explain most of {count}; the others are in the files of flights." if count > most else ""
+    return [
+        page.paragraph(
+            "All flights, in ranges of equal width of the key (those at the ends joined until they have 20 flights), or by "
+            f"value; whatever else varies, varies in each.{chosen}"
+        )
+    ]
+
+
+def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path) -> list[str]:
+    """A table with a column for each, and the command that flies it again."""
+    flights = summary.worst
+    names = list(dict.fromkeys(name for one in values for name in one))
+    rows = [
+        ["outcome", *(one.outcome for one in flights)],
+        ["ended [s]", *(known(one.time) for one in flights)],
+        ["RMSE [m]", *(known(one.rmse) for one in flights)],
+        ["largest error [m]", *(known(one.largest) for one in flights)],
+        *([name, *(text_of(drawn[name]) if name in drawn else "-" for drawn in values)] for name in names),
+    ]
+    commands = "\n".join(escape(f"quadstep fly {path} --flight {one.flight}") for one in flights)
+    return [
+        page.paragraph("Those that ended first, then those that were farthest from the path."),
+        page.table(("flight", *(str(one.flight) for one in flights)), rows),
+        page.paragraph("To fly them again with their full logs:"),
+        f"<pre>{commands}</pre>",
+        page.paragraph(
+            "The pictures are of these flights flown again in f64 (o: start, x: end). What is far from the wanted path is out "
+            "of view."
+        ),
+    ]
+
+
+def known(value: float | None) -> str:
+    """A number, or a dash."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def of_flight(one: Worst) -> str:
+    """A title."""
+    if one.time is not None:
+        return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
+    return f"Flight {one.flight}: {one.outcome}, largest error {known(one.largest)} m"
+
+
+def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
+    """What to say of a flight that does not end as it did in the campaign, or not at all near it."""
+    now = log.outcome.name.lower().replace("_", "-")
+    largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)
+    if now != one.outcome:
+        what = f"it is {now} (largest error {largest:.4g} m)"
+    elif one.time is not None and abs(log.ended - one.time) > 0.01 * one.time:
+        what = f"it ends at {log.ended:.4g} s"
+    else:
+        return ""
+    why = "in f32, whose round-off such a flight amplifies" if not campaign.double else "on other cores"
+    return f"Flown again in f64, {what}; the campaign flew it {why}."
+
+
+def closing() -> list[str]:
+    """How to read it."""
+    return [
+        page.heading("How to read this", "reading"),
+        page.paragraph(
+            "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
+            "free of distribution (Conover 1999). Indices: from the flights, cut into parts of like values (Plischke, "
+            "Borgonovo, Smith 2013), less the share that chance gives to so many parts; intervals by bootstrap over the "
+            "flights. An interval says how sure a number is when the keys vary as they did here; whether they do is for you "
+            "to say."
+        ),
+        page.paragraph(
+            f"All flights are in {FLIGHTS}/*.parquet beside this page, one row a flight; campaign.json says what was flown, "
+            "by which version and on which machine. The same file gives the same flights."
+        ),
+    ]

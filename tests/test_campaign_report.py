@@ -1,0 +1,403 @@
+"""report.html of a campaign: what it shows is what the flights were, for every kind of campaign, and it is there whole."""
+
+import re
+import tomllib
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import pyarrow.dataset
+import pytest
+
+from quadstep.analysis.statistics import Estimate, share
+from quadstep.campaign import pictures, replay_pictures, report, report_text
+from quadstep.campaign.draws import draw
+from quadstep.campaign.flown import table
+from quadstep.campaign.run import fly_campaign
+from quadstep.campaign.schema import CampaignFile, read_campaign
+from quadstep.campaign.sensitivity import Result, parts_of
+from quadstep.campaign.store import opened
+from quadstep.campaign.summary import sentences, summarise
+from quadstep.campaign.varied import Bins, told
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.scored import METRICS
+from quadstep.mission.check import check
+from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
+
+DOCS = Path(__file__).parent.parent / "docs"
+LOST = int(Outcome.OFF_PATH)
+
+SCALE = '"disturbance.scale" = {type="log-normal", median=1.0, sigma=0.5}\n'
+NETS = '"controller" = {type="choice", values=[{type="backstepping", nets={enabled=false}}, {type="nested-saturation"}]}\n'
+
+
+def told_by(folder):
+    """The text of a report, without its drawings, as (all of it, the rows of its tables)."""
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    text = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<pre>.*?</pre>", "", html, flags=re.DOTALL)
+    assert not re.search(r"\b(nan|None|inf|Estimate)\b", text)
+    cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", text)]
+    return re.sub(r"<[^>]+>", " ", text), cells
+
+
+def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
+    """A report about flights that never were. outcome, metrics: from the drawn values, and the numbers of the flights."""
+    read = campaign(folder / "in", vary, head=head)
+    random = np.random.default_rng(0)
+    with opened(folder / "out", read, flights, "lanes") as store:
+        for chunk in store.chunks:
+            numbers = np.arange(chunk.first, chunk.past)
+            drawn = draw(read.file, numbers)
+            values = {
+                key: one.values if one.options is None else np.array(one.options)[one.values] for key, one in drawn.items()
+            }
+            ended = (np.zeros(len(numbers)) if outcome is None else outcome(values, numbers)).astype(np.int8)
+            made = np.exp(random.normal(size=(len(numbers), len(METRICS)))) if metrics is None else metrics(values, numbers)
+            store.write(chunk, table(read, numbers, drawn, ended, np.where(ended, 0.1, 0.4), made))
+        names = report.write_report(store, read, summarise(store), folder / "in" / "camp.toml")
+        store.save(complete=True, files=names)
+    return told_by(folder / "out")
+
+
+@pytest.fixture
+def unflown(monkeypatch):
+    """The worst flights are not flown again, and pictures are drawn as svg only: what a test does not look at, fast."""
+    monkeypatch.setattr(report, "worst_section", lambda *_: [])
+    monkeypatch.setattr(pictures, "write", lambda figure, path: path.with_name(f"{path.name}.svg").write_text("<svg></svg>"))
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A real campaign: its folder, file and summary."""
+    folder = tmp_path_factory.mktemp("flown")
+    path = written(folder, MASS + SCALE, head="flights = 200\n[failure]\nposition_rmse = 0.12")
+    done = fly_campaign(path, folder / "out")
+    return folder / "out", path, done.summary
+
+
+def test_all_files_are_there_known_to_the_manifest_and_whole(flown):
+    folder, _, summary = flown
+    names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert set(manifest(folder)["files"]) == names - {"campaign.json", "flights/00000.parquet"}
+    drawn = {"outcomes", "distributions", "ranking", *(f"flight-{one.flight}" for one in summary.worst)}
+    assert {f"figures/{name}.{kind}" for name in drawn for kind in ("png", "svg")} <= names
+    assert sum("key-" in name for name in names) == 4
+    assert all(path.read_bytes()[:4] == b"\x89PNG" for path in folder.rglob("*.png"))
+    assert leftovers(folder) == []
+
+
+def test_it_says_what_was_flown_and_how_it_ended(flown):
+    folder, _, summary = flown
+    text, cells = told_by(folder)
+    assert all(escape(sentence) in text for sentence in sentences(summary))
+    about = dict(row for row in reversed(cells) if len(row) == 2)
+    assert about["seed, precision, engine"] == "1, f64, lanes"
+    assert about["a flight fails"] == "if it ends early, or position_rmse[m] above 0.12"
+    assert about["vehicle.mass"] == "normal, mean 1, deviation 0.1, nothing below 0.6 or above 1.4"
+    assert about["machine"].startswith("processor ")
+    assert "numpy" in about["quadstep"]
+    success = np.array(rows(folder)["success"])
+    shares = {row[0]: row[1:] for row in cells if row and row[0].startswith("completed")}
+    exact = share(int(success.sum()), 200)
+    assert shares["completed, succeeded"] == [str(success.sum()), report_text.percent(exact)]
+    assert int(shares["completed, above a limit"][0]) == (~success).sum() - summary.outcomes["spinning"]
+    assert exact.low < success.mean() < exact.high
+
+
+def test_it_ranks_the_keys_and_says_which_explains_most(flown):
+    text, cells = told_by(flown[0])
+    ranking = {row[0]: row[1:] for row in cells if row and row[0] in ("vehicle.mass", "disturbance.scale") and len(row) == 3}
+    for column, name in enumerate(("position RMSE (its logarithm)", "failure")):
+        most = max(ranking, key=lambda key: float(ranking[key][column].split()[0]))
+        assert f"Of {name}, {most} explains most: {ranking[most][column]} %" in text
+
+
+def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
+    folder, path, summary = flown
+    html = (folder / "report.html").read_text(encoding="utf-8")
+    section = html[html.index('id="worst"') :]
+    flights = [int(flight) for flight in re.findall(r"<th>(\d+)</th>", section)]
+    assert flights == [one.flight for one in summary.worst]
+    cells = [re.findall(r"<td>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)]
+    found = {row[0]: row[1:] for row in cells if row}
+    drawn = rows(folder).to_pylist()
+    for place, flight in enumerate(flights):
+        assert f"quadstep fly {path} --flight {flight}\n" in section.replace("</pre>", "\n")
+        assert f"Flight {flight}: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" in section
+        assert float(found["RMSE [m]"][place]) == pytest.approx(drawn[flight]["position_rmse[m]"], rel=1e-3)
+        assert float(found["largest error [m]"][place]) == pytest.approx(drawn[flight]["largest_error[m]"], rel=1e-3)
+        for key in ("vehicle.mass", "disturbance.scale"):
+            assert float(found[key][place]) == pytest.approx(drawn[flight][key], rel=1e-5)
+
+
+def test_ids_of_the_drawings_do_not_meet_on_the_page(flown):
+    html = (flown[0] / "report.html").read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', html)
+    assert len(ids) == len(set(ids)) > 100
+    assert set(re.findall(r'href="#([^"]+)"', html)) <= set(ids)
+    assert "<script" not in html
+    assert not re.search(r"<link|<img|src=|@import|url\((?!#)", html)
+
+
+def test_the_worst_flights_flown_again_are_as_bad_as_they_were(flown):
+    _, path, summary = flown
+    again = report.flown_again(read_campaign(path), [one.flight for one in summary.worst])
+    for worst, one in zip(summary.worst, again, strict=True):
+        errors = one.log.table("x_d", "y_d", "z_d") - one.log.table("x", "y", "z")
+        assert np.sqrt((errors**2).sum(axis=1)).max() == pytest.approx(worst.largest, rel=1e-9)
+        assert report_text.differing(worst, one.log, read_campaign(path)) == ""
+
+
+def test_a_flight_that_ends_otherwise_when_flown_again_is_said_to(flown):
+    _, path, summary = flown
+    read = read_campaign(path)
+    worst = summary.worst[0]
+    log = report.flown_again(read, [worst.flight])[0].log
+    assert (worst.outcome, log.outcome) == ("spinning", Outcome.SPINNING)
+    assert "it is spinning" in report_text.differing(worst._replace(outcome="completed", time=None), log, read)
+    assert f"it ends at {log.ended:.4g} s" in report_text.differing(worst._replace(time=1.1 * log.ended), log, read)
+    assert report_text.differing(worst._replace(time=1.001 * log.ended), log, read) == ""
+
+
+@pytest.mark.parametrize("count", [1, 2, 30])
+def test_few_flights_are_reported_without_conclusions(tmp_path, unflown, count):
+    text, _ = reported(tmp_path, MASS, count)
+    assert "too few flights got through" in text
+    assert f"too few flights failed (0 of {count})" in text
+    assert "explains most" not in text
+
+
+def test_if_all_are_lost_there_are_no_errors_to_show(tmp_path, unflown):
+    nothing = np.full((300, len(METRICS)), np.nan)
+    text, cells = reported(tmp_path, MASS, 300, lambda _, flights: np.full(len(flights), LOST), lambda *_: nothing)
+    assert "too few flights succeeded (0 of 300)" in text
+    assert "How far from the path" not in text
+    assert ["off-path", "300", report_text.percent(share(300, 300))] in cells
+
+
+@pytest.mark.parametrize("value", [0.0, 0.25])
+def test_results_that_do_not_vary_are_explained_by_nothing(tmp_path, unflown, value):
+    text, _ = reported(tmp_path, MASS, 100, metrics=lambda _, flights: np.full((len(flights), len(METRICS)), value))
+    assert ("it does not vary" in text) == (value > 0.0)
+    assert "explains most" not in text
+
+
+def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
+    assert "Nothing varies but the flights" in reported(tmp_path / "a", "", 100)[0]
+    text, _ = reported(tmp_path / "b", '"vehicle.mass" = {type="choice", values=[1.0]}', 100)
+    assert "No key by itself" in text
+
+
+def test_numbers_that_overflow_or_are_missing_reach_no_statistic(tmp_path, unflown):
+    def made(_, flights):
+        metrics = np.exp(np.random.default_rng(1).normal(size=(len(flights), len(METRICS))))
+        metrics[::3], metrics[1::7] = 1e300, np.nan
+        return metrics
+
+    text, cells = reported(tmp_path, MASS, 300, metrics=made, head='precision = "f32"\n[failure]\neffort_thrust = 2.0')
+    assert "effort_thrust[N] above 2" in text
+    assert all("e+30" not in cell for row in cells for cell in row)
+
+
+def test_what_decides_is_found_and_what_does_nothing_is_not(tmp_path, unflown):
+    def lost(values, flights):
+        return np.where(values["controller.nets.enabled"] & (values["vehicle.mass"] > 1.0), LOST, 0)
+
+    def made(values, flights):
+        noise = np.random.default_rng(2).normal(size=(len(flights), len(METRICS)))
+        return 10.0 ** (3.0 * values["disturbance.scale"][:, None] + 0.1 * noise)
+
+    keys = MASS + '"disturbance.scale" = {type="uniform", low=0.0, high=1.0}\n'
+    keys += '"controller.nets.enabled" = {type="choice", values=[true, false]}\n'
+    text, cells = reported(tmp_path, keys, 3000, lost, made)
+    shares = {row[0]: [float(cell.split()[0]) for cell in row[1:]] for row in cells if len(row) == 3 and "[" in row[2]}
+    error, failure = (dict(zip(shares, part, strict=True)) for part in zip(*shares.values(), strict=True))
+    assert error["disturbance.scale"] > 95.0
+    assert error["vehicle.mass"] < 2.0
+    assert failure["vehicle.mass"] == pytest.approx(33.3, abs=4.0)  # P(lost) = 1/4: Var 3/16, of which 1/16 each
+    assert failure["controller.nets.enabled"] == pytest.approx(33.3, abs=4.0)
+    assert failure["disturbance.scale"] < 1.0
+    assert re.search(
+        r"(vehicle.mass and controller.nets.enabled|controller.nets.enabled and vehicle.mass) together explain 3", text
+    )
+
+
+def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp_path, unflown):
+    keys = NETS + '"start.position.0" = {type="grid", values=[0.0, 0.01]}\n[[correlated]]\n'
+    keys += 'keys = ["vehicle.mass", "disturbance.scale"]\nmean = [1.0, 1.0]\ncovariance = [[0.01, 0.005], [0.005, 0.01]]'
+    folder = tmp_path / "in"
+    written(folder, keys)
+    read = read_campaign(folder / "camp.toml")
+    with opened(tmp_path / "out", read, 400, "lanes") as store:
+        numbers = np.arange(400)
+        drawn = draw(read.file, numbers)
+        made = (
+            np.exp(np.random.default_rng(0).normal(size=(400, len(METRICS))))
+            * np.exp(20.0 * drawn["vehicle.mass"].values)[:, None]
+        )
+        store.write(store.chunks[0], table(read, numbers, drawn, np.zeros(400, dtype=np.int8), np.full(400, 0.4), made))
+        report.write_report(store, read, summarise(store), folder / "camp.toml")
+    text, cells = told_by(tmp_path / "out")
+    assert "shares overlap" in text
+    assert "Of position RMSE (its logarithm), vehicle.mass explains most" in text
+    assert "All keys one by one" not in text
+    about = dict(row for row in reversed(cells) if len(row) == 2)
+    assert about["vehicle.mass"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
+    assert about["start.position.0"] == "each of 0, 0.01 in turn"
+    assert about["controller"] == "one of type = backstepping, nets.enabled = false, type = nested-saturation"
+
+
+def test_pairs_are_looked_for_only_among_keys_that_are_independent(tmp_path):
+    random = np.random.default_rng(0)
+    keys = {name: parts_of(random.normal(size=2000)) for name in ("vehicle.mass", "disturbance.scale")}
+    result = Result(random.normal(size=2000))
+    assert report.explained(result, keys, campaign(tmp_path / "a", MASS + SCALE)).pair is not None
+    group = '[[correlated]]\nkeys = ["vehicle.mass", "disturbance.scale"]\nmean = [1.0, 1.0]\n'
+    read = campaign(tmp_path / "b", f"{group}covariance = [[0.01, 0.0], [0.0, 0.01]]")
+    assert report.explained(result, keys, read).pair is None
+
+
+def test_of_very_many_keys_the_first_are_drawn_and_the_rest_is_said_to_be_left_out(tmp_path, unflown):
+    keys = "".join(
+        f'"{name}.{i}" = {{type="uniform", low=0.1, high=0.2}}\n'
+        for name in ("disturbance.force", "disturbance.torque", "start.rates", "start.attitude", "path.end")
+        for i in range(3)
+    )
+    text, _ = reported(tmp_path, keys, 200)
+    assert "The 12 that explain most of 15" in text
+    assert len(list((tmp_path / "out" / "figures").glob("key-*.svg"))) == 12
+
+
+def test_names_of_a_users_own_cannot_break_the_page(tmp_path, unflown):
+    reported(tmp_path, MASS, 50, head='name = "<script>alert(1)</script> & Ω 飛行"')
+    html = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in html
+    assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; Ω 飛行" in html
+
+
+def test_a_disk_that_fails_leaves_the_report_before_and_nothing_else(tmp_path, unflown, monkeypatch):
+    reported(tmp_path, MASS, 50)
+    before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    read = read_campaign(tmp_path / "in" / "camp.toml")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(report.page, "write_page", full)
+    with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
+        before[store.folder / "campaign.json"] = (store.folder / "campaign.json").read_bytes()
+        with pytest.raises(UserError, match="No space left"):
+            report.write_report(store, read, summarise(store), tmp_path / "in" / "camp.toml")
+    assert {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()} == before
+    assert leftovers(tmp_path / "out") == []
+
+
+def test_a_new_report_takes_the_place_of_the_old_one_with_all_its_pictures(tmp_path, unflown):
+    reported(tmp_path, MASS, 50)
+    stale = tmp_path / "out" / "figures" / "flight-7.png"
+    stale.write_bytes(b"old")
+    read = read_campaign(tmp_path / "in" / "camp.toml")
+    with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
+        store.save(files=[*store.manifest["files"], "figures/flight-7.png", "../elsewhere", "flights/00000.parquet"])
+        names = report.write_report(store, read, summarise(store), tmp_path / "in" / "camp.toml")
+    assert not stale.exists()
+    assert (tmp_path / "out" / "flights" / "00000.parquet").exists()
+    assert all((tmp_path / "out" / name).is_file() for name in names)
+
+
+def test_success_and_errors_by_key_are_those_of_the_flights():
+    random = np.random.default_rng(0)
+    places, success = random.integers(0, 5, 1000), random.uniform(size=1000) < 0.8
+    places[places == 3] = 4
+    rmse = np.where(success, random.lognormal(size=1000), np.nan)
+    rmse[places == 1] = np.nan
+    shown = pictures.by_key(Bins(places, None, ("a", "b", "c", "d", "e")), success, rmse)
+    assert set(shown.good) == {0, 1, 2, 4}
+    assert set(shown.errors) == {0, 2, 4}
+    for place, one in shown.good.items():
+        assert one == share(int(success[places == place].sum()), int((places == place).sum()))
+    for place, quantiles in shown.errors.items():
+        known = rmse[(places == place) & np.isfinite(rmse)]
+        assert quantiles.tolist() == np.quantile(known, [0.1, 0.5, 0.9]).tolist()
+
+
+def test_the_curve_of_those_that_are_worse_counts_the_lost_as_worse(monkeypatch, tmp_path):
+    figures = []
+    monkeypatch.setattr(pictures, "write", lambda figure, path: figures.append(figure))
+    values = np.random.default_rng(0).lognormal(size=900)
+    pictures.draw_distributions(tmp_path / "x", [pictures.Metric("m", values, 1.0)], 1000)
+    above, below = figures[0].axes
+    x, y = below.lines[0].get_data()
+    for at, share_worse in zip(x, y, strict=True):
+        assert share_worse == pytest.approx((100 + (values >= at).sum()) / 1000)
+    assert sum(above.patches[0].get_data().values) == 900
+    assert above.get_xscale() == "log"
+
+
+def test_lines_of_a_ranking_end_where_the_intervals_end(monkeypatch, tmp_path):
+    figures = []
+    monkeypatch.setattr(pictures, "write", lambda figure, path: figures.append(figure))
+    ranking = {"a": {"x": Estimate(0.5, 0.4, 0.6), "y": Estimate(0.1, 0.0, 0.2)}, "b": {"x": Estimate(0.2, 0.1, 0.3)}}
+    pictures.draw_ranking(tmp_path / "x", ranking)
+    axes = figures[0].axes[0]
+    assert [list(line.get_xdata()) for line in axes.lines] == [[40.0, 60.0], [10.0, 30.0], [0.0, 20.0]]
+    assert [round(bar.get_width(), 9) for bar in axes.patches] == [50.0, 20.0, 10.0]
+
+
+def test_the_view_of_a_lost_flight_stays_near_the_wanted_path():
+    t = np.linspace(0.0, 1.0, 50)[:, None]
+    wanted = t * np.array([4.0, 0.0, 2.0])
+    low, high = replay_pictures.view(wanted, wanted + 1e4 * t**2)
+    assert (low <= wanted.min(axis=0)).all()
+    assert (high >= wanted.max(axis=0)).all()
+    assert (high - low).max() < 4.0 * 4.0
+    low, high = replay_pictures.view(np.zeros((5, 3)), np.zeros((5, 3)))
+    assert (high > low).all()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({"type": "uniform", "low": 1.0, "high": 2.5}, "uniform from 1 to 2.5"),
+        ({"type": "sobol", "low": 1.0, "high": 2.5}, "Sobol sequence from 1 to 2.5"),
+        ({"type": "normal", "mean": 1.0, "deviation": 0.1, "high": 2.0}, "normal, mean 1, deviation 0.1, nothing above 2"),
+        ({"type": "log-normal", "median": 0.5, "sigma": 0.5}, "log-normal, median 0.5, sigma 0.5"),
+        ({"type": "choice", "values": [True, False], "weights": [1, 3]}, "one of true, false, weights 1, 3"),
+        ({"type": "grid", "low": 0.0, "high": 1.0, "count": 11}, "each of 11 from 0 to 1 in turn"),
+        ({"type": "grid", "values": list(range(12))}, "each of 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 ... (12) in turn"),
+    ],
+)
+def test_every_distribution_is_told_in_words(content, words):
+    assert told(varying(key=content), "key") == words
+
+
+def test_what_the_page_about_campaigns_shows_works(tmp_path, flown, monkeypatch):
+    page = (DOCS / "campaigns.md").read_text(encoding="utf-8")
+    files = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL)]
+    for content in files:
+        check(CampaignFile, {"mission": "mission.toml", **content}, "campaigns.md")
+    assert set(files[0]) == set(CampaignFile.model_fields) - {"correlated"}
+    kinds = re.findall(r"^\| `([a-z-]+)` \|", page, re.MULTILINE)
+    assert kinds == ["uniform", "normal", "log-normal", "choice", "grid", "sobol"]
+    assert all(f"`{name.partition('[')[0]}" in page or "torque" in name for name in METRICS)
+    code = next(block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "dataset" in block)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "trust").symlink_to(flown[0])
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(code, names)
+    assert names["lost"].column_names == ["flight", "time_of_failure[s]"]
+    assert names["lost"].num_rows == flown[2].outcomes["spinning"]
+    assert names["flights"].count_rows() == 200
+    assert pyarrow.dataset.dataset("out/trust/flights").schema.names[0] == "flight"
+
+
+@pytest.mark.parametrize("name", ["trust", "trust_wind"])
+def test_the_examples_can_be_flown(name, tmp_path, unflown):
+    path = DOCS.parent / "examples" / f"{name}.toml"
+    assert path.read_text(encoding="utf-8").startswith("# ")
+    read = read_campaign(path)
+    assert all(told(read.file, key) for key in read.file.keys)
+    done = fly_campaign(path, tmp_path / "out", flights=2)
+    assert done.summary.outcomes == {"completed": 2}

@@ -1,0 +1,172 @@
+"""What a campaign has shown: every number of a small table by hand."""
+
+import json
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from scipy.stats import binomtest
+
+from quadstep.analysis.statistics import share
+from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
+from quadstep.campaign.summary import LARGEST, RMSE, as_json, sentences, summarise
+
+
+class Made:
+    """A store with a table in it. Each row: outcome, time, RMSE, largest error, success."""
+
+    def __init__(self, rows, kind=None, chunks=1, first=0):
+        outcomes, times, errors, largest, success = zip(*rows, strict=True)
+        kind = kind or pa.float64()
+        table = pa.table(
+            {
+                FLIGHT: pa.array(range(first, first + len(rows)), pa.int64()),
+                OUTCOME: pa.DictionaryArray.from_arrays(pa.array([OUTCOMES.index(o) for o in outcomes], pa.int8()), OUTCOMES),
+                TIME: pa.array(times, pa.float64()),
+                RMSE: pa.array(errors, kind),
+                LARGEST: pa.array(largest, kind),
+                SUCCESS: pa.array(success),
+            }
+        )
+        size = -(-len(rows) // chunks)
+        self.table = pa.concat_tables([table.slice(i, size) for i in range(0, len(rows), size)]).unify_dictionaries()
+
+    def read(self, columns):
+        return self.table.select(columns)
+
+
+def through(error, largest=None, success=True):
+    return ("completed", None, error, largest if largest is not None else 2.0 * error, success)
+
+
+def lost(time, error=None, largest=None, outcome="off-path"):
+    return (outcome, time, error, largest, False)
+
+
+TABLE = [
+    through(0.1),  # 0
+    lost(2.0, 0.5, 1.0),
+    through(0.2, 9.0, False),
+    lost(1.0, 0.4, 3.0, "spinning"),
+    through(0.3, 5.0),
+    lost(1.0, 0.4, 4.0),  # 5
+    lost(0.0),
+    through(0.4, 5.0),
+    lost(0.0, None, None, "not-finite"),
+    through(0.5, 0.6),
+]
+
+
+def test_shares_outcomes_and_quantiles_by_hand():
+    found = summarise(Made(TABLE))
+    exact = binomtest(4, 10).proportion_ci(0.95, "exact")
+    assert found.flights == 10
+    assert tuple(found.success) == pytest.approx((0.4, exact.low, exact.high), rel=1e-9)
+    assert found.outcomes == {"completed": 5, "off-path": 3, "spinning": 1, "not-finite": 1}
+    rmse, largest = found.spreads
+    assert (rmse.metric, rmse.flights, list(rmse.quantiles)) == (RMSE, 5, [0.5])
+    assert rmse.quantiles[0.5].value == pytest.approx(0.3)
+    assert (largest.metric, largest.quantiles[0.5].value) == (LARGEST, 5.0)
+    assert rmse.quantiles[0.5].low <= 0.3 <= rmse.quantiles[0.5].high
+
+
+def test_the_worst_are_those_that_ended_first_then_those_farthest_off_then_the_lower_number():
+    assert [one.flight for one in summarise(Made(TABLE)).worst] == [6, 8, 5, 3, 1]
+    some = [through(0.1, 5.0), through(0.3, 5.0), lost(3.0, 0.1, 0.2), through(0.1, 7.0), through(0.0, 0.0), through(0.2, 5.0)]
+    worst = summarise(Made(some)).worst
+    assert [one.flight for one in worst] == [2, 3, 0, 1, 5]
+    assert [one.time for one in worst] == [3.0, None, None, None, None]
+    assert worst[0]._asdict() == {"flight": 2, "outcome": "off-path", "time": 3.0, "rmse": 0.1, "largest": 0.2}
+
+
+@pytest.mark.parametrize("chunks", [1, 3, 10])
+@pytest.mark.parametrize("kind", [pa.float64(), pa.float32()])
+def test_it_makes_no_difference_in_how_many_files_flights_are(chunks, kind):
+    one, all_of = summarise(Made(TABLE, kind, chunks)), summarise(Made(TABLE, kind))
+    assert one == all_of
+
+
+def test_worst_flights_that_tie_are_those_of_the_lowest_numbers_in_any_table():
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        rows = [through(0.1, float(rng.integers(3))) if rng.random() < 0.8 else lost(float(rng.integers(2)), 0.1, 1.0)
+                for _ in range(200)]  # fmt: skip
+        wanted = sorted(range(200), key=lambda i: (rows[i][1] is None, rows[i][1] or 0.0, -rows[i][3], i))[:5]
+        assert [one.flight for one in summarise(Made(rows, chunks=7)).worst] == wanted
+
+
+def test_fewer_flights_than_worst():
+    assert [one.flight for one in summarise(Made(TABLE[:2])).worst] == [1, 0]
+
+
+def test_all_lost():
+    found = summarise(Made([lost(0.0), lost(1.0)]))
+    assert found.success.value == 0.0
+    assert found.success.low == 0.0
+    assert found.success.high == pytest.approx(1 - 0.025**0.5, rel=1e-9)
+    assert found.spreads == []
+    assert "nan" not in " ".join(sentences(found)).lower()
+
+
+def test_all_good_and_only_one():
+    found = summarise(Made([through(0.1)]))
+    assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
+    assert found.spreads[0].quantiles[0.5] == (0.1, 0.1, 0.1)
+
+
+def test_quantiles_are_given_where_enough_flights_are_beyond_them():
+    def given(count):
+        return list(summarise(Made([through(float(i + 1)) for i in range(count)])).spreads[0].quantiles)
+
+    assert given(20) == [0.5]
+    assert given(199) == [0.5]
+    assert given(200) == [0.5, 0.9]
+    assert given(1999) == [0.5, 0.9]
+    assert given(2000) == [0.5, 0.9, 0.99]
+    assert given(20_000) == [0.5, 0.9, 0.99, 0.999]
+
+
+def test_quantiles_and_their_intervals_between_order_statistics():
+    count = 2000
+    order = np.random.default_rng(3).permutation(count)
+    spread = summarise(Made([through(float(i)) for i in order])).spreads[0]
+    for q, estimate in spread.quantiles.items():
+        assert estimate.value == pytest.approx(q * (count - 1))
+        reach = 1.96 * np.sqrt(count * q * (1 - q))
+        assert estimate.low == pytest.approx(count * q - reach, abs=2.0)
+        assert estimate.high == pytest.approx(count * q + reach, abs=2.0)
+
+
+def test_a_number_that_is_none_reaches_no_statistic():
+    rows = [through(float(i + 1)) for i in range(10)]
+    ill = [*rows, ("completed", None, float("nan"), float("inf"), False), ("completed", None, None, None, False)]
+    well, found = summarise(Made(rows)), summarise(Made(ill))
+    assert [(spread.flights, spread.quantiles) for spread in found.spreads] == [
+        (spread.flights, spread.quantiles) for spread in well.spreads
+    ]
+    assert found.success.value == pytest.approx(10 / 12)
+
+
+def test_the_words_have_the_numbers():
+    text = "\n".join(sentences(summarise(Made(TABLE))))
+    assert "10 flights: 40 % succeed" in text
+    exact = binomtest(4, 10).proportion_ci(0.95, "exact")
+    assert f"{100 * exact.low:.6g} to {100 * exact.high:.6g} %" in text
+    assert "1 not-finite, 3 off-path, 1 spinning" in text
+    assert "of the 5 that got through: 50 % below 0.3" in text
+
+
+def test_rates_near_one_are_not_rounded_to_it():
+    summary = summarise(Made([through(0.1), lost(1.0, 0.1, 0.1)]))
+    text = sentences(summary._replace(flights=10**7, success=share(10**7 - 3, 10**7)))[0]
+    assert "99.99997" in text
+    assert "100 %" not in text
+
+
+def test_the_manifest_has_the_same_numbers():
+    found = summarise(Made(TABLE))
+    written = json.loads(json.dumps(as_json(found), allow_nan=False))
+    assert written["success"] == found.success._asdict()
+    assert written["outcomes"] == found.outcomes
+    assert written["quantiles"][RMSE]["0.5"]["value"] == found.spreads[0].quantiles[0.5].value
+    assert [one["flight"] for one in written["worst"]] == [6, 8, 5, 3, 1]
