@@ -161,7 +161,11 @@ def opened(
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise UserError(f"{folder}: another campaign is being flown into this folder; choose another --out") from None
-        yield prepared(folder, campaign, flights, engine, resume, overwrite)
+        store = prepared(folder, campaign, flights, engine, resume, overwrite)
+        try:
+            yield store
+        finally:
+            sweep_up(folder)  # Ctrl-C may have come between making a file and guarding it
     finally:
         os.close(handle)
 
