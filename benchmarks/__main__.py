@@ -10,6 +10,8 @@ from rich.table import Table
 from benchmarks.airframes import calm_vehicle, estimated_vehicle, full_vehicle, opaque_controller
 from benchmarks.campaigns import cost, double_precision, ready, single_precision
 from benchmarks.flights import case_1_flight, compilation, throughput
+from benchmarks.gpu import gpu
+from benchmarks.million import million_flights
 from benchmarks.peers import crazyflow, rotorpy
 from benchmarks.processes import import_time, installed_size, reproduction
 
@@ -17,7 +19,7 @@ Row = tuple[str, str, str, str, str]
 
 MEASURES = (
     import_time, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle, opaque_controller,
-    single_precision, double_precision, ready, cost, crazyflow, rotorpy, reproduction, installed_size,
+    single_precision, double_precision, ready, cost, million_flights, gpu, crazyflow, rotorpy, reproduction, installed_size,
 )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """`quadstep campaign` as a whole process: a million flights with their Parquet files, and what more flights cost.
 
-As a file: python -m benchmarks.million 10000000, for more.
+As a file: python -m benchmarks.million 10000000 1, for ten times as many of 1 s.
 """
 
 import json
@@ -29,10 +29,11 @@ position = [0.0, 0.0, 0.0]
 step = 0.004
 control_period = 0.004
 log_period = 0.02
+duration = {seconds}
 """
-"""A quarter of Case 1's way in a quarter of its time, at 250 Hz: 2500 steps."""
+"""A quarter of Case 1's way in a quarter of its time, at 250 Hz, or the beginning of it."""
 
-STEPS = 2500
+SECONDS, RATE = 10.0, 250
 
 CAMPAIGN = """
 mission = "mission.toml"
@@ -59,20 +60,20 @@ class Cost(NamedTuple):
     success: float
 
 
-def campaign(folder: Path, flights: int, precision: str = "f32") -> Cost:
-    """Fly so many flights, from the start of the process to its end."""
+def campaign(folder: Path, flights: int, precision: str = "f32", seconds: float = SECONDS) -> Cost:
+    """Fly so many flights of so many seconds, from the start of the process to its end."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "mission.toml").write_text(MISSION, encoding="utf-8")
+    (folder / "mission.toml").write_text(MISSION.format(seconds=seconds), encoding="utf-8")
     file, out = folder / f"{precision}.toml", folder / f"{precision}-{flights}"
     file.write_text(CAMPAIGN.format(precision=precision), encoding="utf-8")
     command = ["campaign", str(file), "--flights", str(flights), "--out", str(out), "--overwrite"]
     start = time.perf_counter()
     subprocess.run([sys.executable, "-m", "quadstep.cli", *command], check=True, capture_output=True)
-    seconds = time.perf_counter() - start
+    took = time.perf_counter() - start
     memory = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss  # the largest child so far
     manifest = json.loads((out / "campaign.json").read_text(encoding="utf-8"))
     disk = sum(path.stat().st_size for path in (out / "flights").iterdir())
-    return Cost(seconds, memory, disk, manifest["summary"]["success"]["value"])
+    return Cost(took, memory, disk, manifest["summary"]["success"]["value"])
 
 
 def single_precision_error(folder: Path, flights: int = 2000) -> float:
@@ -92,7 +93,7 @@ def million_flights(folder: Path) -> tuple[str, str, str, str, str]:
     return (
         "a million flights of 10 s at 250 Hz: process, Parquet and report",
         f"{cost.seconds:.0f} s, {cost.memory / 1e6:.0f} MB memory, {cost.disk / 1e6:.0f} MB Parquet "
-        f"({MILLION * STEPS / cost.seconds:.2g} steps/s in f32)",
+        f"({MILLION * SECONDS * RATE / cost.seconds:.2g} steps/s in f32)",
         "< 60 s on two AVX-512 cores, < 1000 MB",
         f"10,000 flights {small.seconds:.1f} s; the million 100 times that, less {100 * small.seconds - cost.seconds:.0f} s",
         f"f32 to f64: position RMSE of a flight within {1e6 * apart:.1g} um",
@@ -102,9 +103,10 @@ def million_flights(folder: Path) -> tuple[str, str, str, str, str]:
 def main() -> None:
     """Print the cost of campaigns from a thousand flights up to the number given."""
     folder, most = Path("out/cost"), int(sys.argv[1]) if len(sys.argv) > 1 else MILLION
+    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else SECONDS
     flights = 1000
     while flights <= most:
-        cost = campaign(folder, flights)
+        cost = campaign(folder, flights, seconds=seconds)
         print(
             f"{flights:>10,} flights {cost.seconds:8.1f} s {1e6 * cost.seconds / flights:8.1f} us a flight "
             f"{cost.memory / 1e6:6.0f} MB memory {cost.disk / 1e6:7.1f} MB Parquet",
