@@ -18,6 +18,14 @@ EXTRA = {"pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "
 """Which extra brings a package."""
 
 
+class Count(ProgressColumn):
+    """Flights over, and of how many once that is known."""
+
+    def render(self, task: Task) -> Text:
+        """As text."""
+        return Text(f"{task.completed:,.0f}" + ("" if task.total is None else f"/{task.total:,.0f}"))
+
+
 class Rate(ProgressColumn):
     """Flights a second."""
 
@@ -29,8 +37,8 @@ class Rate(ProgressColumn):
 def flights_bar() -> Progress:
     """A progress bar with rate and time left, on the error stream of a terminal."""
     return Progress(
-        TextColumn("flying"), BarColumn(), TextColumn("{task.completed:,.0f}/{task.total:,.0f}"), Rate(),
-        TimeRemainingColumn(), console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
+        TextColumn("flying"), BarColumn(), Count(), Rate(), TimeRemainingColumn(),
+        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
     )  # fmt: skip
 
 
