@@ -18,7 +18,9 @@ from quadstep import __version__
 from quadstep.campaign.commands import add_campaign
 from quadstep.envelope.commands import add_envelope
 from quadstep.errors import InterruptedRun, UserError
+from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED
 from quadstep.flight.engine import Engine
+from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
 from quadstep.page.commands import add_commands
 from quadstep.tuning.commands import add_tune
 
@@ -34,8 +36,6 @@ PIPED_WIDTH = 120
 screen = Console(  # names of missions are text, not markup
     highlight=False, markup=False, emoji=False, width=None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
 )
-
-FAILED, BAD_INPUT, DIVERGED, INTERRUPTED = 1, 2, 3, 130
 
 EngineOption = Annotated[
     Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
@@ -83,13 +83,29 @@ def fly(
     flight: Annotated[
         int | None, typer.Option(help="Of a campaign file: the flight of this number.", show_default=False)
     ] = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=MOST",
+            help="A metric of metrics.json may be so large at most, as position_rmse=0.05; give it again for more.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
 ) -> None:
     """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
 
-    Exit code 0: completed. 2: bad input. 3: the flight diverged; its log is kept up to then.
+    Exit code 0: completed. 2: bad input. 3: the flight diverged; its log is kept up to then. 4: it completed, but a
+    --require is not met.
     """
+    started = time.perf_counter()
+    from quadstep.judging import metrics  # noqa: PLC0415 (each command loads what it needs)
     from quadstep.mission.fly import fly_mission  # noqa: PLC0415
 
+    required = [metrics.parsed(text) for text in require or []]
+    if junit:
+        check_junit(junit)
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with Progress(
         TextColumn("flying"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeRemainingColumn(),
@@ -97,18 +113,22 @@ def fly(
     ) as bar:  # fmt: skip
         task = bar.add_task("flying", total=None)
         result = fly_mission(
-            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total), flight
-        )
+            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total), flight,
+            required,
+        )  # fmt: skip
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
-    table = Table("", *result.header, title=result.name)
-    for row in result.rows:
-        table.add_row(*row)
-    screen.print(table)
-    screen.print(result.ending)
-    screen.print(f"Results: {folder}", soft_wrap=True)
-    if not result.completed:
-        raise typer.Exit(DIVERGED)
+    if not as_json:
+        table = Table("", *result.header, title=result.name)
+        for row in result.rows:
+            table.add_row(*row)
+        screen.print(table)
+        screen.print(result.ending)
+        for one in result.judged:
+            screen.print(one.case.sentence, soft_wrap=True)
+        screen.print(f"Results: {folder}", soft_wrap=True)
+    about = {"version": __version__, "mission": str(mission), "flight": flight, "engine": engine.value, "folder": str(folder)}
+    deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)
 
 
 study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)

@@ -2,8 +2,9 @@
 
 import shlex
 import sys
+import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -13,6 +14,10 @@ from rich.text import Text
 
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.errors import UserError
+from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
+
+if TYPE_CHECKING:
+    from quadstep.campaign.summary import Summary
 
 EXTRA = {"pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster"}
 """Which extra brings a package."""
@@ -68,18 +73,36 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
         resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in the folder.")] = False,
         out: Annotated[Path | None, typer.Option(help="Folder for the results; out/<campaign's name> if left out.")] = None,
         overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the campaign in the folder.")] = False,
+        require: Annotated[
+            str | None,
+            typer.Option(
+                metavar="SHARE",
+                help="So large a share of flights must succeed, by the lower end of the exact interval.",
+                show_default=False,
+            ),
+        ] = None,
+        as_json: JsonOption = False,
+        junit: JunitOption = None,
     ) -> None:
         """Fly a mission very many times with what the file says varying; how often, and how well, does it succeed?
 
         Writes flights/*.parquet as they finish, campaign.json and report.html.
+
+        Exit code 0: flown. 2: bad input. 4: flown, but --require is not met. 130: interrupted; go on with --resume.
         """
+        started = time.perf_counter()
         try:
             from quadstep.campaign.run import fly_campaign  # noqa: PLC0415 (each command loads what it needs)
+            from quadstep.campaign.verdict import verdict  # noqa: PLC0415
+            from quadstep.judging import share  # noqa: PLC0415
         except ModuleNotFoundError as error:
             raise missing_extra("campaign", error) from None
 
         if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
             raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
+        least = None if require is None else share.parsed(require)
+        if junit:
+            check_junit(junit)
         folder = out or Path("out") / file.stem
         with flights_bar() as bar:
             task = bar.add_task("flying", total=flights)
@@ -90,16 +113,25 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
                 )  # fmt: skip
             except ModuleNotFoundError as error:
                 raise missing_extra("campaign", error) from None
+        judged = verdict(done, file, engine, least)
+        if not as_json:
+            show(done.summary, file, folder)
+            if least is not None:
+                screen.print(judged.cases[-1].sentence, soft_wrap=True)
+        deliver(judged, as_json, junit, time.perf_counter() - started)
+
+    def show(summary: "Summary", file: Path, folder: Path) -> None:
+        """What a person is told."""
         from quadstep.campaign.summary import sentences  # noqa: PLC0415
 
-        for sentence in sentences(done.summary):
+        for sentence in sentences(summary):
             screen.print(sentence, soft_wrap=True)
         table = Table("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]", title="The worst")
-        for one in done.summary.worst:
+        for one in summary.worst:
             numbers = ["-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)]
             table.add_row(str(one.flight), one.outcome, *numbers)
         screen.print(table)
         screen.print("Each of them again, with its full log:")
-        for one in done.summary.worst:
+        for one in summary.worst:
             screen.print(f"  {replay_command(file, one.flight)}", soft_wrap=True)
         screen.print(f"Report: {folder / 'report.html'}", soft_wrap=True)

@@ -1,18 +1,23 @@
 """`quadstep fly`: one mission from file to folder."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from quadstep import __version__
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
+from quadstep.exit_codes import DIVERGED, UNMET
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
+from quadstep.judging.metrics import Judged, Requirement, judge, named
+from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import AnyMission, plan_mission, read_mission
 from quadstep.report.drawing import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
@@ -28,7 +33,7 @@ REASONS = {
 
 
 class Summary(NamedTuple):
-    """What the command line says of a flight: a table and its last line."""
+    """What the command line says of a flight: a table and its last line. judged: what was required of it."""
 
     name: str
     header: list[str]
@@ -36,6 +41,17 @@ class Summary(NamedTuple):
     ending: str
     completed: bool
     warnings: tuple[str, ...]
+    metrics: dict[str, Any]
+    judged: list[Judged]
+
+    def verdict(self, about: dict[str, Any]) -> Verdict:
+        """For a machine. about: what was run, as text."""
+        cases = (Case("completed", None if self.completed else self.ending), *(one.case for one in self.judged))
+        unmet = any(one.failure for one in self.judged)
+        code = DIVERGED if not self.completed else UNMET if unmet else 0
+        required = [one.as_json() for one in self.judged]
+        content = {**about, "name": self.name, "warnings": list(self.warnings), **self.metrics, "requirements": required}
+        return Verdict("fly", self.name, cases, content, code)
 
 
 def fly_mission(
@@ -45,14 +61,17 @@ def fly_mission(
     overwrite: bool,
     progress: Callable[[int, int], None] | None = None,
     flight: int | None = None,
+    required: Sequence[Requirement] = (),
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all.
 
-    flight: where `path` is a campaign, the number of one of its flights.
+    flight: where `path` is a campaign, the number of one of its flights. Raises UserError, also for a requirement of a metric
+    that no such flight has.
     """
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (a page is made of missions)
 
     mission, plan, beside = planned(path, flight)
+    required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         steps = plan.ticks.last
         log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
@@ -67,7 +86,18 @@ def fly_mission(
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
         for figure in drawn:
             figure.result()
-    return summarise(mission.name, log, metrics, tuple(warnings))
+    diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
+    judged = [judge(one, scalars(metrics), diverged) for one in required]
+    return summarise(mission.name, log, metrics, tuple(warnings), judged)
+
+
+def metric_names(mission: AnyMission, plan: FlightPlan) -> list[str]:
+    """The metrics of a flight before it is flown: those of a log of zeros."""
+    columns, ticks = plan.loop.columns, plan.ticks
+    rows = np.zeros((2, len(columns)))
+    rows[1, list(columns).index("t")] = ticks.last * ticks.step
+    metrics, _ = mission.metrics(FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None))
+    return list(scalars(metrics))
 
 
 def planned(path: Path, flight: int | None) -> tuple[AnyMission, FlightPlan, Path]:
@@ -98,7 +128,7 @@ def write_weights(path: Path, mission: AnyMission, log: FlightLog) -> None:
     write_json(path, {"neurons": nets["neurons"], "seed": nets["seed"], **weights})
 
 
-def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tuple[str, ...]) -> Summary:
+def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tuple[str, ...], judged: list[Judged]) -> Summary:
     """The table of errors and the closing line."""
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
@@ -110,4 +140,4 @@ def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tupl
         ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
     else:
         ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to then is kept."
-    return Summary(name, ["RMSE", "largest", "final"], rows, ending, completed, warnings)
+    return Summary(name, ["RMSE", "largest", "final"], rows, ending, completed, warnings, metrics, judged)

@@ -25,3 +25,18 @@ def interrupts_held() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if pending:
         raise KeyboardInterrupt
+
+
+@contextlib.contextmanager
+def signals_ignored() -> Iterator[None]:
+    """No request to end has any effect in this block: for a short last step that must be whole."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    with contextlib.suppress(ValueError):  # not in the main thread: nothing to hold back
+        for number in handlers:
+            signal.signal(number, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(ValueError):
+            for number, handler in handlers.items():
+                signal.signal(number, handler)

@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 import shutil
-import signal
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten
+from quadstep.report.interrupts import signals_ignored
 
 WRITING = ".writing-"
 """Start of the name of a folder that is being written into; one may be left by a killed run."""
@@ -107,21 +107,13 @@ def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path])
     for path in files:
         if (folder / path).is_dir():
             raise IsADirectoryError(errno.EISDIR, f"{path} is a folder")
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    with contextlib.suppress(ValueError):  # not in the main thread: nothing to hold back
-        for number in handlers:
-            signal.signal(number, signal.SIG_IGN)
-    try:
+    with signals_ignored():
         for path in sorted(files, key=lambda path: path.name == MANIFEST):
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (temporary / path).replace(folder / path)
         for path in set(previous) - set(files):
             (folder / path).unlink(missing_ok=True)
             discard([folder / parent for parent in path.parents if parent != Path()])
-    finally:
-        with contextlib.suppress(ValueError):
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
 
 
 def write_json(path: Path, content: Any) -> None:

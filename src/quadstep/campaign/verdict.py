@@ -1,0 +1,33 @@
+"""What a machine is told of a campaign."""
+
+from pathlib import Path
+
+from quadstep import __version__
+from quadstep.campaign.commands import replay_command
+from quadstep.campaign.engine import CampaignEngine
+from quadstep.campaign.run import REPORT, Finished
+from quadstep.campaign.summary import as_json
+from quadstep.exit_codes import UNMET
+from quadstep.judging.share import Judged
+from quadstep.judging.verdict import Case, Verdict
+
+
+def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | None) -> Verdict:
+    """Judge a campaign that is over. least: share of flights that must succeed; None if nothing is required."""
+    summary, name = done.summary, done.campaign.file.name
+    judged = None if least is None else Judged(least, summary.success, summary.flights)
+    cases = (Case("flown"), *([judged.case] if judged else []))
+    measured = as_json(summary)
+    worst = [{**one, "replay": replay_command(file, one["flight"])} for one in measured["worst"]]
+    content = {
+        "version": __version__,
+        "campaign": str(file),
+        "name": name,
+        "engine": engine.value,
+        "folder": str(done.folder),
+        "report": str(done.folder / REPORT),
+        **measured,
+        "worst": worst,
+        "requirement": judged.as_json() if judged else None,
+    }
+    return Verdict("campaign", name, cases, content, UNMET if judged and not judged.met else 0)

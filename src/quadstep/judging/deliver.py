@@ -1,0 +1,61 @@
+"""Handing a verdict over: one JSON object on the output stream, a JUnit file, an exit code."""
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.errors import UserError
+from quadstep.judging.verdict import Verdict
+from quadstep.report.interrupts import signals_ignored
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
+JunitOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
+]
+
+
+START = 4096
+"""Characters of a file by which a JUnit file is known."""
+
+
+def check_junit(path: Path) -> None:
+    """Raises UserError at once where a JUnit file cannot or should not be written."""
+    try:
+        if path.is_dir():
+            raise UserError(f"--junit {path}: is a folder; name a file")
+        if path.exists() and not path.is_file():
+            raise UserError(f"--junit {path}: is no ordinary file")
+        if path.is_file() and path.stat().st_size:
+            with path.open(encoding="utf-8", errors="replace") as file:
+                if "<testsuite" not in file.read(START):
+                    raise UserError(f"--junit {path}: exists and is no JUnit file; name another")
+        folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
+        if not folder.is_dir() or not os.access(folder, os.W_OK):
+            raise UserError(f"--junit {path}: cannot be written: {folder} takes no files")
+    except (OSError, ValueError) as error:
+        raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
+
+
+def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float) -> None:
+    """Write and print what was asked for, then leave with the verdict's exit code. seconds: how long the command took.
+
+    With `as_json` what is not met is said on the error stream. Raises UserError where the file cannot be written.
+    """
+    if junit:
+        from quadstep.judging.junit import write_junit  # noqa: PLC0415 (XML is loaded only where it is written)
+
+        write_junit(junit, verdict, seconds)
+    if as_json:
+        text = json.dumps(verdict.as_json(), indent=2, allow_nan=False) + "\n"
+        with signals_ignored():  # an object is printed whole or not at all
+            sys.stdout.write(text)
+            sys.stdout.flush()
+        for case in verdict.cases:
+            if case.failure:
+                print(f"quadstep: {case.sentence}", file=sys.stderr)  # noqa: T201
+    if verdict.exit_code:
+        raise typer.Exit(verdict.exit_code)

@@ -1,0 +1,70 @@
+"""`quadstep campaign --require`, `--json`, `--junit`."""
+
+import json
+
+import pytest
+
+from tests.campaigns import MASS, fly, manifest, written
+from tests.test_judging import checked, properties
+
+FAILING = f"{MASS}[failure]\nlargest_error = 1e-9\n"
+
+
+def success(folder):
+    return manifest(folder)["summary"]["success"]
+
+
+def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):
+    path, out = written(tmp_path, MASS, head="flights = 60\n"), tmp_path / "out"
+    assert fly(path, out, "--require", "0.94").code == 0
+    low = success(out)["low"]
+    assert 0.94 < low < 0.941
+    met = fly(path, out, "--resume", "--require", repr(low))
+    assert (met.code, met.err) == (0, "")
+    assert "Met: at least 0.9403705077 of the flights succeed, with 95 % confidence." in met.out
+    missed = fly(path, out, "--resume", "--require", "0.941")
+    assert missed.code == 4
+    assert "NOT MET: success rate should be at least 0.941, but is only known to be above 0.9403705077; 60" in missed.out
+
+
+def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
+    path, out = written(tmp_path, FAILING, head="flights = 30\n"), tmp_path / "out"
+    assert fly(path, out).code == 0
+    before = (out / "flights" / "00000.parquet").read_bytes()
+    run = fly(path, out, "--resume", "--require", "0.5", "--json", "--junit", tmp_path / "junit.xml")
+    assert run.code == 4
+    assert run.err == "quadstep: NOT MET: success rate should be at least 0.5, but is only known to be above 0\n"
+    found = json.loads(run.out)
+    assert found["requirement"] == {"least": 0.5, "measured": 0.0, "met": False}
+    assert (found["passed"], found["exit_code"], found["flights"]) == (False, 4, 30)
+    assert found["success"] == success(out)
+    suite, cases = checked((tmp_path / "junit.xml").read_text(encoding="utf-8"))
+    assert list(cases.values()) == [None, "success rate should be at least 0.5, but is only known to be above 0"]
+    assert float(properties(suite)["success.low"]) == 0.0
+    assert (out / "flights" / "00000.parquet").read_bytes() == before
+
+
+def test_json_is_all_that_is_printed(tmp_path):
+    path = written(tmp_path, MASS, head="flights = 20\n")
+    run = fly(path, tmp_path / "out", "--json")
+    assert (run.code, run.err) == (0, "")
+    found = json.loads(run.out)
+    assert (found["command"], found["passed"], found["requirement"], found["exit_code"]) == ("campaign", True, None, 0)
+    worst = manifest(tmp_path / "out")["summary"]["worst"]
+    assert [one["flight"] for one in found["worst"]] == [one["flight"] for one in worst]
+    assert found["worst"][0]["replay"] == f"quadstep fly {path} --flight {found['worst'][0]['flight']}"
+
+
+@pytest.mark.parametrize("share", ["nan", "1.5", "-1", "", "abc"])
+def test_a_share_that_is_none_is_refused_before_anything_is_flown(tmp_path, share):
+    path = written(tmp_path, MASS, head="flights = 20\n")
+    run = fly(path, tmp_path / "out", f"--require={share}")
+    assert run.refused, run
+    assert "between 0 and 1" in run.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_is_no_junit_file(tmp_path):
+    run = fly(written(tmp_path, MASS, head="flights = 20\n"), tmp_path / "out", "--junit", tmp_path)
+    assert run.refused
+    assert not (tmp_path / "out").exists()
