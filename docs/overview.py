@@ -9,8 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
-from quadstep import fly, read_mission
-from quadstep.analysis.metrics import flight_metrics
+from quadstep import flight_metrics, fly, read_mission
 from quadstep.report.figures import LINES, STYLE
 from quadstep.study.cases import STRESS_TIMES, stress
 from quadstep.study.study import completed

@@ -7,7 +7,6 @@ a number, no `math`, but `where`, `sin`, ... from `quadstep.numbers`.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep import Mission, flight_metrics, fly
 from quadstep.control.controller import Command
 from quadstep.control.inversion import invert_force
 from quadstep.guidance.reference import Reference
@@ -51,6 +50,8 @@ class CascadedPD:
 
 
 if __name__ == "__main__":
+    from quadstep import Mission, flight_metrics, fly
+
     path = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 10.0}
     paper = Mission.model_validate({"path": path}).plan()
     own = paper.with_controller(CascadedPD(), Gains(1.0, 9.81, 2.0, 3.0, 4000.0, 300.0))

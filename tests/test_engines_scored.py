@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from quadstep import flight_metrics
 from quadstep.analysis.airframe_metrics import airframe_metrics
-from quadstep.analysis.metrics import flight_metrics
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
 from quadstep.flight.closed_loop import Outcome, Ticks

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.analysis.metrics import attitude_errors, flight_metrics, position_errors, rmse, settling_time
+from quadstep.analysis.metrics import attitude_errors, lagrange_metrics, position_errors, rmse, settling_time
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.columns import COLUMNS
 from quadstep.flight.log import FlightLog
@@ -34,7 +34,7 @@ def test_errors_are_wanted_minus_actual():
 
 def test_position_errors_axis_by_axis_and_together():
     log = log_of(4, x=[0, 3, 0, -4], y_d=[1, 1, 1, 1], z=[2, 2, 2, 2], z_d=[2, 2, 2, 2])
-    metrics = flight_metrics(log)
+    metrics = lagrange_metrics(log)
     assert metrics["position"]["x"] == pytest.approx({"rmse[m]": 2.5, "largest[m]": 4.0, "final[m]": 4.0})
     assert metrics["position"]["y"] == pytest.approx({"rmse[m]": 1.0, "largest[m]": 1.0, "final[m]": 1.0})
     assert metrics["position"]["z"] == {"rmse[m]": 0.0, "largest[m]": 0.0, "final[m]": 0.0}
@@ -42,7 +42,7 @@ def test_position_errors_axis_by_axis_and_together():
 
 
 def test_attitude_errors_by_angle():
-    attitude = flight_metrics(log_of(2, theta=[0.3, -0.1], theta_d=[0.0, 0.3]))["attitude"]["theta"]
+    attitude = lagrange_metrics(log_of(2, theta=[0.3, -0.1], theta_d=[0.0, 0.3]))["attitude"]["theta"]
     assert attitude["rmse[rad]"] == pytest.approx(math.sqrt((0.09 + 0.16) / 2))
     assert attitude["largest[rad]"] == pytest.approx(0.4)
     assert attitude["final[rad]"] == pytest.approx(0.4)
@@ -69,31 +69,31 @@ def test_settling_starts_from_the_time_of_the_log():
 
 
 def test_an_error_may_settle_before_its_angle_does():
-    metrics = flight_metrics(log_of(5, phi=[0.2, 0.2, 0.2, 0.0, 0.0], phi_d=[0.0, 0.2, 0.2, 0.0, 0.0]))
+    metrics = lagrange_metrics(log_of(5, phi=[0.2, 0.2, 0.2, 0.0, 0.0], phi_d=[0.0, 0.2, 0.2, 0.0, 0.0]))
     assert metrics["attitude"]["phi"]["error_settling[s]"] == 1.0
     assert metrics["attitude"]["phi"]["angle_settling[s]"] == 3.0
 
 
 def test_an_angle_settles_towards_its_last_command():
-    metrics = flight_metrics(log_of(4, psi=[0.0, 0.5, 1.0, 1.0], psi_d=[0.0, 0.5, 1.0, 1.0]))
+    metrics = lagrange_metrics(log_of(4, psi=[0.0, 0.5, 1.0, 1.0], psi_d=[0.0, 0.5, 1.0, 1.0]))
     assert metrics["attitude"]["psi"]["error_settling[s]"] == 0.0
     assert metrics["attitude"]["psi"]["angle_settling[s]"] == 2.0
 
 
 def test_largest_input_and_total_variation():
-    metrics = flight_metrics(log_of(4, u=[9, 11, 8, 8], tau_phi=[0, -5, 0, 0]))
+    metrics = lagrange_metrics(log_of(4, u=[9, 11, 8, 8], tau_phi=[0, -5, 0, 0]))
     assert metrics["u"] == {"largest[N]": 11.0, "total_variation[N]": 5.0}
     assert metrics["tau_phi"] == {"largest[N m]": 5.0, "total_variation[N m]": 10.0}
     assert metrics["tau_psi"] == {"largest[N m]": 0.0, "total_variation[N m]": 0.0}
 
 
 def test_rotors_least_and_largest_over_all_four():
-    metrics = flight_metrics(log_of(2, f1=[1, 2], f2=[3, 4], f3=[-1, 5], f4=[2, 2]))
+    metrics = lagrange_metrics(log_of(2, f1=[1, 2], f2=[3, 4], f3=[-1, 5], f4=[2, 2]))
     assert metrics["rotors"] == {"least[N]": -1.0, "largest[N]": 5.0}
 
 
 def test_largest_weight_norms():
-    metrics = flight_metrics(log_of(3, norm_W1=[0, 2, 1], norm_W2=[3, 0, 0]))
+    metrics = lagrange_metrics(log_of(3, norm_W1=[0, 2, 1], norm_W2=[3, 0, 0]))
     assert metrics["largest_weight_norm"] == {"norm_W1": 2.0, "norm_W2": 3.0}
 
 
@@ -102,12 +102,12 @@ def test_largest_weight_norms():
     [(0.3, 0.0, 0.3), (0.0, -0.4, 0.4), (0.0, math.pi, math.pi), (0.3, 0.4, math.acos(math.cos(0.3) * math.cos(0.4)))],
 )
 def test_tilt_is_the_angle_between_thrust_and_vertical(theta, phi, tilt):
-    metrics = flight_metrics(log_of(2, theta=[0.0, theta], phi=[0.0, phi]))
+    metrics = lagrange_metrics(log_of(2, theta=[0.0, theta], phi=[0.0, phi]))
     assert metrics["largest_tilt[rad]"] == pytest.approx(tilt)
 
 
 def test_outcome_and_time_are_told():
-    metrics = flight_metrics(log_of(3, outcome=Outcome.OFF_PATH))
+    metrics = lagrange_metrics(log_of(3, outcome=Outcome.OFF_PATH))
     assert (metrics["outcome"], metrics["ended[s]"]) == ("off_path", 2.0)
     assert "position" in metrics
 
@@ -115,10 +115,10 @@ def test_outcome_and_time_are_told():
 @pytest.mark.parametrize("samples", [0, 1])
 def test_a_flight_without_two_rows_has_only_its_end(samples):
     log = log_of(samples, outcome=Outcome.SINGULAR)._replace(ended=0.0)
-    assert flight_metrics(log) == {"outcome": "singular", "ended[s]": 0.0}
+    assert lagrange_metrics(log) == {"outcome": "singular", "ended[s]": 0.0}
 
 
 def test_metrics_are_plain_json():
     rng = np.random.default_rng(0)
     log = log_of(20, **{name: rng.normal(size=20) for name in COLUMNS if name != "t"})
-    assert json.loads(json.dumps(flight_metrics(log), allow_nan=False)) == flight_metrics(log)
+    assert json.loads(json.dumps(lagrange_metrics(log), allow_nan=False)) == lagrange_metrics(log)

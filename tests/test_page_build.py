@@ -243,7 +243,7 @@ def test_each_panel_is_of_columns_that_are_there_and_every_column_of_a_flight_is
 
 
 def test_lengths_get_the_unit_that_suits():
-    assert [length(value) for value in (2.0, 0.02, 3.6e-6, 4e-9)] == ["2 m", "20 mm", "3.6 um", "4 nm"]
+    assert [length(value) for value in (2.0, 0.02, 3.6e-6, 4e-9)] == ["2 m", "20 mm", "3.6 µm", "4 nm"]
     assert facts({}) == ()
 
 

@@ -8,9 +8,9 @@ import pytest
 from quadstep.flight.eager import fly_floats
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, vector
-from quadstep.page.airframes import plain_controls
 from quadstep.page.conditions import conditions
 from quadstep.page.laws import widened
+from quadstep.page.plain import plain_controls
 from quadstep.study.cases import adaptive, nested
 from tests.pages import data_of, fly_page, needs_node
 from tests.test_page_laws import flown, write_page

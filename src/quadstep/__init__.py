@@ -12,7 +12,7 @@ __all__ = ["Engine", "Mission", "UserError", "airframe_metrics", "flight_metrics
 
 if TYPE_CHECKING:
     from quadstep.analysis.airframe_metrics import airframe_metrics
-    from quadstep.analysis.metrics import flight_metrics
+    from quadstep.analysis.flight_metrics import flight_metrics
     from quadstep.errors import UserError
     from quadstep.flight.engine import Engine
     from quadstep.flight.engines import fly, fly_all
@@ -24,7 +24,7 @@ _PLACES = {
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.errors",
     "airframe_metrics": "quadstep.analysis.airframe_metrics",
-    "flight_metrics": "quadstep.analysis.metrics",
+    "flight_metrics": "quadstep.analysis.flight_metrics",
     "fly": "quadstep.flight.engines",
     "fly_all": "quadstep.flight.engines",
     "read_mission": "quadstep.mission.read",

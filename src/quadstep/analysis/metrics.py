@@ -1,4 +1,4 @@
-"""Metrics of a flight, computed from its log."""
+"""Metrics of a flight of the paper's plant, computed from its log."""
 
 from typing import Any
 
@@ -57,8 +57,8 @@ def errors_of(errors: NDArray[np.float64], names: tuple[str, ...], unit: str) ->
     }
 
 
-def flight_metrics(log: FlightLog) -> dict[str, Any]:
-    """Everything the study reports of one flight, with units in the keys.
+def lagrange_metrics(log: FlightLog) -> dict[str, Any]:
+    """Everything the study reports of one flight, with units in the keys; attitude: only if the law says which it wants.
 
     settling: of the angle's error against its command, and of the angle itself (towards level or its final yaw).
     total variation: sum of |differences| of an input from one log row to the next.
@@ -67,13 +67,15 @@ def flight_metrics(log: FlightLog) -> dict[str, Any]:
     if len(log.rows) < 2:
         return result
     t, attitude = log.column("t"), log.table(*ATTITUDE)
-    e1, e2 = position_errors(log), attitude_errors(log)
+    e1 = position_errors(log)
     result["position"] = errors_of(e1, POSITION, "m")
     result["position_rmse[m]"] = rmse(np.linalg.norm(e1, axis=1))
-    result["attitude"] = errors_of(e2, ATTITUDE, "rad")
-    for i, name in enumerate(ATTITUDE):
-        result["attitude"][name]["error_settling[s]"] = settling_time(t, e2[:, i])
-        result["attitude"][name]["angle_settling[s]"] = settling_time(t, attitude[:, i] - log.column(f"{name}_d")[-1])
+    if "psi_d" in log.columns:
+        e2 = attitude_errors(log)
+        result["attitude"] = errors_of(e2, ATTITUDE, "rad")
+        for i, name in enumerate(ATTITUDE):
+            result["attitude"][name]["error_settling[s]"] = settling_time(t, e2[:, i])
+            result["attitude"][name]["angle_settling[s]"] = settling_time(t, attitude[:, i] - log.column(f"{name}_d")[-1])
     result["largest_tilt[rad]"] = float(np.arccos(np.clip(np.cos(attitude[:, 1]) * np.cos(attitude[:, 2]), -1, 1)).max())
     for name, unit in zip(INPUTS, ("N", "N m", "N m", "N m"), strict=True):
         values = log.column(name)

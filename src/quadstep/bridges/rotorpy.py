@@ -80,6 +80,7 @@ class Adapter:
             self.memory = law.guide(self.memory, measured, reference, gains, t, self.guidance_period)
         if self.calls % self.control_calls == 0:
             self.command, self.memory = law.law(self.memory, measured, reference, gains, t, self.control_period)
+            self.attitude = measured.attitude
             self.allocate()
         self.calls, self.last = self.calls + 1, t
         return dict(self.answer)
@@ -101,7 +102,8 @@ class Adapter:
         """The answer to RotorPy."""
         command, allocation = self.command, self.parameters.allocation
         speeds, self.thrust, self.torque = allocate(self.loop.geometry, allocation, command.thrust, command.torque)
-        w, i, j, k = from_yaw_pitch_roll(command.desired_attitude)
+        said = math.isfinite(command.desired_attitude.norm())
+        w, i, j, k = from_yaw_pitch_roll(command.desired_attitude) if said else self.attitude
         turning = np.array(list(speeds))
         self.answer = {
             "cmd_motor_speeds": turning,

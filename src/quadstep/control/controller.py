@@ -8,11 +8,15 @@ torques. On a real airframe it measures a `Measured` on quaternions and gives to
 loop may have a rate of its own, see `AirframeLaw`.
 """
 
+import math
 from typing import Any, NamedTuple, Protocol
 
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, vector
 from quadstep.vehicle.state import State
+
+NOT_SAID = vector(math.nan, math.nan, math.nan)
+"""Of a command that names no attitude: the log has no columns for it, and nothing is made of them."""
 
 
 class Command(NamedTuple):
@@ -20,13 +24,13 @@ class Command(NamedTuple):
 
     thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its
     body axes. The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll),
-    right-handed [rad]; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the integral terms of Eq. 55; weight_norms:
-    Frobenius norms of both nets' weights.
+    right-handed [rad], left out by a law that has none in mind; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the
+    integral terms of Eq. 55; weight_norms: Frobenius norms of both nets' weights.
     """
 
     thrust: Number
     torque: Vector
-    desired_attitude: Vector = vector(0.0, 0.0, 0.0)
+    desired_attitude: Vector = NOT_SAID
     r1: Vector = vector(0.0, 0.0, 0.0)
     r2: Vector = vector(0.0, 0.0, 0.0)
     stored: Number = 0.0

@@ -23,7 +23,6 @@ from quadstep.control.controller import AirframeLaw, Command, Measured
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call, raise_pending, register, release
-from quadstep.numbers.rotations import yaw_pitch_roll
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -73,7 +72,7 @@ class Opaque(AirframeLaw):
     def law(
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: OpaqueGains, t: Number, period: Number
     ) -> tuple[Command, tuple[()]]:
-        """One sample. The attitude logged as wanted is the measured one: nothing else is known of what the callable wants."""
+        """One sample. Which attitude the callable wants is not known, so none is logged."""
         inputs = [
             t,
             period,
@@ -88,7 +87,7 @@ class Opaque(AirframeLaw):
             reference.yaw_rate,
         ]
         thrust, *torque = call(gains.handle, inputs, 4)
-        return Command(thrust, Vector(torque), desired_attitude=yaw_pitch_roll(measured.attitude)), memory
+        return Command(thrust, Vector(torque)), memory
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:

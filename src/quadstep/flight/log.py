@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Outcome, Ticks
 
+SAID = frozenset(("psi_d", "theta_d", "phi_d", "yaw_d", "pitch_d", "roll_d"))
+"""Columns of the attitude that a law says it wants: left out of the log of one that never says it."""
+
 
 class FlightLog(NamedTuple):
     """A flight as flown.
@@ -23,23 +26,33 @@ class FlightLog(NamedTuple):
     final: Any
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """One column by name."""
-        column: NDArray[np.float64] = self.rows[:, list(self.columns).index(name)]
+        """One column by name. Raises KeyError naming those there are."""
+        column: NDArray[np.float64] = self.table(name)[:, 0]
         return column
 
     def table(self, *names: str) -> NDArray[np.float64]:
-        """Several columns by name, shape (samples, len(names))."""
-        table: NDArray[np.float64] = self.rows[:, [list(self.columns).index(name) for name in names]]
+        """Several columns by name, shape (samples, len(names)). Raises KeyError naming those there are."""
+        known = list(self.columns)
+        for name in names:
+            if name not in self.columns:
+                raise KeyError(f"the log has no column {name!r}; it has {', '.join(known)}")
+        table: NDArray[np.float64] = self.rows[:, [known.index(name) for name in names]]
         return table
 
 
 def finished(
     columns: Mapping[str, str], rows: NDArray[np.float64], code: float, tick: int, ticks: Ticks, final: Any
 ) -> FlightLog:
-    """The log of a flight that ended at `tick` with outcome `code`; rows from that tick on, and broken ones, are cut."""
+    """The log of a flight that ended at `tick` with outcome `code`; rows from that tick on, and broken ones, are cut.
+
+    An attitude that its law never said it wants has no columns.
+    """
     outcome = Outcome(int(code))
     if outcome is not Outcome.COMPLETED:
         rows = rows[: -(-tick // ticks.log)]
+    kept = [i for i, name in enumerate(columns) if not (name in SAID and len(rows) and np.isnan(rows[:, i]).all())]
+    if len(kept) < len(columns):
+        columns, rows = {name: unit for i, (name, unit) in enumerate(columns.items()) if i in kept}, rows[:, kept]
     broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     if len(broken):
         outcome = Outcome.NOT_FINITE if outcome is Outcome.COMPLETED else outcome

@@ -37,6 +37,18 @@ class BuiltController(NamedTuple):
     gains: Any
 
 
+class ControllerSection(Section):
+    """A controller in a mission file: a `type`, its keys, and what they build. Subclass it and add it to `AnyController`."""
+
+    def build(self, vehicle: VehicleSection, folder: Path) -> BuiltController:
+        """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
+        raise NotImplementedError
+
+    def warnings(self, vehicle: VehicleSection) -> list[str]:
+        """What is to be said against these gains, a line each."""
+        return []
+
+
 class NetsSection(Section):
     """The two neural nets."""
 
@@ -86,7 +98,7 @@ def read_weights(path: Path) -> SavedWeights:
     return saved
 
 
-class BacksteppingSection(Section):
+class BacksteppingSection(ControllerSection):
     """The paper's adaptive neural backstepping; keys are the paper's symbols."""
 
     type: Literal["backstepping"]
@@ -170,7 +182,7 @@ class CompletedSection(BacksteppingSection):
         return BuiltController(law, gains)
 
 
-class NestedSaturationSection(Section):
+class NestedSaturationSection(ControllerSection):
     """The controller of the paper's reference [11], tracking the same path."""
 
     type: Literal["nested-saturation"]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from quadstep.analysis.metrics import flight_metrics, saturated_share
+from quadstep.analysis.metrics import lagrange_metrics, saturated_share
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
@@ -81,7 +81,7 @@ class Mission(Section):
 
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""
-        metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
+        metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
         share = saturated_share(log, *limits) if limits else 0.0
         if limits:
             metrics["saturated_share"] = share

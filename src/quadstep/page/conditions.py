@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from quadstep.mission.controllers import CompletedSection, NestedSaturationSection
+from quadstep.mission.controllers import BacksteppingSection, CompletedSection, NestedSaturationSection
 from quadstep.page.controls import ANGLES, AXES
 from quadstep.page.model import Condition
 
@@ -25,9 +25,11 @@ def entries(name: str, count: int = 3) -> list[dict[str, Any]]:
 
 
 def conditions(section: Any) -> list[Condition]:
-    """What the theory asks of the gains of a controller that a mission can name."""
+    """What the theory asks of the gains of a controller that a mission can name; nothing of one that it does not know."""
     if isinstance(section, NestedSaturationSection):
         return nested_conditions()
+    if not isinstance(section, BacksteppingSection):
+        return []
     at = "gains.paper" if isinstance(section, CompletedSection) else "gains"
     found = theorem_conditions(at)
     return found if isinstance(section, CompletedSection) else [*found, coupling_condition(at)]

@@ -1,19 +1,29 @@
 """The controllers that can fly a mission of the paper's plant, each with its sliders."""
 
+import contextlib
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
-from quadstep.mission.controllers import BacksteppingSection, CompletedSection, NestedSaturationSection, NetsSection
+from quadstep.mission.controllers import (
+    BacksteppingSection,
+    CompletedSection,
+    ControllerSection,
+    NestedSaturationSection,
+    NetsSection,
+)
 from quadstep.mission.schema import Mission
 from quadstep.page.conditions import conditions
-from quadstep.page.controls import ANGLES, AXES, each, from_zero, grouped, one, parameter, positive
+from quadstep.page.controls import ANGLES, AXES, BELIEF, GAINS, NETS, each, from_zero, grouped, one, parameter, positive
 from quadstep.page.laws import NEURONS, Laws, widened
 from quadstep.page.model import Component, Control, Controller
+from quadstep.page.plain import plain_controls
 
-GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
 LEARNING, DAMPING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54."
 
 LABELS = {
@@ -35,21 +45,21 @@ def choices(mission: Mission) -> list[Choice]:
     """The mission's own controller, then the others with what they have in common with it, else their defaults."""
     own = mission.controller
     given = own.model_dump(exclude_unset=True)
-    belief = {key: given[key] for key in ("mass", "inertia") if key in given}
+    belief: dict[str, Any] = {key: given[key] for key in ("mass", "inertia") if key in given}
     common = {key: value for key, value in given.items() if key in BacksteppingSection.model_fields}
     if not isinstance(own, BacksteppingSection):
         common = {key: value for key, value in belief.items() if key == "mass"}
-    sections: list[Any] = [
-        own,
-        BacksteppingSection.model_validate({**common, "type": "backstepping"}),
-        CompletedSection.model_validate({**common, "type": "completed-backstepping"}),
-        NestedSaturationSection.model_validate({**belief, "type": "nested-saturation"}),
-    ]
-    return [
-        Choice(section.type, LABELS[section.type], section)
-        for place, section in enumerate(sections)
-        if place == 0 or section.type != own.type
-    ]
+    others: dict[str, tuple[type[ControllerSection], Mapping[str, Any]]] = {
+        "backstepping": (BacksteppingSection, common),
+        "completed-backstepping": (CompletedSection, common),
+        "nested-saturation": (NestedSaturationSection, belief),
+    }
+    found = [Choice(own.type, LABELS.get(own.type, own.type), own)]
+    for kind, (section, keys) in others.items():
+        if kind != own.type:
+            with contextlib.suppress(ValidationError):  # a controller of another kind may mean something else by them
+                found.append(Choice(kind, LABELS[kind], section.model_validate({**keys, "type": kind})))
+    return found
 
 
 def controllers(mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> list[Controller]:
@@ -72,7 +82,7 @@ def controllers(mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) ->
 
 
 def gain_controls(section: Any, gains: Any) -> list[Control]:
-    """The sliders of a controller that a mission file can name."""
+    """The sliders of a controller that a mission file can name; of one that is not known here, a slider for each gain."""
     if isinstance(section, CompletedSection):
         at = "gains.paper"
         return [
@@ -86,10 +96,12 @@ def gain_controls(section: Any, gains: Any) -> list[Control]:
             *grouped(NETS, *net_controls(section.nets, gains, "gains")),
             *grouped(BELIEF, *believed_mass(gains.mass, "gains")),
         ]
-    return [
-        *grouped(GAINS, *nested_gains(gains)),
-        *grouped(BELIEF, *believed_mass(gains.mass, "gains"), *believed_inertia(gains.inertia)),
-    ]
+    if isinstance(section, NestedSaturationSection):
+        return [
+            *grouped(GAINS, *nested_gains(gains)),
+            *grouped(BELIEF, *believed_mass(gains.mass, "gains"), *believed_inertia(gains.inertia)),
+        ]
+    return plain_controls(gains)
 
 
 def paper_gains(gains: Any, at: str) -> list[Control]:

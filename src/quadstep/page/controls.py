@@ -12,6 +12,9 @@ from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 
+GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
+"""Headings of a controller's sliders."""
+
 AXES, ANGLES, ONE = ("x", "y", "z"), ("psi", "theta", "phi"), ("",)
 
 BELIEVES = "The vehicle's; the controller goes on believing its own."

@@ -12,11 +12,12 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
 from quadstep.mission.fly import REASONS
 from quadstep.mission.schema import Mission
-from quadstep.page.airframes import airframe_controllers, plain_controls
+from quadstep.page.airframes import airframe_controllers
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
 from quadstep.page.model import Control, Controller, Flight, Recorded, numbers_text
+from quadstep.page.plain import plain_controls
 from quadstep.page.scenes import panels, scene
 
 MOST_ROWS = 60_000
@@ -158,7 +159,7 @@ def facts(metrics: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
 
 def length(metres: float) -> str:
     """A length in the unit that suits."""
-    for unit, factor in (("m", 1.0), ("mm", 1e3), ("um", 1e6)):
+    for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):
         if metres * factor >= 1.0:
             return f"{metres * factor:.3g} {unit}"
     return f"{metres * 1e9:.3g} nm"

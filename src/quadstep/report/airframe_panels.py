@@ -19,8 +19,11 @@ def position_panels(log: FlightLog) -> list[Panel]:
 
 
 def attitude_panels(log: FlightLog) -> list[Panel]:
-    """Angles, unwrapped, against their commands, then the body rates."""
-    angles = [Panel(a, "rad", {name: np.unwrap(log.column(name)) for name in (a, f"{a}_d")}) for a in ("roll", "pitch", "yaw")]
+    """Angles, unwrapped, against their commands as far as these are said, then the body rates."""
+    angles = [
+        Panel(a, "rad", {name: np.unwrap(log.column(name)) for name in (a, f"{a}_d") if name in log.columns})
+        for a in ("roll", "pitch", "yaw")
+    ]
     return angles + [Panel(rate, "rad/s", {rate: log.column(rate)}) for rate in ("p", "q", "r")]
 
 

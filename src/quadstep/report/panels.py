@@ -15,7 +15,9 @@ def position_panels(log: FlightLog) -> list[Panel]:
 
 
 def attitude_panels(log: FlightLog, angles: tuple[str, ...] = ("phi", "theta")) -> list[Panel]:
-    """Angles against their commands, then the errors."""
+    """Angles against their commands, then the errors; of a law that does not say which attitude it wants, the angles alone."""
+    if "psi_d" not in log.columns:
+        return [Panel(a, "rad", {a: log.column(a)}) for a in angles]
     errors, order = attitude_errors(log), ("psi", "theta", "phi")
     tracks = [Panel(f"{a}", "rad", {a: log.column(a), f"{a}_d": log.column(f"{a}_d")}) for a in angles]
     misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": errors[:, order.index(a)]}) for a in angles]

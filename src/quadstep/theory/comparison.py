@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.analysis.metrics import flight_metrics
+from quadstep.analysis.metrics import lagrange_metrics
 from quadstep.flight.engines import fly_all
 from quadstep.study.cases import HOLD, case_1
 
@@ -60,7 +60,7 @@ def grid() -> list[Cell]:
         ).plan()
         for gain, slope, time, scale, nets, law in keys
     ]
-    metrics = [flight_metrics(log) for log in fly_all(plans)]
+    metrics = [lagrange_metrics(log) for log in fly_all(plans)]
     return [
         Cell(*key, m["position_rmse[m]"] if m["outcome"] == "completed" else None, m["ended[s]"])
         for key, m in zip(keys, metrics, strict=True)

@@ -1,0 +1,16 @@
+"""Metrics of any flight, computed from its log."""
+
+from typing import Any
+
+from quadstep.analysis.airframe_metrics import airframe_metrics
+from quadstep.analysis.metrics import lagrange_metrics
+from quadstep.flight.log import FlightLog
+
+
+def flight_metrics(log: FlightLog) -> dict[str, Any]:
+    """Everything reported of a flight, with units in the keys, of the paper's plant or of a real vehicle.
+
+    Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]",
+    "largest_tilt[rad]", "rotors", "largest_weight_norm", and what `lagrange_metrics` or `airframe_metrics` adds.
+    """
+    return airframe_metrics(log) if "q_w" in log.columns else lagrange_metrics(log)

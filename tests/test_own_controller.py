@@ -1,0 +1,161 @@
+"""A controller of one's own, added as the README says, flies, is drawn and gets its page; what it does not say is nowhere."""
+
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep import Mission, airframe_metrics, flight_metrics, fly, read_mission
+from quadstep.control.controller import AirframeLaw, Command
+from quadstep.flight.engine import Engine
+from quadstep.page.missions import flown_mission, missions_page
+from quadstep.report.airframe_panels import airframe_jobs
+from quadstep.report.panels import flight_jobs
+
+ROOT = Path(__file__).parent.parent
+MISSION = """
+name = "Own"
+[path]
+type = "minimum-jerk"
+end = [2.0, 0.5, 1.0]
+duration = 4.0
+[controller]
+type = "cascaded-pd"
+k_r = 5000.0
+"""
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """The folder of a mission that names a controller which was added to a copy of the package as the README says."""
+    folder = tmp_path_factory.mktemp("own")
+    shutil.copytree(ROOT / "src" / "quadstep", folder / "quadstep", ignore=shutil.ignore_patterns("__pycache__"))
+    law = (ROOT / "examples" / "own_controller.py").read_text()
+    silent = law.replace("Command(thrust, torque, desired)", "Command(thrust, torque)")
+    assert silent != law
+    (folder / "quadstep" / "control" / "cascaded_pd.py").write_text(silent)
+    section = re.search(r"```python\n(class \w+\(ControllerSection\).*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert section
+    place = folder / "quadstep" / "mission" / "controllers.py"
+    text = place.read_text()
+    union = "AnyController = Annotated[BacksteppingSection"
+    assert union in text
+    text = text.replace(union, f"{section[1]}\n\n{union.replace('[', '[CascadedPDSection | ')}")
+    place.write_text(
+        text.replace("import json\n", "import json\nfrom quadstep.control.cascaded_pd import CascadedPD, Gains\n", 1)
+    )
+    (folder / "own.toml").write_text(MISSION)
+    run = subprocess.run(
+        [sys.executable, "-m", "quadstep.cli", "fly", "own.toml", "--out", "out"],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert "Completed 4 s" in run.stdout
+    return folder / "out"
+
+
+def test_it_flies_from_a_mission_file(flown):
+    metrics = json.loads((flown / "metrics.json").read_text())
+    assert metrics["mission"]["controller"]["k_r"] == 5000.0
+    assert 0.0 < metrics["position_rmse[m]"] < 0.05
+
+
+def test_its_page_flies_it_with_a_slider_for_each_gain(flown):
+    page = (flown / "page.html").read_text()
+    assert '"label":"cascaded-pd"' in page
+    for gain, value in (("k p", 2), ("k v", 3), ("k r", 5000), ("k w", 300)):
+        assert re.search(rf'"label":"{gain}".{{0,400}}"value":{value}\b', page), gain
+
+
+def test_an_attitude_that_it_does_not_say_is_nowhere(flown):
+    with (flown / "flight.csv").open() as file:
+        header = next(csv.reader(file))
+    assert "theta[rad]" in header
+    assert not {"psi_d[rad]", "theta_d[rad]", "phi_d[rad]"} & set(header)
+    assert "attitude" not in json.loads((flown / "metrics.json").read_text())
+    assert "Attitude error" not in (flown / "page.html").read_text().partition("<script")[0]
+    assert (flown / "figures" / "attitude.png").exists()
+
+
+@dataclass(frozen=True)
+class Hover(AirframeLaw):
+    """Gives the weight and nothing else."""
+
+    def start(self, measured, gains):
+        return ()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        return Command(gains[0], 0.0 * measured.rates), ()
+
+
+def on_a_real_vehicle(engine):
+    mission = Path(ROOT / "examples" / "wind_tunnel.toml")
+    plan = read_mission(mission).plan(mission.parent).with_controller(Hover(), (25.0,))
+    return fly(plan._replace(ticks=plan.ticks._replace(last=200)), engine)
+
+
+@pytest.mark.parametrize("engine", list(Engine))
+def test_nor_on_a_real_vehicle(engine):
+    log = on_a_real_vehicle(engine)
+    assert log.rows.shape[1] == len(log.columns)
+    assert np.isfinite(log.rows).all()
+    assert len(log.rows) > 20
+    assert {"yaw", "pitch", "roll", "heading_d", "x_d"} <= set(log.columns)
+    assert not {"yaw_d", "pitch_d", "roll_d"} & set(log.columns)
+    drawn = {name for job in airframe_jobs(log, "") for panel in job.panels for name in panel.lines}
+    assert "roll" in drawn
+    assert "roll_d" not in drawn
+    np.testing.assert_allclose(log.column("v_x"), log.table("v_x")[:, 0])
+
+
+def test_what_a_law_says_is_there():
+    mission = Mission.model_validate({"path": {"type": "minimum-jerk", "end": [1.0, 0.0, 0.0], "duration": 1.0}})
+    log = fly(mission.plan())
+    assert {"psi_d", "theta_d", "phi_d"} <= set(log.columns)
+    assert "attitude" in flight_metrics(log)
+    assert any("theta_d" in panel.lines for job in flight_jobs(log, "") for panel in job.panels)
+
+
+def test_metrics_of_any_log():
+    log = on_a_real_vehicle(Engine.LANES)
+    assert flight_metrics(log) == airframe_metrics(log)
+    assert "position_rmse[m]" in flight_metrics(log)
+    with pytest.raises(KeyError, match="no column 'psi'; it has t, x, y, z"):
+        log.column("psi")
+
+
+def test_a_controller_beside_whose_keys_mean_something_else_gets_its_page(monkeypatch):
+    from quadstep.mission.controllers import BuiltController, ControllerSection
+
+    class OwnSection(ControllerSection):
+        type: str = "own"
+        mass: str = "heavy"
+
+        def build(self, vehicle, folder):
+            return BuiltController(Steady(), (float(vehicle.mass * vehicle.gravity),))
+
+    mission = Mission.model_validate({"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.0], "duration": 1.0}})
+    own = mission.model_copy(update={"controller": OwnSection(mass="light")})
+    plan = own.plan()
+    page = missions_page([flown_mission(own, plan, fly(plan), Path())])
+    assert '"label":"own"' in page
+    assert '"label":"nested saturations [11]"' not in page
+
+
+@dataclass(frozen=True)
+class Steady:
+    """The weight as thrust."""
+
+    def start(self, measured, gains):
+        return ()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        return Command(gains[0], 0.0 * measured.rates), ()
