@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from quadstep import __version__, cli
+from quadstep import __version__, cli, read_mission
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
 
@@ -178,15 +178,25 @@ def test_a_mission_with_a_flawed_recording_names_mission_file_and_line(tmp_path)
 
 def test_new_writes_a_mission_that_flies_once(tmp_path, no_figures):
     path = tmp_path / "first.toml"
-    run = quadstep("new", path)
+    run = quadstep("new", path, "--paper")
     assert (run.code, run.err) == (0, "")
     assert str(path) in run.out.replace("\n", "")
     written = path.read_bytes()
-    again = quadstep("new", path)
+    again = quadstep("new", path, "--paper")
     assert again.refused
     assert "exists already" in again.err
     assert path.read_bytes() == written
     assert quadstep("fly", path, "--out", tmp_path / "out").code == 0
+
+
+@pytest.mark.parametrize(("options", "preset"), [((), "x500"), (("--vehicle", "crazyflie"), "crazyflie")])
+def test_new_proposes_a_vehicle_that_flies(tmp_path, options, preset):
+    path = tmp_path / "first.toml"
+    assert quadstep("new", path, *options).code == 0
+    mission = read_mission(path)
+    assert mission.vehicle.preset == preset
+    assert mission.plan().warnings == ()
+    assert quadstep("new", tmp_path / "other.toml", "--paper", "--vehicle", "x500").refused
 
 
 @pytest.mark.parametrize("place", ["nowhere/m.toml", "file/m.toml", "x" * 300])

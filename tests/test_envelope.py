@@ -16,7 +16,7 @@ from quadstep.envelope import cells as cells_module
 from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
 from quadstep.envelope.picture import draw_panel, legend, length, scale
 from quadstep.envelope.request import NOISY_FLIGHTS, request
-from quadstep.envelope.run import Flyer
+from quadstep.envelope.run import Flyer, fly_envelope
 from quadstep.envelope.units import label
 from quadstep.flight.engines import fly
 from quadstep.mission.read import check_mission
@@ -317,3 +317,14 @@ def test_axes_say_their_unit():
 
 def test_lengths_are_in_the_unit_that_suits_them():
     assert [length(x) for x in (3.0, 0.3, 0.003, 3e-6, 3e-9)] == ["3 m", "30 cm", "3 mm", "3 um", "3 nm"]
+
+
+def test_a_grid_of_wind_that_begins_at_zero_flies_with_turbulence(tmp_path):
+    (tmp_path / "windy.toml").write_text(
+        '[vehicle]\npreset = "x500"\n[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
+        "[wind]\nturbulence = { wind_20 = 4.0 }\n"
+    )
+    asked = request(tmp_path / "windy.toml", "wind.mean.0=0:4:2", "path.duration=1:2:2", None, (), 3)
+    found = fly_envelope(asked, tmp_path / "out")
+    assert found.cells.share.min() == 1.0
+    assert (found.cells.rmse > 1e-4).all()  # the gust that stands is felt

@@ -260,7 +260,6 @@ def test_wind_builds_what_is_written():
     ("table", "said"),
     [
         ({"swing": [1.0, 0.0, 0.0]}, "swing_frequency"),
-        ({"turbulence": {"intensity": "light"}}, "airspeed"),
         ({"mean": [5.0, 0.0, 0.0], "turbulence": {}}, "either wind_20"),
         ({"mean": [5.0, 0.0, 0.0], "turbulence": {"wind_20": 5.0, "intensity": "light"}}, "either wind_20"),
         ({"mean": [5.0, 0.0, 0.0], "turbulence": {"intensity": "stormy"}}, "severe"),
@@ -273,6 +272,19 @@ def test_wind_builds_what_is_written():
 def test_bad_wind_is_refused(table, said):
     with pytest.raises(ValidationError, match=said):
         WindSection.model_validate(table)
+
+
+def test_turbulence_without_a_mean_wind_stands_still_and_is_warned_of():
+    still = WindSection.model_validate({"mean": [0.0, 0.0, 0.0], "turbulence": {"intensity": "light"}})
+    assert still.build().turbulence.airspeed == 0.0
+    assert ["one blows all the time" in line for line in still.warnings()] == [True]
+    for table in (
+        {"mean": [0.1, 0.0, 0.0], "turbulence": {"intensity": "light"}},
+        {"turbulence": {"intensity": "light", "airspeed": 3.0}},
+        {"turbulence": {"wind_20": 0.0}},
+        {},
+    ):
+        assert WindSection.model_validate(table).warnings() == []
 
 
 def test_a_gust_after_the_flight_is_refused():

@@ -253,13 +253,16 @@ def certify(
 def new(
     mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     vehicle: Annotated[
-        str | None, typer.Option(help="For a real vehicle: a preset that `quadstep vehicles` lists.", show_default=False)
+        str | None, typer.Option(help="A preset that `quadstep vehicles` lists; x500 if left out.", show_default=False)
     ] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="The paper's plant and controller, no real vehicle.")] = False,
 ) -> None:
     """Write a commented mission file to start from."""
     from quadstep.mission.template import write_template  # noqa: PLC0415
 
-    write_template(mission, vehicle)
+    if paper and vehicle:
+        raise UserError("--paper and --vehicle: choose one; the paper's plant is no vehicle of the list")
+    write_template(mission, None if paper else vehicle or "x500")
     screen.print(f"Wrote {mission}. Fly it: quadstep fly {mission}", soft_wrap=True)
 
 

@@ -28,7 +28,8 @@ class TurbulenceSection(Section):
     """Dryden turbulence at low altitude (MIL-F-8785C), seeded by the flight's noise.
 
     Its strength is either `wind_20`, the wind speed at 20 ft [m/s], or `intensity`. height [m] above the ground sets its
-    lengths; airspeed [m/s] is how fast the frozen field of gusts passes the vehicle, that of the mean wind if left out.
+    lengths; airspeed [m/s] is how fast the frozen field of gusts passes the vehicle, that of the mean wind if left out. In
+    still air that is zero: the field stands, and one gust blows all the time.
     """
 
     wind_20: NonNegative | None = None
@@ -61,9 +62,17 @@ class WindSection(Section):
     def _complete(self) -> "WindSection":
         if any(self.swing) and not self.swing_frequency:
             raise ValueError("swing needs a swing_frequency [rad/s] above 0")
-        if self.turbulence and not self.turbulence.airspeed and not any(self.mean):
-            raise ValueError("turbulence without a mean wind needs its airspeed [m/s]")
         return self
+
+    def warnings(self) -> list[str]:
+        """What is to be said against this air."""
+        turbulence = self.turbulence
+        if turbulence and turbulence.strength and turbulence.airspeed is None and not any(self.mean):
+            return [
+                "wind.turbulence: without a mean wind its gusts stand still, and one blows all the time; "
+                "airspeed [m/s] says how fast they pass"
+            ]
+        return []
 
     def check(self, duration: float) -> None:
         """Raises ValueError for a gust that comes after a flight of `duration` [s]."""

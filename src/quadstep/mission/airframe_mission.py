@@ -131,7 +131,7 @@ class AirframeMission(Section):
         if warn:
             places = [mount.position for mount in vehicle.geometry.mounts]
             warnings += self.controller.warnings(vehicle) + self.vehicle.warnings()
-            warnings += event_warnings(self.events, places)
+            warnings += event_warnings(self.events, places) + self.wind.warnings()
         return FlightPlan(loop, parameters, self.begin(loop, parameters), ticks, tuple(warnings))
 
     def begin(self, loop: AirframeLoop, parameters: AirframeParameters) -> AirframeState:

@@ -7,7 +7,7 @@ from quadstep.mission.presets import preset_names
 from quadstep.report.publish import write_beside
 
 TEMPLATE = """\
-# A quadstep mission. Fly it: quadstep fly THIS_FILE
+# A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE
 # SI units, angles in radians, z up; commented lines show defaults, or an example where it says so. Only [path] is needed.
 
 name = "My first flight"
@@ -39,7 +39,8 @@ duration = 10.0             # s
 # psi_unit = "rad"          # or "deg"
 # smoothing = 0.15          # s; faster motion is taken for noise
 
-[vehicle]                   # the paper's quadrotor; for a real one: quadstep new --vehicle x500
+[vehicle]                   # the paper's numbers. Nobody builds 1 kg with this inertia (2.2 m of radius of gyration); for a
+                            # vehicle that flies: quadstep new
 # mass = 1.0                # kg
 # inertia = [5.0, 5.0, 5.0] # kg m^2
 # gravity = 9.81            # m/s^2
