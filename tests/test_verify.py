@@ -117,7 +117,7 @@ def test_one_row_is_printed(monkeypatch, capsys):
     shown = capsys.readouterr().out
     assert "T_eta" in shown
     assert "corrected" in shown
-    assert "1 rows (1 corrected)" in shown
+    assert "1 row, " in shown
     assert "all evidence holds" in shown
 
 
@@ -138,7 +138,7 @@ def test_whole_document_is_json(tmp_path):
     content = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))
     assert len(content["rows"]) == len(results())
     assert content == json.loads(json.dumps(document(results(), 1.25)))
-    assert closing(results(), 1.25).startswith(f"{len(results())} rows (")
+    assert closing(results(), 1.25).startswith(f"{len(results())} rows, ")
 
 
 @pytest.mark.parametrize(

@@ -6,36 +6,49 @@ import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from quadstep import __version__
 from quadstep.campaign.commands import add_campaign
 from quadstep.envelope.commands import add_envelope
 from quadstep.errors import InterruptedRun, UserError
-from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED
+from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED, OUTPUT_LOST
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
 from quadstep.page.commands import add_commands
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import command, complain, say, say_whole, width
+from quadstep.terminal.streams import OutputError, prepare_streams
+from quadstep.terminal.tables import show_table
 from quadstep.tuning.commands import add_tune
+
+
+class Commands(TyperGroup):
+    """Commands whose list in the help has the whole first sentence of each; without one of them the help is shown."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Takes nothing for a request for help."""
+        return super().parse_args(ctx, args or ["--help"])
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Writes the list."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self.commands[name].get_short_help_str(1000)) for name in self.list_commands(ctx)])
+
 
 app = typer.Typer(
     name="quadstep",
+    cls=Commands,
     help="How well, and how surely, will this controller hold my quadrotor on its path?",
     add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-PIPED_WIDTH = 120
-screen = Console(  # names of missions are text, not markup
-    highlight=False, markup=False, emoji=False, width=None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
-)
+HELP_WIDTH = 100
 
 EngineOption = Annotated[
     Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
@@ -46,7 +59,7 @@ OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace resu
 def version(shown: bool) -> None:
     """Print the version and stop."""
     if shown:
-        screen.print(f"quadstep {__version__}")
+        say(f"quadstep {__version__}")
         raise typer.Exit
 
 
@@ -67,11 +80,9 @@ def reproduce(
     from quadstep.study.reproduce import reproduce as run  # noqa: PLC0415 (each command loads what it needs)
 
     claims = run(out, engine, overwrite)
-    table = Table("claim", "measured", "verdict", title="Section 6 of the paper, claim by claim", show_lines=True)
-    for claim in claims:
-        table.add_row(claim.name, claim.measured, claim.verdict)
-    screen.print(table)
-    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+    rows = [(claim.name, claim.measured, claim.verdict) for claim in claims]
+    show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
+    say_whole(f"Report: {out / 'report.html'}")
 
 
 @app.command()
@@ -107,36 +118,33 @@ def fly(
     if junit:
         check_junit(junit)
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
-    with Progress(
-        TextColumn("flying"), BarColumn(), TextColumn("{task.percentage:.0f} %"), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-    ) as bar:  # fmt: skip
-        task = bar.add_task("flying", total=None)
-        result = fly_mission(
-            mission, folder, engine, overwrite, lambda done, total: bar.update(task, advance=done, total=total), flight,
-            required,
-        )  # fmt: skip
+    with bar("flying", "steps") as shown:
+        over = 0
+
+        def told(done: int, total: int) -> None:
+            nonlocal over
+            over += done
+            shown.to(min(over, total), total)
+
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required)
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:
-        table = Table("", *result.header, title=result.name)
-        for row in result.rows:
-            table.add_row(*row)
-        screen.print(table)
-        screen.print(result.ending)
+        show_table(result.name, ("", *result.header), result.rows)
+        say(result.ending)
         for one in result.judged:
-            screen.print(one.case.sentence, soft_wrap=True)
-        screen.print(f"Results: {folder}", soft_wrap=True)
+            say(one.case.sentence)
+        say_whole(f"Results: {folder}")
     about = {"version": __version__, "mission": str(mission), "flight": flight, "engine": engine.value, "folder": str(folder)}
     deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)
 
 
-study = typer.Typer(help="Studies beyond the paper's.", no_args_is_help=True)
+study = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
 app.add_typer(study, name="study")
-add_commands(app, screen)
-add_campaign(app, screen)
-add_envelope(app, screen)
-add_tune(app, screen)
+add_commands(app)
+add_campaign(app)
+add_envelope(app)
+add_tune(app)
 
 
 @study.command()
@@ -152,13 +160,14 @@ def completion(
     from quadstep.theory.completion import sentences, study_completion  # noqa: PLC0415
 
     found = study_completion(out, samples, overwrite)
-    table = Table("number", "statement", "worst margin", "", title="The theorem on random closed loops")
-    for margin in found.margins:
-        table.add_row(margin.number, margin.statement, f"{margin.worst:.2g}", "holds" if margin.holds else "BROKEN")
-    screen.print(table)
+    rows = [
+        (margin.number, margin.statement, f"{margin.worst:.2g}", "holds" if margin.holds else "BROKEN")
+        for margin in found.margins
+    ]
+    show_table("The theorem on random closed loops", ("number", "statement", "worst margin", "verdict"), rows)
     for sentence in sentences(found):
-        screen.print(sentence)
-    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+        say(sentence)
+    say_whole(f"Report: {out / 'report.html'}")
     if not all(margin.holds for margin in found.margins):
         raise typer.Exit(1)
 
@@ -177,22 +186,13 @@ def study_vehicles(
     unknown = [name for name in chosen if name not in run.VEHICLES]
     if unknown:
         raise UserError(f"--only: {unknown[0]!r:.60} is not known; allowed: {', '.join(run.VEHICLES)}")
-    with Progress(
-        TextColumn("flying"), BarColumn(), TextColumn("{task.completed}/{task.total}"), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-    ) as bar:  # fmt: skip
-        task = bar.add_task("flying", total=None)
-        found = run.study_vehicles(
-            out, seeds, chosen, overwrite, lambda done, total: bar.update(task, completed=done, total=total)
-        )
+    with bar("flying", "flights") as shown:
+        found = run.study_vehicles(out, seeds, chosen, overwrite, shown.to)
     for vehicle in chosen:
-        table = Table("RMSE [cm], 95 % interval", *run.CONTROLLERS, title=vehicle)
-        for row in run.table_rows(found, vehicle):
-            table.add_row(*row)
-        screen.print(table)
+        show_table(f"{vehicle}: RMSE [cm], 95 % interval", ("", *run.CONTROLLERS), run.table_rows(found, vehicle))
     for sentence in run.sentences(found, chosen):
-        screen.print(sentence)
-    screen.print(f"Report: {out / 'report.html'}", soft_wrap=True)
+        say(sentence)
+    say_whole(f"Report: {out / 'report.html'}")
 
 
 @app.command()
@@ -205,21 +205,19 @@ def vehicles(
     from quadstep.mission.vehicle_list import load_preset, parameters, preset_names, read_vehicle  # noqa: PLC0415
 
     if vehicle is None:
-        table = Table("preset", "what", "mass [kg]", "rotors", "thrust over weight")
+        rows = []
         for name in preset_names():
             section = load_preset(name)
             built = section.build()
             lift = len(built.geometry.mounts) * built.allocation.most / (section.mass * section.gravity)
-            table.add_row(name, section.description, f"{section.mass:g}", str(len(built.geometry.mounts)), f"{lift:.3g}")
-        screen.print(table)
+            rotors = str(len(built.geometry.mounts))
+            rows.append((name, section.description, f"{section.mass:g}", rotors, f"{lift:.3g}"))
+        show_table("", ("preset", "what", "mass [kg]", "rotors", "thrust over weight"), rows)
         return
     section = (
         load_preset(vehicle) if vehicle in preset_names() or not vehicle.endswith(".toml") else read_vehicle(Path(vehicle))
     )
-    table = Table("key", "value", "unit", "meaning", "source", title=section.description or vehicle)
-    for parameter in parameters(section):
-        table.add_row(*parameter)
-    screen.print(table)
+    show_table(section.description or vehicle, ("key", "value", "unit", "meaning", "source"), parameters(section))
 
 
 @app.command()
@@ -239,12 +237,9 @@ def certify(
 
     folder = out or Path("out") / f"{mission.stem}-certificate"
     result = certify_mission(mission, folder, overwrite)
-    table = Table("", "measured", "against", title=result.name)
-    for row in result.rows:
-        table.add_row(*row)
-    screen.print(table)
-    screen.print(f"Verdict: {result.verdict}", soft_wrap=True)
-    screen.print(f"Results: {folder}", soft_wrap=True)
+    show_table(result.name, ("", "measured", "against"), result.rows)
+    say(f"Verdict: {result.verdict}")
+    say_whole(f"Results: {folder}")
     if not result.completed:
         raise typer.Exit(DIVERGED)
 
@@ -263,15 +258,16 @@ def new(
     if paper and vehicle:
         raise UserError("--paper and --vehicle: choose one; the paper's plant is no vehicle of the list")
     write_template(mission, None if paper else vehicle or "x500")
-    screen.print(f"Wrote {mission}. Fly it: quadstep fly {mission}", soft_wrap=True)
+    say_whole(f"Wrote {mission}. Fly it: {command('fly', mission)}")
 
 
 @app.command()
 def verify(
     json: Annotated[Path | None, typer.Option(help="File for all rows, their checks and numbers.", show_default=False)] = None,
     only: Annotated[str | None, typer.Option(help="One row, by number (1 to 75) or name (T_eta).", show_default=False)] = None,
+    every: Annotated[bool, typer.Option("--all", help="Print every row, not only those that fail.")] = False,
 ) -> None:
-    """Hold every equation of the paper against the code that flies; one row each.
+    """Hold every equation of the paper against the code that flies; print a summary and the rows that fail.
 
     Exit code 0: all evidence holds. 1: some row's evidence fails. 2: bad input.
     """
@@ -285,30 +281,20 @@ def verify(
     if json:
         report.check_target(json)
     rows, started = registry.chosen(only), time.perf_counter()
-    with Progress(
-        TextColumn("verifying"), BarColumn(), TextColumn("{task.completed}/{task.total}"),
-        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-    ) as bar:  # fmt: skip
-        task = bar.add_task("verifying", total=len(rows))
-        results = registry.verify(rows, lambda: bar.update(task, advance=1))
+    with bar("verifying", "rows", len(rows)) as progress:
+        results = registry.verify(rows, progress.to)
     seconds = time.perf_counter() - started
-    table = Table(title="The paper against the code", show_lines=True)
-    for name, width in zip(report.HEADER, report.WIDTHS, strict=True):
-        table.add_column(name, width=width, overflow="fold")
-    for result in results:
-        table.add_row(*report.cells(result))
-    screen.print(table)
-    screen.print(report.closing(results, seconds), soft_wrap=True)
+    if not only:
+        show_table("The paper against the code", *report.summary(results))
+    printed = [result for result in results if every or only or not result.passed]
+    if printed:
+        show_table("" if only else "Every row" if every else "FAILED", report.HEADER, [report.cells(one) for one in printed])
+    say(report.closing(results, seconds) + ("" if every or only else "; --all prints every row"))
     if json:
         report.write_document(json, results, seconds)
-        screen.print(f"Wrote {json}", soft_wrap=True)
+        say_whole(f"Wrote {json}")
     if not all(result.passed for result in results):
         raise typer.Exit(FAILED)
-
-
-def complain(line: str) -> None:
-    """One line on the error stream."""
-    print("quadstep: " + " ".join(line.split()), file=sys.stderr)  # noqa: T201
 
 
 def stop(_number: int, _frame: FrameType | None) -> None:
@@ -318,29 +304,40 @@ def stop(_number: int, _frame: FrameType | None) -> None:
 
 def main() -> None:
     """Run the command line; every error of the user is one line and exit code 2."""
+    prepare_streams()
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
     try:
-        code = app(standalone_mode=False)
+        code = run()
+        sys.stdout.flush()
+    except OutputError as error:
+        complain(f"error: {error}")
+        code = OUTPUT_LOST
+    sys.exit(code)
+
+
+def run() -> int | None:
+    """The exit code of what the command line asks for; what is wrong is said."""
+    try:
+        code: int | None = app(standalone_mode=False, prog_name="quadstep", terminal_width=min(width(sys.stdout), HELP_WIDTH))
         if code == INTERRUPTED:  # what typer makes of Ctrl-C
             complain("interrupted; nothing was written")
     except UserError as error:
         complain(f"error: {error}")
-        code = BAD_INPUT
+        return BAD_INPUT
     except TyperException as error:
-        if error.format_message():  # empty where the help was shown instead
-            complain(f"error: {error.format_message()} (see quadstep --help)")
-        code = BAD_INPUT
+        complain(f"error: {error.format_message()} (see quadstep --help)")
+        return BAD_INPUT
     except InterruptedRun as stopped:
         complain(f"interrupted; {stopped}")
-        code = INTERRUPTED
+        return INTERRUPTED
     except BrokenProcessPool:
         complain("error: a process that draws figures was killed (out of memory?); nothing was written")
-        code = BAD_INPUT
+        return BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted; nothing was written")
-        code = INTERRUPTED
-    sys.exit(code)
+        return INTERRUPTED
+    return code
 
 
 if __name__ == "__main__":

@@ -1,50 +1,23 @@
 """The command `quadstep campaign`."""
 
-import shlex
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.errors import UserError
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import command, say, say_whole
+from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.campaign.summary import Summary
 
 EXTRA = {"pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster"}
 """Which extra brings a package."""
-
-
-class Count(ProgressColumn):
-    """Flights over, and of how many once that is known."""
-
-    def render(self, task: Task) -> Text:
-        """As text."""
-        return Text(f"{task.completed:,.0f}" + ("" if task.total is None else f"/{task.total:,.0f}"))
-
-
-class Rate(ProgressColumn):
-    """Flights a second."""
-
-    def render(self, task: Task) -> Text:
-        """As text."""
-        return Text(f"{task.finished_speed or task.speed or 0.0:,.0f} flights/s")
-
-
-def flights_bar() -> Progress:
-    """A progress bar with rate and time left, on the error stream of a terminal."""
-    return Progress(
-        TextColumn("flying"), BarColumn(), Count(), Rate(), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-    )  # fmt: skip
 
 
 def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
@@ -55,13 +28,8 @@ def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
     return UserError(f"`quadstep {command}` needs {error.name}; install it: pip install quadstep[{extra}]")
 
 
-def replay_command(file: Path, flight: int) -> str:
-    """What to type to fly one flight of a campaign again."""
-    return shlex.join(["quadstep", "fly", str(file), "--flight", str(flight)])
-
-
-def add_campaign(app: typer.Typer, screen: Console) -> None:
-    """Register the command. screen: where it writes to."""
+def add_campaign(app: typer.Typer) -> None:
+    """Register the command."""
 
     @app.command()
     def campaign(
@@ -104,20 +72,16 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
         if junit:
             check_junit(junit)
         folder = out or Path("out") / file.stem
-        with flights_bar() as bar:
-            task = bar.add_task("flying", total=flights)
+        with bar("flying", "flights", flights) as shown:
             try:
-                done = fly_campaign(
-                    file, folder, flights, engine, resume, overwrite,
-                    lambda over, total: bar.update(task, completed=over, total=total),
-                )  # fmt: skip
+                done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to)
             except ModuleNotFoundError as error:
                 raise missing_extra("campaign", error) from None
         judged = verdict(done, file, engine, least)
         if not as_json:
             show(done.summary, file, folder)
             if least is not None:
-                screen.print(judged.cases[-1].sentence, soft_wrap=True)
+                say(judged.cases[-1].sentence)
         deliver(judged, as_json, junit, time.perf_counter() - started)
 
     def show(summary: "Summary", file: Path, folder: Path) -> None:
@@ -125,13 +89,13 @@ def add_campaign(app: typer.Typer, screen: Console) -> None:
         from quadstep.campaign.summary import sentences  # noqa: PLC0415
 
         for sentence in sentences(summary):
-            screen.print(sentence, soft_wrap=True)
-        table = Table("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]", title="The worst")
+            say(sentence)
+        rows = [
+            (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
+            for one in summary.worst
+        ]
+        show_table("The worst", ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]"), rows)
+        say("Each of them again, with its full log:")
         for one in summary.worst:
-            numbers = ["-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)]
-            table.add_row(str(one.flight), one.outcome, *numbers)
-        screen.print(table)
-        screen.print("Each of them again, with its full log:")
-        for one in summary.worst:
-            screen.print(f"  {replay_command(file, one.flight)}", soft_wrap=True)
-        screen.print(f"Report: {folder / 'report.html'}", soft_wrap=True)
+            say_whole(f"  {command('fly', file, '--flight', one.flight)}")
+        say_whole(f"Report: {folder / 'report.html'}")

@@ -16,6 +16,7 @@ from quadstep.campaign.summary import Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.report import page
+from quadstep.terminal.screen import command
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """What is explained."""
@@ -166,7 +167,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path) -> 
         ["largest error [m]", *(known(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "-" for drawn in values)] for name in names),
     ]
-    commands = "\n".join(escape(f"quadstep fly {path} --flight {one.flight}") for one in flights)
+    commands = "\n".join(escape(command("fly", path, "--flight", one.flight)) for one in flights)
     return [
         page.paragraph("Those that ended first, then those that were farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows),

@@ -4,14 +4,15 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from quadstep.campaign.commands import flights_bar, missing_extra
+from quadstep.campaign.commands import missing_extra
 from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import say, say_whole
 
 
-def add_envelope(app: typer.Typer, screen: Console) -> None:
-    """Register the command. screen: where it writes to."""
+def add_envelope(app: typer.Typer) -> None:
+    """Register the command."""
 
     @app.command()
     def envelope(
@@ -50,10 +51,9 @@ def add_envelope(app: typer.Typer, screen: Console) -> None:
 
             folder = out or Path("out") / f"{file.stem}-envelope"
             asked = request(file, x, y, by, failure or (), flights)
-            with flights_bar() as bar:
-                task = bar.add_task("flying", total=asked.cells * asked.flights)
-                found = fly_envelope(asked, folder, engine, overwrite, lambda over, _: bar.update(task, completed=over))
+            with bar("flying", "flights", asked.cells * asked.flights) as shown:
+                found = fly_envelope(asked, folder, engine, overwrite, shown.to)
         except ModuleNotFoundError as error:
             raise missing_extra("envelope", error) from None
-        screen.print(sentence(found), soft_wrap=True)
-        screen.print(f"Map: {folder / 'envelope.png'}", soft_wrap=True)
+        say(sentence(found))
+        say_whole(f"Map: {folder / 'envelope.png'}")

@@ -11,6 +11,7 @@ import typer
 from quadstep.errors import UserError
 from quadstep.judging.verdict import Verdict
 from quadstep.report.interrupts import signals_ignored
+from quadstep.terminal.screen import complain
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
 JunitOption = Annotated[
@@ -56,6 +57,6 @@ def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float)
             sys.stdout.flush()
         for case in verdict.cases:
             if case.failure:
-                print(f"quadstep: {case.sentence}", file=sys.stderr)  # noqa: T201
+                complain(case.sentence)
     if verdict.exit_code:
         raise typer.Exit(verdict.exit_code)

@@ -1,15 +1,14 @@
 """The commands `quadstep page` and `quadstep serve`."""
 
-import sys
 import webbrowser
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
+from quadstep.terminal.screen import complain, say, say_whole
 
 PORT = 8765
 OWN_MARK = 'id="quadstep-data"'
@@ -18,8 +17,8 @@ OWN_MARK = 'id="quadstep-data"'
 OpenOption = Annotated[bool, typer.Option("--open", help="Open it in the browser.")]
 
 
-def add_commands(app: typer.Typer, screen: Console) -> None:
-    """Register `page` and `serve`. screen: where they write to."""
+def add_commands(app: typer.Typer) -> None:
+    """Register `page` and `serve`."""
 
     @app.command()
     def page(
@@ -40,7 +39,7 @@ def add_commands(app: typer.Typer, screen: Console) -> None:
         check_target(target)
         text = page_of(files, engine)
         write(target, text)
-        screen.print(f"Page: {target} ({len(text.encode()) / 1e6:.2f} MB). Open it by a double click.", soft_wrap=True)
+        say_whole(f"Page: {target} ({len(text.encode()) / 1e6:.2f} MB). Open it by a double click.")
         if show:
             open_in_browser(target.resolve().as_uri())
 
@@ -54,15 +53,14 @@ def add_commands(app: typer.Typer, screen: Console) -> None:
         from quadstep.page.serve import serve as run  # noqa: PLC0415 (each command loads what it needs)
 
         def ready(address: str) -> None:
-            screen.print(f"Results in {folder}: {address} (Ctrl-C ends)", soft_wrap=True)
-            sys.stdout.flush()
+            say_whole(f"Results in {folder}: {address} (Ctrl-C ends)")
             if show:
                 open_in_browser(address)
 
         try:
             run(folder, port, ready)
         except KeyboardInterrupt:
-            screen.print("Stopped.")
+            say("Stopped.")
 
 
 def page_of(missions: list[Path], engine: Engine) -> str:
@@ -101,4 +99,4 @@ def write(path: Path, text: str) -> None:
 def open_in_browser(address: str) -> None:
     """Open an address; where there is no browser to be found, say so."""
     if not webbrowser.open(address):
-        print(f"quadstep: warning: no browser found; open {address}", file=sys.stderr)  # noqa: T201
+        complain(f"warning: no browser found; open {address}")

@@ -1,24 +1,23 @@
 """The command `quadstep tune`."""
 
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
-from quadstep.campaign.commands import Rate, missing_extra
+from quadstep.campaign.commands import missing_extra
 from quadstep.errors import UserError
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import command, say, say_whole
+from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.tuning.run import Tuned
 
 
-def add_tune(app: typer.Typer, screen: Console) -> None:
-    """Register the command. screen: where it writes to."""
+def add_tune(app: typer.Typer) -> None:
+    """Register the command."""
 
     @app.command()
     def tune(
@@ -40,11 +39,10 @@ def add_tune(app: typer.Typer, screen: Console) -> None:
         if not 0 <= seed < 2**63:
             raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
         folder = out or Path("out") / f"{mission.stem}-tuned"
-        with tuning_bar() as bar:
-            task = bar.add_task("tuning", total=budget, best="")
+        with bar("tuning", "flights", budget) as progress:
 
             def told(flights: int, best: float) -> None:
-                bar.update(task, completed=flights, best=f"best {best:.4g}" if math.isfinite(best) else "")
+                progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
 
             try:
                 from quadstep.tuning.run import tune as run  # noqa: PLC0415 (each command loads what it needs)
@@ -52,49 +50,39 @@ def add_tune(app: typer.Typer, screen: Console) -> None:
                 done = run(mission, budget, folder, seed, overwrite, told)
             except ModuleNotFoundError as error:
                 raise missing_extra("tune", error) from None
-        show(screen, done, folder)
+        show(done, folder)
 
 
-def tuning_bar() -> Progress:
-    """A progress bar with the flights of the budget and the best objective so far, on the error stream of a terminal."""
-    return Progress(
-        TextColumn("tuning"), BarColumn(), TextColumn("{task.completed:,.0f}/{task.total:,.0f}"), Rate(),
-        TextColumn("{task.fields[best]}"), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
-    )  # fmt: skip
-
-
-def show(screen: Console, done: "Tuned", folder: Path) -> None:
+def show(done: "Tuned", folder: Path) -> None:
     """The gains, the comparison, and what it says."""
     from quadstep.tuning.unseen import AGGREGATES  # noqa: PLC0415
 
     found, compared = done.found, done.compared
-    gains = Table("gain", "present", "tuned", title=done.asked.mission.name)
-    for one in done.asked.gains:
-        gains.add_row(
-            one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in (found.present.values, done.values))
-        )
-    screen.print(gains)
+    gains = [
+        (one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in (found.present.values, done.values)))
+        for one in done.asked.gains
+    ]
+    show_table(done.asked.mission.name, ("gain", "present", "tuned"), gains)
     many = compared.flights > 1
     said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are alike"
-    table = Table(said, "present", "tuned", "tuned - present")
     shares = (*compared.success, compared.success_difference)
-    table.add_row("succeed [%]", *(shown(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares))
     whole = compared.objective._replace(name=f"objective ({AGGREGATES[done.asked.section.aggregate]})")
-    for row in (whole, *compared.rows):
-        table.add_row(row.name, *(shown(one) for one in row[1:]))
-    screen.print(table)
+    rows = [
+        ("succeed [%]", *(shown(one, 100.0) if many else f"{100.0 * one.value:.4g}" for one in shares)),
+        *((row.name, *(shown(one) for one in row[1:])) for row in (whole, *compared.rows)),
+    ]
+    show_table(said[0].upper() + said[1:], ("", "present", "tuned", "tuned - present"), rows)
     flights = found.history[-1].flights
     before, after = found.present.judged.objective, found.best.judged.objective
-    screen.print(f"Objective over the flights tuned on: {number(before)} -> {number(after)}, after {flights} flights.")
+    say(f"Objective over the flights tuned on: {number(before)} -> {number(after)}, after {flights} flights.")
     if not found.best.judged.feasible:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
-        screen.print(f"Even with the best gains found {wrong} in tuning.")
-    screen.print(compared.verdict, soft_wrap=True)
+        say(f"Even with the best gains found {wrong} in tuning.")
+    say(compared.verdict)
     for name in done.elsewhere:
-        screen.print(f"tuned.toml names {name}, which is not in the mission's folder: put both in place.", soft_wrap=True)
-    screen.print(f"Results: {folder}; fly it: quadstep fly {folder / 'tuned.toml'}", soft_wrap=True)
+        say(f"tuned.toml names {name}, which is not in the mission's folder: put both in place.")
+    say_whole(f"Results: {folder}; fly it: {command('fly', folder / 'tuned.toml')}")
 
 
 def listed(values: list[float]) -> str:

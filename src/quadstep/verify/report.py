@@ -1,7 +1,6 @@
 """What `quadstep verify` says: cells of the table, the closing line, the JSON file."""
 
 import json
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,17 @@ from quadstep.report.publish import write_beside
 from quadstep.verify.rows import Result, Verdict
 
 HEADER = ("number", "what", "where", "verdict", "reason")
-WIDTHS = (10, 18, 24, 11, None)
+
+
+def summary(results: list[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Header and rows of a table with how many rows have each verdict, and how many of them hold."""
+    rows: list[tuple[str, ...]] = []
+    for verdict in Verdict:
+        of_kind = [result for result in results if result.row.verdict is verdict]
+        checks = sum(len(result.evidence.checks) for result in of_kind)
+        passed = sum(result.passed for result in of_kind)
+        rows.append((verdict.value, str(len(of_kind)), str(checks), str(passed), str(len(of_kind) - passed)))
+    return ("verdict", "rows", "checks", "hold", "fail"), rows
 
 
 def cells(result: Result) -> tuple[str, ...]:
@@ -29,12 +38,11 @@ def explanation(result: Result) -> str:
 
 def closing(results: list[Result], seconds: float) -> str:
     """Counts and seconds."""
-    counts = Counter(result.row.verdict for result in results)
-    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict if counts[verdict]]
     failed = sum(not result.passed for result in results)
     checks = sum(len(result.evidence.checks) for result in results)
     ending = f"{failed} FAILED" if failed else "all evidence holds"
-    return f"{len(results)} rows ({'; '.join(parts)}), {checks} checks, {seconds:.1f} s: {ending}"
+    rows = "1 row" if len(results) == 1 else f"{len(results)} rows"
+    return f"{rows}, {checks} checks, {seconds:.1f} s: {ending}"
 
 
 def document(results: list[Result], seconds: float) -> dict[str, Any]:

@@ -1,0 +1,60 @@
+"""Lines on standard output and standard error."""
+
+import os
+import shlex
+import sys
+import textwrap
+import unicodedata
+from typing import TextIO
+
+from rich.console import Console
+
+REDIRECTED, UNKNOWN, LEAST = 120, 80, 20
+"""Columns: of a file or pipe, of a terminal that does not say, and of the narrowest terminal that is served."""
+
+
+def width(stream: TextIO) -> int:
+    """Columns of a stream; COLUMNS decides where it is set."""
+    said = os.environ.get("COLUMNS", "")
+    if said.isdecimal() and int(said):
+        return max(int(said), LEAST)
+    if not stream.isatty():
+        return REDIRECTED
+    try:
+        columns = os.get_terminal_size(stream.fileno()).columns
+    except OSError:
+        columns = 0
+    return max(columns or UNKNOWN, LEAST)
+
+
+def console(stream: TextIO | None = None) -> Console:
+    """Where tables and bars are drawn. Names of missions are text, not markup."""
+    file = stream or sys.stdout
+    return Console(file=file, width=width(file), highlight=False, markup=False, emoji=False)
+
+
+def plain(text: str) -> str:
+    """Text in which nothing speaks to the terminal: no escape sequences, no reversed direction of writing."""
+    return "".join("?" if unicodedata.category(c) in ("Cc", "Cf") and c != "\n" else c for c in text)
+
+
+def say(text: str) -> None:
+    """A sentence, broken between words where a terminal ends, never in a file."""
+    columns = width(sys.stdout) if sys.stdout.isatty() else sys.maxsize
+    console().print(textwrap.fill(plain(text), columns, break_long_words=False, break_on_hyphens=False), soft_wrap=True)
+
+
+def say_whole(text: str) -> None:
+    """A line that holds something to copy, a path or a command: never broken."""
+    console().print(plain(text), soft_wrap=True)
+
+
+def complain(line: str) -> None:
+    """One line on standard error."""
+    sys.stderr.write(f"quadstep: {plain(' '.join(line.split()))}\n")
+    sys.stderr.flush()
+
+
+def command(*arguments: object) -> str:
+    """What to type: `quadstep` with these arguments, quoted for a shell."""
+    return shlex.join(["quadstep", *map(str, arguments)])
