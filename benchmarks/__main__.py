@@ -13,13 +13,14 @@ from benchmarks.flights import case_1_flight, compilation, throughput
 from benchmarks.gpu import gpu
 from benchmarks.million import million_flights
 from benchmarks.peers import crazyflow, rotorpy
-from benchmarks.processes import import_time, installed_size, reproduction
+from benchmarks.processes import import_time, installed_size, one_mission, reproduction
 
 Row = tuple[str, str, str, str, str]
 
 MEASURES = (
-    import_time, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle, opaque_controller,
-    single_precision, double_precision, ready, cost, million_flights, gpu, crazyflow, rotorpy, reproduction, installed_size,
+    import_time, one_mission, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle,
+    opaque_controller, single_precision, double_precision, ready, cost, million_flights, gpu, crazyflow, rotorpy,
+    reproduction, installed_size,
 )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """The command line."""
 
+import os
 import signal
 import sys
 import time
@@ -19,7 +20,9 @@ from quadstep.errors import InterruptedRun, UserError
 from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED, OUTPUT_LOST
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
+from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
+from quadstep.report.pool import start_server
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, complain, say, say_whole, width
 from quadstep.terminal.streams import OutputError, prepare_streams
@@ -111,20 +114,18 @@ def fly(
     --require is not met.
     """
     started = time.perf_counter()
-    from quadstep.judging import metrics  # noqa: PLC0415 (each command loads what it needs)
-    from quadstep.mission.fly import fly_mission  # noqa: PLC0415
-
-    required = [metrics.parsed(text) for text in require or []]
+    required = [parsed(text) for text in require or []]
     if junit:
         check_junit(junit)
+    if os.path.isfile(mission):  # noqa: PTH113 (of a Path, names that no file can have are an error)
+        start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
-    with bar("flying", "steps") as shown:
-        over = 0
+    with bar("loading") as shown:
+        from quadstep.mission.fly import fly_mission  # noqa: PLC0415 (each command loads what it needs)
 
-        def told(done: int, total: int) -> None:
-            nonlocal over
-            over += done
-            shown.to(min(over, total), total)
+        def told(stage: str, done: int, total: int) -> None:
+            shown.doing(stage)
+            shown.to(done, total)
 
         result = fly_mission(mission, folder, engine, overwrite, told, flight, required)
     for warning in result.warnings:

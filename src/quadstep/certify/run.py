@@ -13,8 +13,9 @@ from quadstep.certify.record import record, table
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
-from quadstep.report.drawing import FigureJob, drawing_pool
+from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 
 FAR = 20.0

@@ -10,7 +10,7 @@ from quadstep import __version__
 from quadstep.comparison.cell import Cell, fly_cells
 from quadstep.comparison.flights import CONTROLLERS, FIRST_SEED, PUBLISHED, SENSORS, VEHICLES, WINDS
 from quadstep.report import page
-from quadstep.report.drawing import drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 
 NAME = "Controllers on real vehicles"

@@ -14,7 +14,7 @@ from quadstep.flight.log import FlightLog, finished
 from quadstep.numbers import Table, flatten, rebuild, where
 
 Progress = Callable[[int], None]
-"""Told how many ticks were flown since the last call."""
+"""Told how many ticks were flown since the last call; none when what is to fly them has been compiled."""
 
 
 def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, progress: Progress | None = None) -> FlightLog:

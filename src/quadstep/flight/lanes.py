@@ -45,6 +45,8 @@ def fly_lanes(
         ):
             raise ValueError("flights of one batch must share their paths' tables and their nets' weights")
     kernel = prepare(loop, parameters[0], starts[0], shared, double, width)
+    if progress:
+        progress(0)  # compiled
 
     count = len(parameters)
     members = np.minimum(np.arange(-(-count // width) * width), count - 1).reshape(-1, width)  # the last fills its block

@@ -2,8 +2,9 @@
 
 import json
 from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,9 +20,12 @@ from quadstep.flight.log import FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import AnyMission, plan_mission, read_mission
-from quadstep.report.drawing import drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.tables import write_csv
+
+Told: TypeAlias = Callable[[str, int, int], None]
+"""Told a stage of the work, how much of it is done, and how much there is."""
 
 REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
@@ -59,36 +63,51 @@ def fly_mission(
     folder: Path,
     engine: Engine,
     overwrite: bool,
-    progress: Callable[[int, int], None] | None = None,
+    told: Told = lambda *_: None,
     flight: int | None = None,
     required: Sequence[Requirement] = (),
 ) -> Summary:
-    """Fly the mission in `path`, write `folder`, and say how it went. progress: told steps done and steps in all.
+    """Fly the mission in `path`, write `folder`, and say how it went. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights. Raises UserError, also for a requirement of a metric
     that no such flight has.
     """
-    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (a page is made of missions)
-
     mission, plan, beside = planned(path, flight)
     required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
-        steps = plan.ticks.last
-        log = fly(plan, engine, (lambda done: progress(done, steps)) if progress else None)
+        log = flown(plan, engine, told)
         metrics, found = mission.metrics(log)
         warnings = [*plan.warnings, *found]
         (out / "figures").mkdir()
         drawn = [pool.submit(job.draw, out / "figures") for job in mission.figures(log)] if len(log.rows) > 1 else []
+        told("writing tables", 0, 1)
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
+        told("writing the page", 0, 1)
+        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (loaded while others draw)
+
         write_mission_page(out / "page.html", mission, plan, log, beside)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
-        for figure in drawn:
+        for done, figure in enumerate(as_completed(drawn)):
+            told("drawing figures", done, len(drawn))
             figure.result()
     diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     return summarise(mission.name, log, metrics, tuple(warnings), judged)
+
+
+def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
+    """The log of a flight."""
+    over, steps = 0, plan.ticks.last + 1
+
+    def progress(more: int) -> None:
+        nonlocal over
+        over += more
+        told("flying", over, steps)
+
+    told("compiling" if engine is Engine.LANES else "flying", 0, 1 if engine is Engine.LANES else steps)
+    return fly(plan, engine, progress)
 
 
 def metric_names(mission: AnyMission, plan: FlightPlan) -> list[str]:

@@ -12,7 +12,6 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
 from quadstep.mission.fly import REASONS
 from quadstep.mission.schema import Mission
-from quadstep.page.airframes import airframe_controllers
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
@@ -109,6 +108,8 @@ def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
         found = controllers(flown.mission, plan, flown.folder, laws)
         return Live(tuple(found), tuple(shared_controls(flown.mission, plan)))
     if flown.mission is not None and isinstance(plan.parameters, AirframeParameters):
+        from quadstep.page.airframes import airframe_controllers  # noqa: PLC0415 (loaded only for a real vehicle)
+
         found = airframe_controllers(flown.mission, plan, flown.folder, laws)
         return Live(tuple(found), tuple(airframe_controls(flown.mission, plan)))
     return Live((lone_controller(plan, laws),), ())

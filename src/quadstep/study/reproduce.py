@@ -9,7 +9,7 @@ from typing import Any
 from quadstep import __version__
 from quadstep.flight.engine import Engine
 from quadstep.report import page
-from quadstep.report.drawing import drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.tables import write_csv
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from quadstep import __version__
 from quadstep.report import page
-from quadstep.report.drawing import drawing_pool
+from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities

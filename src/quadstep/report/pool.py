@@ -1,0 +1,102 @@
+"""Processes that draw figures on all cores while the main one goes on, forked from a server that has matplotlib loaded.
+
+Loads nothing heavy itself, so that a command can start the server before anything else.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import forkserver, resource_tracker
+from types import ModuleType
+from typing import ParamSpec, TypeVar
+
+from quadstep.errors import UserError
+from quadstep.report.interrupts import interrupts_held
+
+PRELOADED = "quadstep.report.preloaded"
+MOST_WORKERS = 4
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+
+
+class DrawingPool(ProcessPoolExecutor):
+    """Drawing processes, each started when it is first needed."""
+
+    def __init__(self) -> None:
+        workers = max(1, min(MOST_WORKERS, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2))
+        super().__init__(workers, multiprocessing.get_context("forkserver"), initializer=prepare_worker)
+
+    def submit(self, function: Callable[Given, Result], /, *args: Given.args, **kwargs: Given.kwargs) -> Future[Result]:
+        """Have a function called. Raises UserError where no process can be started for it."""
+        try:
+            with starting():
+                return super().submit(function, *args, **kwargs)
+        except (OSError, EOFError) as error:
+            raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
+
+
+def start_server() -> None:
+    """Load matplotlib in the background, so that the first figure need not wait for it. Raises UserError."""
+    multiprocessing.get_context("forkserver").set_forkserver_preload([PRELOADED])
+    try:
+        resource_tracker.ensure_running()  # which the server needs, and which would let Ctrl-C through again
+        with starting():
+            forkserver.ensure_running()
+    except OSError as error:
+        raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """Processes started in this block never see Ctrl-C, run nothing of the main module, and take no module from the folder."""
+    main, safe = sys.modules["__main__"], os.environ.get("PYTHONSAFEPATH")
+    with interrupts_held():
+        sys.modules["__main__"] = ModuleType("__main__")
+        os.environ["PYTHONSAFEPATH"] = "1"
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
+            if safe is None:
+                del os.environ["PYTHONSAFEPATH"]
+            else:
+                os.environ["PYTHONSAFEPATH"] = safe
+
+
+def prepare_worker() -> None:
+    """Leave Ctrl-C to the main process, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
+
+
+def end_with_parent() -> None:
+    """Waits for the main process; if that is killed, nothing else would end this one."""
+    parent = multiprocessing.parent_process()
+    if parent:
+        parent.join()
+        os._exit(1)
+
+
+@contextmanager
+def drawing_pool() -> Iterator[DrawingPool]:
+    """A pool for as long as the block takes; if the block fails, its processes are gone before its results are."""
+    start_server()
+    others = multiprocessing.active_children()
+    pool = DrawingPool()
+    try:
+        yield pool
+        pool.shutdown()
+    except BaseException:
+        for worker in multiprocessing.active_children():
+            if worker not in others:
+                worker.kill()
+        pool.shutdown(cancel_futures=True)
+        raise

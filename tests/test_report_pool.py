@@ -1,0 +1,146 @@
+"""The processes that draw: what they load, what they say when something goes wrong, and that they end."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import forkserver
+
+import numpy as np
+import pytest
+
+from quadstep.errors import UserError
+from quadstep.flight.engine import Engine
+from quadstep.mission.fly import fly_mission
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import Panel
+from quadstep.report.pool import drawing_pool, start_server
+from quadstep.report.publish import publishing
+from tests.test_cli import LINE, quadstep
+
+T = np.linspace(0.0, 1.0, 5)
+
+
+def figure(values=T):
+    return FigureJob("one", "A figure", T, [Panel("x", "m", {"x": values})])
+
+
+def end_at_once():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "mission.toml"
+    path.write_text(LINE, encoding="utf-8")
+    return path
+
+
+def test_a_worker_starts_with_matplotlib_and_without_the_command_line():
+    with drawing_pool() as pool:
+        loaded = pool.submit(eval, "set(__import__('sys').modules)").result()
+    assert "quadstep.report.figures" in loaded
+    assert "quadstep.cli" not in loaded
+
+
+def test_pool_and_command_line_load_nothing_heavy():
+    code = (
+        "import sys, quadstep.report.pool; print([name for name in ('numpy', 'matplotlib', 'asyncio') if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_figures_are_drawn(tmp_path):
+    with drawing_pool() as pool:
+        pool.submit(figure().draw, tmp_path).result()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.png", "one.svg"]
+
+
+def test_a_figure_that_fails_is_one_line(tmp_path):
+    with pytest.raises(UserError, match=r"^figure 'one' cannot be drawn: "), drawing_pool() as pool:
+        pool.submit(figure(np.array(["no number"])).draw, tmp_path).result()
+
+
+def test_a_figure_that_finds_no_room_says_what_the_system_says(tmp_path):
+    with pytest.raises(FileNotFoundError), drawing_pool() as pool:
+        pool.submit(figure().draw, tmp_path / "missing").result()
+
+
+def test_a_killed_worker_is_no_fault_of_the_folder(tmp_path):
+    with pytest.raises(BrokenProcessPool), publishing(tmp_path / "out", "x", overwrite=False), drawing_pool() as pool:
+        pool.submit(end_at_once).result()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("error", [BrokenPipeError(32, "Broken pipe"), EOFError("unexpected EOF"), ConnectionRefusedError()])
+def test_a_worker_that_does_not_start_is_no_fault_of_the_folder(mission, tmp_path, monkeypatch, error):
+    def refuse(_descriptors):
+        raise error
+
+    monkeypatch.setattr(forkserver, "connect_to_new_process", refuse)
+    run = quadstep("fly", mission, "--out", tmp_path / "out")
+    assert run.refused, run
+    assert "no process to draw figures could be started" in run.err
+    assert [path.name for path in tmp_path.iterdir()] == ["mission.toml"]
+
+
+def test_a_server_that_was_killed_is_started_again(tmp_path):
+    start_server()
+    os.kill(forkserver._forkserver._forkserver_pid, signal.SIGKILL)
+    time.sleep(0.1)
+    with drawing_pool() as pool:
+        pool.submit(figure().draw, tmp_path).result()
+
+
+def test_no_worker_outlives_a_block_that_failed():
+    before = multiprocessing.active_children()
+    with pytest.raises(KeyboardInterrupt), drawing_pool() as pool:
+        waiting = [pool.submit(time.sleep, 600.0) for _ in range(8)]
+        raise KeyboardInterrupt
+    assert multiprocessing.active_children() == before
+    assert all(one.cancelled() or isinstance(one.exception(), BrokenProcessPool) for one in waiting)
+
+
+SCRIPT = """
+from pathlib import Path
+from quadstep.flight.engine import Engine
+from quadstep.mission.fly import fly_mission
+print("run")
+fly_mission(Path({mission!r}), Path({out!r}), Engine.LANES, False)
+"""
+
+
+def test_a_script_without_a_guard_runs_once_and_its_folder_gives_no_modules(mission, tmp_path):
+    """Processes of their own must neither run the script again nor take the user's files for modules."""
+    folder, out = tmp_path / "folder", tmp_path / "out"
+    folder.mkdir()
+    for name in ("matplotlib", "random", "quadstep"):
+        (folder / f"{name}.py").write_text("print('taken')\nraise SystemExit\n", encoding="utf-8")
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(mission=str(mission), out=str(out)), encoding="utf-8")
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, cwd=folder, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "run\n", "")
+    assert (out / "figures" / "position.svg").exists()
+
+
+# Stages
+
+
+@pytest.mark.parametrize("engine", Engine)
+def test_a_flight_tells_its_stages_and_how_far_each_is(mission, tmp_path, engine):
+    mission.write_text(LINE.replace("duration = 1.0", "duration = 4.0"), encoding="utf-8")
+    told = []
+    fly_mission(mission, tmp_path / "out", engine, False, lambda *what: told.append(what))
+    stages = list(dict.fromkeys(stage for stage, _, _ in told))
+    first = ["compiling"] if engine is Engine.LANES else []
+    assert stages == [*first, "flying", "writing tables", "writing the page", "drawing figures"]
+    assert [(done, of) for stage, done, of in told if stage == "drawing figures"] == [(i, 4) for i in range(4)]
+    flying = [(done, of) for stage, done, of in told if stage == "flying"]
+    assert flying == sorted(flying)
+    assert len({of for _, of in flying}) == 1
+    assert flying[0][0] == 0
+    assert 0.9 * flying[-1][1] <= flying[-1][0] <= flying[-1][1]
+    assert len(flying) >= (2 if engine is Engine.LANES else 4)
