@@ -3,6 +3,7 @@
 import math
 from types import SimpleNamespace
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
@@ -12,7 +13,7 @@ from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
 from quadstep.control.controller import Measured
 from quadstep.control.geometric import vee_error
-from quadstep.control.lqr import chain, regulator
+from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.flight.closed_loop import Outcome
@@ -172,13 +173,40 @@ def test_a_force_is_kept_within_reach_and_height_goes_first():
     assert list(within(vector(0.0, 0.0, -5.0), 10.0)) == [0.0, 0.0, 1.0]
 
 
-def test_the_regulator_solves_the_riccati_equation():
-    a, b = chain(5)
-    a[2, 3] = 9.81
-    q, r = [40.0, 40.0, 4.0, 1.0, 0.3], 0.002
-    p = solve_continuous_are(a, b[:, None], np.diag(q), np.array([[r]]))
-    np.testing.assert_allclose(regulator(a, b, q, r), b @ p / r, rtol=1e-8)
-    assert np.linalg.eigvals(a - np.outer(b, regulator(a, b, q, r))).real.max() < 0.0
+CHAINS = {
+    "level": ([1.0, 1.0, 9.81, 1.0], [40.0, 40.0, 4.0, 1.0, 0.3], 0.002),
+    "climb": ([1.0, 1.0], [20.0, 40.0, 4.0], 1.0),
+    "turn": ([1.0], [40.0, 4.0], 0.4),
+    "one state": ([], [9.0], 4.0),
+    "weights far apart": ([0.5, 2.0, 1.62, 3.0], [300.0, 0.02, 4.0, 0.01, 1.0], 0.5),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_the_regulator_solves_the_riccati_equation(name):
+    links, weights, price = CHAINS[name]
+    a, b = np.diag(links, 1) if links else np.zeros((1, 1)), np.eye(len(weights))[-1]
+    p = solve_continuous_are(a, b[:, None], np.diag(weights), np.array([[price]]))
+    gains = regulator(links, weights, price)
+    np.testing.assert_allclose(gains, b @ p / price, rtol=1e-10)
+    assert np.linalg.eigvals(a - np.outer(b, gains)).real.max() < 0.0
+
+
+@pytest.mark.parametrize("decades", [1.0, 6.0, 18.0])
+def test_gains_are_right_to_the_last_digits_whatever_the_weights(decades):
+    random = np.random.default_rng(4)
+    for _ in range(6):
+        even = (10.0 ** random.uniform(-decades, decades, 5)).tolist()
+        with mpmath.workdps(200):
+            coefficients = [even[i] * (-1) ** i for i in reversed(range(5))]
+            squares = mpmath.polyroots([-1, *coefficients], 2000, extraprec=2000)
+            wanted = [mpmath.mpf(1)]
+            for square in squares:
+                root = -mpmath.sqrt(square)
+                root = root if mpmath.re(root) < 0 else -root
+                wanted = [high - root * low for high, low in zip([0, *wanted], [*wanted, 0], strict=True)]
+            wanted = [float(mpmath.re(v)) for v in wanted[:-1]]
+        np.testing.assert_allclose(spectral_factor(even), wanted, rtol=2e-15)
 
 
 def test_the_attitude_filter_is_critically_damped_and_ends_at_its_command():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from quadstep import UserError
 from quadstep.mission.read import check_mission
-from quadstep.mission.recording import read_recording
+from quadstep.mission.recording import read_recording, unwrapped
 
 COLUMNS = {"t": "t", "x": "x", "y": "y", "z": "z", "psi": None}
 GOOD = "t,x,y,z\n0,0,0,0\n1,1,0,0\n2,2,0,0\n3,3,0,1\n"
@@ -38,6 +38,31 @@ def rows(*changed):
     for line, text in changed:
         lines[line - 1] = text
     return "\n".join(lines) + "\n"
+
+
+def test_a_recording_too_short_for_its_smoothing_is_one_line_that_names_file_and_row_and_what_is_allowed(tmp_path):
+    tiny = "t,x,y,z\n0,0,0,0\n1e-6,1,0,0\n2e-6,2,0,0\n3e-6,3,0,1\n"
+    (tmp_path / "tiny.csv").write_text(tiny)
+    path = {"type": "recorded", "file": "tiny.csv"}
+    with pytest.raises(UserError) as raised:
+        check_mission({"path": path}, "m.toml", tmp_path).plan(tmp_path)
+    assert str(raised.value) == (
+        f"path.file: {tmp_path}/tiny.csv: line 5: the recording ends after 3e-06 s; with this smoothing it must last at least "
+        "0.015 s"
+    )
+    slower = tiny.replace("e-6", "e-2")
+    (tmp_path / "tiny.csv").write_text(slower)
+    assert check_mission({"path": path}, "m.toml", tmp_path).plan(tmp_path).ticks.last > 0
+    (tmp_path / "tiny.csv").write_text(slower + "3.001e-2,3,0,1\n3.002e-2,3,0,1\n9,3,0,1\n")
+    assert check_mission({"path": path}, "m.toml", tmp_path).plan(tmp_path).ticks.last > 0
+
+
+def test_yaw_makes_no_jumps_of_more_than_half_a_turn():
+    turning = np.cumsum(np.random.default_rng(8).normal(size=400))
+    wrapped = (turning + np.pi) % (2.0 * np.pi) - np.pi
+    np.testing.assert_allclose(unwrapped(wrapped), np.unwrap(wrapped), atol=1e-12)
+    half = np.array([0.0, np.pi, 0.0, -np.pi, 0.0, 1.0])
+    assert unwrapped(half).tolist() == half.tolist()
 
 
 def test_times_start_at_zero_and_yaw_is_zero_without_a_column(tmp_path):

@@ -19,12 +19,12 @@ from collections.abc import Iterable
 from functools import reduce
 from typing import NamedTuple
 
-import numpy as np
-
 from quadstep.airframe.geometry import Geometry
 from quadstep.airframe.rotor import Rotor
-from quadstep.numbers import Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
+from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
 from quadstep.numbers.rotations import cross
+from quadstep.numbers.solve import least_norm_inverse
+from quadstep.numbers.solve import rank as rank_of
 
 
 class Allocation(NamedTuple):
@@ -52,6 +52,11 @@ def columns(geometry: Geometry, moment: Number) -> list[Vector]:
     return result
 
 
+def mixing(geometry: Geometry, moment: Number) -> tuple[Vector, ...]:
+    """Four rows, thrust and the torques about x, y and z, of what one newton of each rotor makes; as `columns`."""
+    return Matrix(columns(geometry, moment)).T.rows
+
+
 def mix(geometry: Geometry, moment: Number, thrusts: Vector) -> tuple[Number, Vector]:
     """(u [N], torque about the body's axes [N m]) that rotor thrusts [N] make; moment: k_m / k_f [m]."""
     pairs = zip(columns(geometry, moment), thrusts, strict=True)
@@ -61,16 +66,13 @@ def mix(geometry: Geometry, moment: Number, thrusts: Vector) -> tuple[Number, Ve
 
 def rank(geometry: Geometry, moment: float) -> int:
     """How many of thrust, roll, pitch and yaw the rotors can make independently of each other: 4 for a vehicle that flies."""
-    rows = np.array([list(column) for column in columns(geometry, moment)]).T
-    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
-    return int(np.linalg.matrix_rank(rows / np.where(sizes > 0.0, sizes, 1.0), tol=1e-6))
+    return rank_of(mixing(geometry, moment), 1e-6)
 
 
 def allocation(geometry: Geometry, rotor: Rotor) -> Allocation:
     """The shares of least norm for these rotors. Needs the rank to be 4."""
-    rows = np.array([list(column) for column in columns(geometry, rotor.torque / rotor.thrust)]).T
     return Allocation(
-        matrix=tuple(Vector(share) for share in np.linalg.pinv(rows).tolist()),
+        matrix=tuple(least_norm_inverse(mixing(geometry, rotor.torque / rotor.thrust))),
         least=rotor.thrust * rotor.slowest * rotor.slowest,
         most=rotor.thrust * rotor.fastest * rotor.fastest,
         thrust=rotor.thrust,

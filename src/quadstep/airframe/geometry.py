@@ -1,10 +1,9 @@
 """Where the rotors of a vehicle are, and which effects are computed: structure, known when a flight is compiled."""
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from quadstep.numbers import Matrix, matrix
+from quadstep.numbers import Matrix, matrix, vector
 
 
 @dataclass(frozen=True)
@@ -24,10 +23,10 @@ class Mount:
         z.
         """
         x, y, z = self.axis
-        flat = math.hypot(y, z)
+        flat = vector(y, z).norm()
         if flat > 0.5:  # the first in the plane of the axis and body x
             return matrix((flat, -x * y / flat, -x * z / flat), (0.0, z / flat, -y / flat), (x, y, z))
-        flat = math.hypot(x, z)
+        flat = vector(x, z).norm()
         return matrix((z / flat, 0.0, -x / flat), (-x * y / flat, flat, -y * z / flat), (x, y, z))
 
 

@@ -10,6 +10,7 @@ from quadstep.comparison.flights import FIRST_SEED, mission, scenarios
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly_all
 from quadstep.mission.vehicle_list import load_preset
+from quadstep.numbers import Vector
 
 
 class Cell(NamedTuple):
@@ -36,7 +37,7 @@ NOTHING = Estimate(math.nan, math.nan, math.nan)
 def scenario_table(vehicle: str) -> dict[str, dict[str, Any]]:
     """The scenarios of a vehicle, by name."""
     section = load_preset(vehicle)
-    arm = max(math.hypot(*mount.position) for mount in section.geometry().mounts)
+    arm = max(Vector(mount.position).norm() for mount in section.geometry().mounts)
     return scenarios(section.mass, arm)
 
 

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.numbers import vector
 
 VEHICLES = ("crazyflie", "hummingbird", "x500", "research-2.6kg", "paper")
 
@@ -50,7 +51,7 @@ RAMP = 3.0
 
 def eight(speed: float) -> dict[str, Any]:
     """A level figure eight flown at `speed` [m/s] through its middle, where it is fastest; scored once at full speed."""
-    period = 2.0 * math.pi * math.hypot(0.5 * LENGTH, WIDTH) / speed
+    period = 2.0 * math.pi * vector(0.5 * LENGTH, WIDTH).norm() / speed
     path = {"type": "figure-eight", "length": LENGTH, "width": WIDTH, "period": period, "turns": 50.0, "ramp": RAMP}
     duration = round(RAMP + max(20.0, period), 1)
     return {"path": {**path, "centre": [0.0, 0.0, GROUND_CLEARANCE]}, "simulation": {"duration": duration}, "score_from": RAMP}

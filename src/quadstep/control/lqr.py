@@ -8,13 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from quadstep.control.controller import AirframeLaw, Command, Measured
 from quadstep.control.projection import project
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, cos, sin, vector
+from quadstep.numbers import Number, Vector, absolute, cos, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,
     from_yaw_pitch_roll,
@@ -22,8 +19,10 @@ from quadstep.numbers.rotations import (
     multiply,
     rotation_vector,
 )
+from quadstep.numbers.solve import solve_square
 
-Array = NDArray[np.float64]
+MOST_STEPS, SMALL = 1000, 1e-13
+"""Of Newton's method, and the relative step after which it has converged: the one before was a few digits of that."""
 
 
 class LqrGains(NamedTuple):
@@ -49,23 +48,66 @@ class LqrMemory(NamedTuple):
     integral: Vector
 
 
-def regulator(a: Array, b: Array, q: Sequence[float], r: float) -> Array:
-    """Gains K, u = -K x, that minimise the integral of x^T diag(q) x + r u^2 along x' = a x + b u; one input.
+def regulator(links: Sequence[float], weights: Sequence[float], price: float) -> list[float]:
+    """Gains K, u = -K x, that minimise the integral of sum_i weights_i x_i^2 + price u^2.
 
-    The stable invariant subspace of the Hamiltonian matrix gives the Riccati solution (Potter 1966).
+    Along a chain, x_i' = links_i x_(i+1) and x_n' = u; links: n - 1 factors; weights: n. With all links 1 and w_i the weights
+    per price, the closed loop's polynomial p has p(s) p(-s) = s^n (-s)^n + sum_i w_i s^i (-s)^i, and its roots are on the left
+    (Kalman 1964).
     """
-    n = len(a)
-    hamiltonian = np.block([[a, -np.outer(b, b) / r], [-np.diag(q), -a.T]])
-    values, vectors = np.linalg.eig(hamiltonian)
-    stable = vectors[:, np.argsort(values.real)[:n]]
-    p = np.real(stable[n:] @ np.linalg.inv(stable[:n]))
-    gains: Array = b @ p / r
-    return gains
+    scales = [1.0]
+    for link in reversed(links):
+        scales.insert(0, scales[0] * link)
+    even = [weight * scale * scale / price for weight, scale in zip(weights, scales, strict=True)]
+    return [coefficient / scale for coefficient, scale in zip(spectral_factor(even), scales, strict=True)]
 
 
-def chain(length: int) -> tuple[Array, Array]:
-    """The integrator chain of `length` states: each the rate of the one before it, the input that of the last."""
-    return np.diag(np.ones(length - 1), 1), np.eye(length)[-1]
+def spectral_factor(even: Sequence[float]) -> list[float]:
+    """Coefficients p_0 to p_(n-1) of p(s) = s^n + ..., all roots on the left, with
+
+        p(s) p(-s) = s^n (-s)^n + sum_i even_i s^i (-s)^i.
+
+    Newton's method, which converges from any p with its roots on the left, as for the Riccati equation (Kleinman 1968): here
+    from (s + w)^n, w a power of two beyond every root. Each step is solved for in proportion to the coefficients, which may be
+    of very different sizes.
+    """
+    count = len(even)
+    pace = 1.0
+    while outgrown(even, pace):
+        pace *= 2.0
+    p = [1.0]
+    for _ in range(count):  # times (s + w)
+        p = [pace * low + high for low, high in zip((*p, 0.0), (0.0, *p), strict=True)]
+    for _ in range(MOST_STEPS):
+        rows = [[0.0] * count for _ in even]
+        right = []
+        for i, row in enumerate(rows):
+            square = p[i] * p[i]
+            product, sign = 0.5 * (even[i] / square - 1.0), 1.0
+            row[i] = 1.0
+            for j in range(1, min(i, count - i) + 1):
+                sign = -sign
+                part = sign * (p[i - j] * p[i + j] / square)
+                product -= part
+                row[i - j] += part
+                if i + j < count:
+                    row[i + j] += part
+            right.append(product)
+        steps = solve_square(rows, right)
+        p = [*(one + one * step for one, step in zip(p, steps, strict=False)), 1.0]
+        if max(map(absolute, steps)) < SMALL:
+            break
+    return p[:-1]
+
+
+def outgrown(even: Sequence[float], pace: float) -> bool:
+    """Whether some even_i is more than pace^(2 n - 2 i)."""
+    power = 1.0
+    for value in reversed(even):
+        power *= pace * pace
+        if power < value:
+            return True
+    return False
 
 
 def hover_gains(
@@ -78,15 +120,13 @@ def hover_gains(
     integral_bound: float = 5.0,
 ) -> LqrGains:
     """Gains about hover. level, climb, turn: weights on the squared states of `LqrGains`, in its order, then on the input."""
-    a, b = chain(5)
-    a[2, 3] = gravity
     return LqrGains(
         mass=mass,
         inertia=Vector(inertia),
         gravity=gravity,
-        level=Vector(regulator(a, b, level[:-1], level[-1]).tolist()),
-        climb=Vector(regulator(*chain(3), climb[:-1], climb[-1]).tolist()),
-        turn=Vector(regulator(*chain(2), turn[:-1], turn[-1]).tolist()),
+        level=Vector(regulator((1.0, 1.0, gravity, 1.0), level[:-1], level[-1])),
+        climb=Vector(regulator((1.0, 1.0), climb[:-1], climb[-1])),
+        turn=Vector(regulator((1.0,), turn[:-1], turn[-1])),
         integral_bound=integral_bound,
     )
 

@@ -5,11 +5,10 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
-import numpy as np
-
 from quadstep.campaign.schema import NOT_FLOWN
 from quadstep.errors import UserError
 from quadstep.mission.fields import MOST
+from quadstep.numbers.spaced import evenly_spaced
 
 Value: TypeAlias = float | int | bool | str
 
@@ -63,7 +62,7 @@ def spaced(where: str, given: str, most: int) -> tuple[float, ...]:
         raise UserError(f"{where}: n in a:b:n should be from 1 to {most}, not {count}")
     if low >= high:
         raise UserError(f"{where}: a in a:b:n should be below b, not {low:g} and {high:g}")
-    return tuple(np.linspace(low, high, count).tolist())
+    return tuple(evenly_spaced(low, high, count))
 
 
 def listed(where: str, given: str) -> tuple[Value, ...]:

@@ -1,7 +1,7 @@
 """Paths made of quintic pieces: waypoints with times, and recorded positions."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,11 @@ def piecewise_parameters(knots: NDArray[np.float64], nodes: NDArray[np.float64])
     knots: (n,) increasing times [s]. nodes: (n, 3, 4), value, rate and second rate of (x, y, z, psi) at each knot.
     After the last knot its value is held.
     """
-    pieces = np.einsum("nij,nja->nia", hermite_to_taylor(np.diff(knots)), np.concatenate([nodes[:-1], nodes[1:]], axis=1))
-    hold = np.zeros((1, 6, 4))
-    hold[0, 0] = nodes[-1, 0]
-    pieces = np.concatenate([pieces, hold])
+    lengths: Any = np.diff(knots)[:, None]
+    pieces = np.zeros((len(knots), 6, 4))
+    for power, coefficient in enumerate(quintic(lengths, *nodes[:-1].swapaxes(0, 1), *nodes[1:].swapaxes(0, 1))):
+        pieces[:-1, power] = coefficient
+    pieces[-1, 0] = nodes[-1, 0]  # held
     size = 1 << (len(knots) - 1).bit_length()
     padding = size - len(knots)
     padded = np.concatenate([pieces, np.zeros((padding, 6, 4))])
@@ -39,23 +40,17 @@ def piecewise_parameters(knots: NDArray[np.float64], nodes: NDArray[np.float64])
     )
 
 
-def hermite_to_taylor(length: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrices, shape (n, 6, 6), from (p0, v0, a0, p1, v1, a1) to the Taylor coefficients of the quintic over `length`."""
-    h = length[:, None, None]
-    powers = np.array([0, 1, 2, 3, 4, 5])
-    unit = np.array(  # on a unit interval
-        [
-            [1, 0, 0, 0, 0, 0],
-            [0, 1, 0, 0, 0, 0],
-            [0, 0, 0.5, 0, 0, 0],
-            [-10, -6, -1.5, 10, -4, 0.5],
-            [15, 8, 1.5, -15, 7, -1],
-            [-6, -3, -0.5, 6, -3, 0.5],
-        ]
-    )
-    scale_in = h ** np.array([0, 1, 2, 0, 1, 2])[None, None, :]
-    result: NDArray[np.float64] = unit[None] * scale_in / h ** powers[None, :, None]
-    return result
+def quintic(
+    h: Number, p0: Number, v0: Number, a0: Number, p1: Number, v1: Number, a1: Number
+) -> tuple[Number, Number, Number, Number, Number, Number]:
+    """Taylor coefficients of the quintic over [0, h] with these values, rates and second rates at its ends."""
+    gained, first, last = p1 - p0, h * v0, h * v1
+    bend_0, bend_1 = 0.5 * (h * (h * a0)), 0.5 * (h * (h * a1))
+    cube = h * h * h
+    third = 10.0 * gained - 6.0 * first - 4.0 * last - 3.0 * bend_0 + bend_1
+    fourth = 8.0 * first + 7.0 * last + 3.0 * bend_0 - 2.0 * bend_1 - 15.0 * gained
+    fifth = 6.0 * gained - 3.0 * first - 3.0 * last - bend_0 + bend_1
+    return p0, v0, 0.5 * a0, third / cube, fourth / (cube * h), fifth / (cube * h * h)
 
 
 @dataclass(frozen=True)

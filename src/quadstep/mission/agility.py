@@ -35,8 +35,9 @@ class BelievedSection(Section):
     def gains_for(self, vehicle: BuiltAirframe) -> dict[str, Any]:
         """Every gain as a vector, by key."""
         pace = agility(vehicle)
+        paces = {1: pace, 2: pace * pace, 3: pace * pace * pace}
         return {
-            key: Vector(getattr(self, key) or tuple(value * pace**usual.power for value in usual.values))
+            key: Vector(getattr(self, key) or tuple(value * paces[usual.power] for value in usual.values))
             for key, usual in self.usual.items()
         }
 

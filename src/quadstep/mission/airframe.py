@@ -27,7 +27,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector
+from quadstep.numbers import Vector, cos, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -55,15 +55,14 @@ class MountSection(Section):
 
     @model_validator(mode="after")
     def _unit(self) -> "MountSection":
-        length = math.hypot(*self.axis)
+        length = Vector(self.axis).norm()
         if abs(length - 1.0) > 1e-3:
             raise ValueError(f"axis must have length 1, not {length:g}")
         return self
 
     def build(self) -> Mount:
         """The mount as structure; its axis made exactly one long."""
-        length = math.hypot(*self.axis)
-        x, y, z = (part / length for part in self.axis)
+        x, y, z = Vector(self.axis) / Vector(self.axis).norm()
         return Mount(self.position, (x, y, z), 1 if self.spin == "ccw" else -1)
 
 
@@ -206,7 +205,7 @@ class AirframeSection(Section):
 
     def _check_inertia(self) -> None:
         for value in self.inertia:
-            others = sum(self.inertia) - value
+            others = total(self.inertia) - value
             if value > others * (1.0 + 1e-12):
                 raise ValueError(
                     f"inertia breaks the triangle inequality: {value:g} is more than the sum of the other two, {others:g}; "
@@ -250,7 +249,7 @@ class AirframeSection(Section):
         """Limits with which no controller could hover."""
         geometry, weight = self.geometry(), self.mass * self.gravity
         allocated = allocation(geometry, self.rotor.build())
-        upward = sum(mount.axis[2] for mount in geometry.mounts)
+        upward = total(mount.axis[2] for mount in geometry.mounts)
         if upward * allocated.most <= weight:
             most = upward * allocated.most
             return [f"vehicle.rotor.fastest: the rotors lift at most {most:g} N, the weight is {weight:g} N"]
@@ -299,5 +298,5 @@ def laid_out(layout: str, arm: float) -> tuple[Mount, ...]:
     """
     count, ahead = LAYOUTS[layout]
     angles = [2.0 * math.pi * (i + ahead) / count for i in range(count)]
-    places = [(arm * round(math.cos(angle), 12) + 0.0, arm * round(math.sin(angle), 12) + 0.0, 0.0) for angle in angles]
+    places = [(arm * round(cos(angle), 12) + 0.0, arm * round(sin(angle), 12) + 0.0, 0.0) for angle in angles]
     return tuple(Mount(place, (0.0, 0.0, 1.0), 1 if i % 2 else -1) for i, place in enumerate(places))

@@ -172,8 +172,8 @@ class RotationSection(BelievedSection):
         weights_1, weights_2 = nets.initial_weights(folder)
         force_inputs = random_input_weights(nets.seed, 1, nets.neurons, FORCE_INPUTS)
         torque_inputs = random_input_weights(nets.seed, 2, nets.neurons, TORQUE_INPUTS)
-        rate_1 = 6.5 * pace**2 if nets.F1 is None else nets.F1
-        rate_2 = 36.0 * pace**2 if nets.F2 is None else nets.F2
+        rate_1 = 6.5 * (pace * pace) if nets.F1 is None else nets.F1
+        rate_2 = 36.0 * (pace * pace) if nets.F2 is None else nets.F2
         gains = RotationGains(
             **self.believed(vehicle),
             most_thrust=most_thrust(vehicle),

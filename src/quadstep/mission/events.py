@@ -1,6 +1,5 @@
 """The events of a mission: what changes on a vehicle while it flies."""
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
@@ -95,9 +94,9 @@ def build_events(events: Sequence[AnyEvent], mass: float) -> Events:
 
 def event_warnings(events: Sequence[AnyEvent], places: Sequence[tuple[float, float, float]]) -> list[str]:
     """Events that no controller could fly with: a centre of gravity beyond all rotors. places: of the rotors [m]."""
-    reach = max(math.hypot(*place) for place in places)
+    reach = max(Vector(place).norm() for place in places)
     return [
-        f"events[{place}].shift: {math.hypot(*event.shift):g} m is beyond the rotors, at {reach:g} m"
+        f"events[{place}].shift: {Vector(event.shift).norm():g} m is beyond the rotors, at {reach:g} m"
         for place, event in enumerate(events)
-        if isinstance(event, CentreSection) and math.hypot(*event.shift) >= reach
+        if isinstance(event, CentreSection) and Vector(event.shift).norm() >= reach
     ]

@@ -46,8 +46,8 @@ class PaperSection(Section):
         slope_1, slope_2 = self.Lambda1 or (0.82 * pace,) * 3, self.Lambda2 or (12.0 * pace,) * 3
         force = self.K_r1 or (6.3 * mass * pace,) * 3
         torque = self.K_r2 or (4.5 * largest * max(slope_2),) * 3
-        rate_1 = 3.2 * mass * pace**2 if self.nets.F1 is None else self.nets.F1
-        rate_2 = 0.1 * largest * pace**2 if self.nets.F2 is None else self.nets.F2
+        rate_1 = 3.2 * mass * (pace * pace) if self.nets.F1 is None else self.nets.F1
+        rate_2 = 0.1 * largest * (pace * pace) if self.nets.F2 is None else self.nets.F2
         return {
             "mass": mass,
             "Lambda1": slope_1,

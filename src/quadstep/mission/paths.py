@@ -13,7 +13,7 @@ from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.reference import PathLaw
-from quadstep.guidance.spline import near_recording, through_waypoints
+from quadstep.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
 from quadstep.guidance.step import Step, StepParameters
 from quadstep.mission.fields import Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
@@ -170,7 +170,9 @@ class RecordedPath(Section):
 
     def build(self, folder: Path) -> BuiltPath:
         try:
-            times, points = read_recording(folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit])
+            times, points = read_recording(
+                folder / self.file, self.columns.model_dump(), ANGLE_UNITS[self.psi_unit], LEAST_SPAN * self.smoothing
+            )
         except UserError as error:
             raise UserError(f"path.file: {error}") from None
         return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))

@@ -18,15 +18,15 @@ SHORTEST = 1e-6
 
 
 def read_recording(
-    path: Path, columns: dict[str, str | None], angle_unit: float
+    path: Path, columns: dict[str, str | None], angle_unit: float, shortest: float = 0.0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times from zero (n,) [s] and points (n, 4) [m, m, m, rad], yaw unwrapped (zero where there is no such column).
 
     columns: header name for each of t, x, y, z, psi. A unit in brackets after a header name is ignored. psi is read where
-    its column is named, or where one called psi is there.
+    its column is named, or where one called psi is there. shortest: how long a recording must be at least [s].
 
-    Raises UserError for a missing file or column, a field that is no finite number, times that repeat or go backward, and
-    fewer than four rows.
+    Raises UserError for a missing file or column, a field that is no finite number, times that repeat or go backward, a
+    recording that is too short, and fewer than four rows.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -60,9 +60,24 @@ def read_recording(
         line = numbered[int(stuck[0]) + 2][0]
         before, after = times[stuck[0]], times[stuck[0] + 1]
         how = "repeats" if after == before else "goes backward" if after < before else "hardly moves"
-        raise UserError(f"{path}: line {line}: time {how} ({before:g} s, then {after:g} s); times must rise from row to row")
-    yaw = np.unwrap(data["psi"] * angle_unit) if "psi" in data else np.zeros(len(times))
+        raise UserError(
+            f"{path}: line {line}: time {how} ({before:.9g} s, then {after:.9g} s); times must rise by {SHORTEST:g} s or more"
+        )
+    span = times[-1] - times[0]
+    if span < shortest:
+        raise UserError(
+            f"{path}: line {numbered[-1][0]}: the recording ends after {span:g} s; with this smoothing it must last at least "
+            f"{shortest:g} s"
+        )
+    yaw = unwrapped(data["psi"] * angle_unit) if "psi" in data else np.zeros(len(times))
     return times - times[0], np.column_stack([data["x"], data["y"], data["z"], yaw])
+
+
+def unwrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles [rad] without jumps of more than half a turn, as whole turns are added."""
+    turns = -np.cumsum(np.rint(np.diff(angles, prepend=angles[0]) / (2.0 * math.pi)))
+    result: NDArray[np.float64] = angles + (2.0 * math.pi) * turns
+    return result
 
 
 def number(path: Path, line: int, row: list[str], place: int, header: list[str]) -> float:

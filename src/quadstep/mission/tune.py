@@ -1,6 +1,5 @@
 """The table `[tune]` of a mission: which gains `quadstep tune` may change, on which flights, and what counts as better."""
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -10,6 +9,7 @@ from quadstep.errors import UserError
 from quadstep.flight.scored import METRICS
 from quadstep.mission.check import Checked, check
 from quadstep.mission.fields import Finite, Positive, Section, as_tuple
+from quadstep.numbers import exp, log
 
 NAMES = {name.partition("[")[0]: name for name in METRICS}
 """The metrics by their names without units."""
@@ -35,13 +35,13 @@ class Range(Section):
     def value(self, place: float) -> float:
         """What is at this place, 0 at low and 1 at high."""
         if self.scale == "log":
-            return math.exp((1.0 - place) * math.log(self.low) + place * math.log(self.high))
+            return exp((1.0 - place) * log(self.low) + place * log(self.high))
         return (1.0 - place) * self.low + place * self.high
 
     def place(self, value: float) -> float:
         """Where a value is."""
         if self.scale == "log":
-            return math.log(value / self.low) / math.log(self.high / self.low)
+            return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 

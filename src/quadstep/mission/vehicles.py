@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, model_validator
 
 from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Section, as_tuple
-from quadstep.numbers import Vector
+from quadstep.numbers import Vector, total
 from quadstep.vehicle.lagrange import Vehicle
 from quadstep.vehicle.rotors import Rotors
 
@@ -36,7 +36,7 @@ class VehicleSection(Section):
     @model_validator(mode="after")
     def _rigid(self) -> "VehicleSection":
         for axis in range(3):
-            others = sum(self.inertia) - self.inertia[axis]
+            others = total(self.inertia) - self.inertia[axis]
             if self.inertia[axis] > others * (1.0 + 1e-12):
                 raise ValueError(
                     f"inertia breaks the triangle inequality: {self.inertia[axis]:g} is more than the sum of the other two, "

@@ -14,7 +14,7 @@ import numpy as np
 from quadstep.errors import UserError
 from quadstep.tuning.ground import Asked, Ground, Told
 from quadstep.tuning.judge import Judge, Judged
-from quadstep.tuning.theorem import Conditions
+from quadstep.tuning.theorem import Conditions, distance
 
 BLOCK = 16
 """Flights that a generation is a multiple of, so that the vector registers of any machine are full."""
@@ -126,9 +126,9 @@ class Search:
             asked = strategy.ask()
             wanted = [[min(max(float(place), 0.0), 1.0) for place in point[:size]] for point in asked]
             points = [self.conditions.moved(point, anchor) if self.conditions else point for point in wanted]
-            moved = [math.dist(point, wish) for point, wish in zip(points, wanted, strict=True)]
+            moved = [distance(point, wish) for point, wish in zip(points, wanted, strict=True)]
             flown = self.flown(run, generation, [self.asked.numbers(point) for point in points], points, moved)
-            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * one.moved**2) for one in flown])
+            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * one.moved * one.moved) for one in flown])
 
     def flown(
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]

@@ -4,7 +4,6 @@ A candidate that breaks them is moved straight towards a point where they hold, 
 search is told a cost that grows with the distance. Nothing is known of the conditions but whether they hold.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from quadstep.campaign.keys import parts, replaced
 from quadstep.errors import UserError
 from quadstep.mission.read import AnyMission
 from quadstep.mission.schema import Mission
+from quadstep.numbers import Vector
 
 CONDITION = "(condition of "
 """What a controller's warning of a broken condition says, as in (condition of Theorem 5.1)."""
@@ -23,6 +23,11 @@ TRIED = 2000
 ENOUGH = 32
 
 Point = Sequence[float]
+
+
+def distance(a: Point, b: Point) -> float:
+    """Between two points of the unit box."""
+    return (Vector(a) - Vector(b)).norm()
 
 
 class Conditions:
@@ -71,7 +76,7 @@ class Conditions:
                 f"tune.gains: none were found in these ranges that keep the conditions: {said}; widen the ranges, or say "
                 "theorem = false"
             )
-        return self.moved(start, min(found, key=lambda point: math.dist(point, start)))
+        return self.moved(start, min(found, key=lambda point: distance(point, start)))
 
     def moved(self, point: Point, anchor: Point) -> list[float]:
         """The point itself where they hold, else the nearest to it found between it and the anchor."""

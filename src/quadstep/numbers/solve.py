@@ -1,0 +1,132 @@
+"""Small linear systems, solved by +, -, *, / and square roots in an order that is written here.
+
+What a mission is set up with (shares of the rotors, gains of a regulator, pieces of a path, correlated draws) decides its
+flight, which must be the same to the bit on every machine; the order in which LAPACK and BLAS add depends on the processor.
+"""
+
+from collections.abc import Sequence
+
+from quadstep.numbers.functions import sqrt
+from quadstep.numbers.linear import Vector, total
+
+Rows = Sequence[Sequence[float]]
+
+
+def factored(rows: Rows) -> tuple[list[list[float]], list[float]]:
+    """L and the diagonal of D with L D L^T a symmetric positive definite matrix; L without its diagonal of ones.
+
+    rows: of the lower triangle, each from its first entry other than zero to the diagonal, as are those of L. Raises
+    ValueError where the matrix is not positive definite.
+    """
+    lower: list[list[float]] = []
+    pivots: list[float] = []
+    for i, row in enumerate(rows):
+        first = i - len(row) + 1
+        products: list[float] = []  # of L and D
+        for j in range(first, i):
+            other, value = lower[j], row[j - first]
+            start = j - len(other)
+            for k in range(max(first, start), j):
+                value -= products[k - first] * other[k - start]
+            products.append(value)
+        entries = [value / pivots[first + j] for j, value in enumerate(products)]
+        pivot = row[-1]
+        for value, entry in zip(products, entries, strict=True):
+            pivot -= value * entry
+        if not pivot > 0.0:
+            raise ValueError("not positive definite")
+        lower.append(entries)
+        pivots.append(pivot)
+    return lower, pivots
+
+
+def solve_definite(rows: Rows, columns: Sequence[Sequence[float]]) -> list[list[float]]:
+    """x of A x = b for each of some columns b. rows: of A as in `factored`. Raises ValueError."""
+    lower, pivots = factored(rows)
+    solved = []
+    for column in columns:
+        x = list(column)
+        for i, entries in enumerate(lower):
+            value, first = x[i], i - len(entries)
+            for j, entry in enumerate(entries, start=first):
+                value -= entry * x[j]
+            x[i] = value
+        x = [value / pivot for value, pivot in zip(x, pivots, strict=True)]
+        for i in range(len(x) - 1, -1, -1):
+            value, first = x[i], i - len(lower[i])
+            for j, entry in enumerate(lower[i], start=first):
+                x[j] -= entry * value
+        solved.append(x)
+    return solved
+
+
+def cholesky(rows: Rows) -> list[list[float]]:
+    """The lower triangle L, rows of full length, with L L^T the symmetric matrix of these rows. Raises ValueError."""
+    lower, pivots = factored([row[: i + 1] for i, row in enumerate(rows)])
+    roots = [sqrt(pivot) for pivot in pivots]
+    return [
+        [entry * root for entry, root in zip((*entries, 1.0), roots, strict=False)] + [0.0] * (len(rows) - 1 - i)
+        for i, entries in enumerate(lower)
+    ]
+
+
+def solve_square(rows: Rows, right: Sequence[float]) -> list[float]:
+    """x of A x = b by elimination, the largest entry of each column first. Raises ValueError where A is singular."""
+    system = [[*row, value] for row, value in zip(rows, right, strict=True)]
+    count = len(system)
+    for i in range(count):
+        largest = max(range(i, count), key=lambda k: abs(system[k][i]))
+        system[i], system[largest] = system[largest], system[i]
+        if not abs(system[i][i]) > 0.0:
+            raise ValueError("singular")
+        for k in range(i + 1, count):
+            share = system[k][i] / system[i][i]
+            for j in range(i + 1, count + 1):
+                system[k][j] -= share * system[i][j]
+    x = [0.0] * count
+    for i in range(count - 1, -1, -1):
+        value = system[i][count]
+        for j in range(i + 1, count):
+            value -= system[i][j] * x[j]
+        x[i] = value / system[i][i]
+    return x
+
+
+def least_norm_inverse(rows: Sequence[Vector]) -> list[Vector]:
+    """The pseudo-inverse of a matrix of full row rank, of any kind of numbers: for each column a vector, an entry a row.
+
+    From rows = L Q, Q orthonormal, it is Q^T L^-1; Q by Gram and Schmidt, each row made orthogonal twice (Giraud, Langou and
+    Rozloznik 2005: twice is enough).
+    """
+    across: list[Vector] = []  # rows of Q
+    shares: list[Vector] = []  # rows of L^-1 up to the diagonal, each as what it takes of the given rows
+    for i, row in enumerate(rows):
+        rest, taken = row, Vector(float(k == i) for k in range(len(rows)))
+        for _ in range(2):
+            for unit, share in zip(across, shares, strict=True):
+                part = rest @ unit
+                rest, taken = rest - part * unit, taken - part * share
+        length = rest.norm()
+        across.append(rest / length)
+        shares.append(taken / length)
+    return [
+        Vector(total(unit[column] * share[i] for unit, share in zip(across, shares, strict=True)) for i in range(len(rows)))
+        for column in range(len(rows[0]))
+    ]
+
+
+def rank(rows: Sequence[Vector], tolerance: float) -> int:
+    """How many rows are independent: taken one by one, the farthest first, while one is so far from the span of those taken.
+
+    tolerance: of that distance, for rows made one long; rows of zeros count as none.
+    """
+    left = [row / row.norm() for row in rows if row.norm() > 0.0]
+    taken = 0
+    while left:
+        farthest = max(left, key=Vector.norm)
+        if not farthest.norm() > tolerance:
+            break
+        unit = farthest / farthest.norm()
+        left = [row - (row @ unit) * unit for row in left if row is not farthest]
+        taken += 1
+    return taken
