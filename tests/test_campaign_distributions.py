@@ -2,6 +2,7 @@
 
 import tomllib
 
+import mpmath
 import numpy as np
 import pytest
 import scipy.special
@@ -9,6 +10,7 @@ import scipy.stats
 
 from quadstep.campaign.distributions import Correlated
 from quadstep.campaign.inverse_normal import inverse_normal
+from quadstep.campaign.normal import probability
 from quadstep.campaign.schema import CampaignFile
 from quadstep.errors import UserError
 from quadstep.mission.check import check
@@ -26,6 +28,14 @@ def test_the_inverse_normal_is_scipys_in_every_branch():
     wanted = scipy.special.ndtri(P)
     np.testing.assert_allclose(inverse_normal(P), wanted, rtol=4e-15, atol=1e-16)
     np.testing.assert_allclose([inverse_normal(float(p)) for p in P], wanted, rtol=4e-15, atol=1e-16)
+
+
+def test_the_normal_distribution_is_right_to_the_last_digits_far_into_its_lower_tail():
+    x = [*np.linspace(-37.0, 8.0, 901).tolist(), *np.linspace(-1.1, -0.9, 41).tolist(), -1.0, 1.0, 0.0, 1e-300]
+    with mpmath.workdps(40):
+        wrong = [float(abs(probability(one) / mpmath.ncdf(one) - 1)) for one in x]
+    assert max(wrong) < 1e-15
+    assert [probability(end) for end in (-1e18, -45.0, 0.0, 45.0, 1e18)] == [0.0, 0.0, 0.5, 1.0, 1.0]
 
 
 def test_the_inverse_normal_is_odd_and_rises():

@@ -14,10 +14,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep import __version__
+from quadstep.campaign import draws
 from quadstep.campaign import store as store_module
 from quadstep.campaign.store import opened, parquet
 from quadstep.errors import UserError
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
+from tests.test_cli import quadstep
 
 HEAD = "chunk = 16\nflights = 40\n"
 
@@ -281,6 +283,36 @@ def test_a_campaign_that_has_changed_is_refused_and_what_was_flown_is_kept(flown
     assert fly(path, out, "--overwrite").code == 0
     assert flights(out) != before
     assert not leftovers(out)
+
+
+@pytest.mark.parametrize("earlier", [1, None])
+def test_a_campaign_of_other_draws_is_neither_gone_on_with_nor_replayed(flown, monkeypatch, earlier):
+    path, out = flown
+    about = {**manifest(out), "version": "0.0.1", "draws": earlier}
+    assert manifest(out)["draws"] == draws.VERSION
+    if earlier is None:  # as before there were versions
+        del about["draws"]
+    (out / "campaign.json").write_text(json.dumps(about))
+    said = ("quadstep 0.0.1 (draws version 1)", f"quadstep {__version__} (draws version {draws.VERSION})", "--overwrite")
+    refused(fly(path, out, "--resume"), out, "cannot go on", *said)
+    replayed = ["fly", str(path), "--flight", "3", "--out", str(out.parent / "again")]
+    refused(quadstep(*replayed, "--results", str(out)), out, "cannot be replayed", *said)
+    monkeypatch.chdir(out.parent)
+    out.rename(out.parent / "moved")
+    (out.parent / "out").mkdir()
+    (out.parent / "moved").rename(out.parent / "out" / path.stem)
+    refused(quadstep(*replayed), "cannot be replayed", *said)
+    assert not (out.parent / "again").exists()
+    path.write_text(path.read_text() + "\n# another campaign\n")
+    assert quadstep(*replayed).code == 0
+
+
+def test_where_a_replayed_campaign_was_flown_is_looked_at_only_where_it_can_be(flown):
+    path, out = flown
+    replayed = ["fly", str(path), "--flight", "3", "--out", str(out.parent / "again")]
+    assert quadstep(*replayed, "--results", str(out)).code == 0
+    refused(quadstep(*replayed, "--results", str(out.parent / "nowhere")), "--results", "nowhere", "no campaign")
+    refused(quadstep("fly", str(path), "--results", str(out), "--out", str(out.parent / "a")), "--results", "--flight")
 
 
 def test_another_version_of_the_package_is_refused(flown, monkeypatch):

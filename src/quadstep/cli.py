@@ -97,6 +97,12 @@ def fly(
     flight: Annotated[
         int | None, typer.Option(help="Of a campaign file: the flight of this number.", show_default=False)
     ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --flight: where the campaign was flown; out/<campaign's name> if left out.", show_default=False
+        ),
+    ] = None,
     require: Annotated[
         list[str] | None,
         typer.Option(
@@ -127,7 +133,7 @@ def fly(
             shown.doing(stage)
             shown.to(done, total)
 
-        result = fly_mission(mission, folder, engine, overwrite, told, flight, required)
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results)
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:

@@ -28,6 +28,12 @@ def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
     return UserError(f"`quadstep {command}` needs {error.name}; install it: pip install quadstep[{extra}]")
 
 
+def replay_command(file: Path, flight: int, folder: Path) -> str:
+    """What to type to fly one flight of the campaign in `folder` again."""
+    elsewhere = [] if folder == Path("out") / file.stem else ["--results", folder]
+    return command("fly", file, "--flight", flight, *elsewhere)
+
+
 def add_campaign(app: typer.Typer) -> None:
     """Register the command."""
 
@@ -97,5 +103,5 @@ def add_campaign(app: typer.Typer) -> None:
         show_table("The worst", ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]"), rows)
         say("Each of them again, with its full log:")
         for one in summary.worst:
-            say_whole(f"  {command('fly', file, '--flight', one.flight)}")
+            say_whole(f"  {replay_command(file, one.flight, folder)}")
         say_whole(f"Report: {folder / 'report.html'}")

@@ -8,9 +8,11 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.campaign.inverse_normal import inverse_normal
+from quadstep.campaign.normal import probability
 from quadstep.mission.fields import Finite, Positive, Section, as_tuple
-from quadstep.numbers import Number, maximum, minimum
-from quadstep.numbers.functions import exp
+from quadstep.numbers import Number, exp, log, maximum, minimum, total
+from quadstep.numbers.solve import cholesky
+from quadstep.numbers.spaced import evenly_spaced
 
 MOST_OPTIONS = 100_000
 """Of a choice or a grid."""
@@ -98,8 +100,8 @@ class LogNormal(Section):
     @property
     def logarithm(self) -> Normal:
         """How the logarithm is distributed."""
-        low, high = (None if end is None else math.log(end) for end in (self.low, self.high))
-        return Normal(type="normal", mean=math.log(self.median), deviation=self.sigma, low=low, high=high)
+        low, high = (None if end is None else log(end) for end in (self.low, self.high))
+        return Normal(type="normal", mean=log(self.median), deviation=self.sigma, low=low, high=high)
 
     def quantile(self, u: Number) -> Number:
         """The value below which a share u of all lies."""
@@ -118,7 +120,7 @@ class Choice(Section):
         if self.weights is not None:
             if len(self.weights) != len(self.values):
                 raise ValueError(f"{len(self.weights)} weights for {len(self.values)} values; there must be one for each")
-            if not 0.0 < sum(self.weights) < math.inf:
+            if not 0.0 < total(self.weights) < math.inf:
                 raise ValueError("weights: their sum must be above 0")
         return self
 
@@ -130,8 +132,8 @@ class Choice(Section):
     def place(self, u: Any) -> Any:
         """Which option, for an array of u."""
         weights = self.weights or (1.0,) * len(self.values)
-        ends = np.array(list(accumulate(weights))[:-1]) / sum(weights)
-        return np.searchsorted(ends, u, side="right")
+        *ends, last = accumulate(weights)
+        return np.searchsorted(np.array(ends) / last, u, side="right")
 
 
 class Grid(Section):
@@ -160,15 +162,10 @@ class Grid(Section):
         if self.values is not None:
             return self.values
         assert self.low is not None and self.high is not None and self.count is not None
-        return tuple(np.linspace(self.low, self.high, self.count).tolist())
+        return tuple(evenly_spaced(self.low, self.high, self.count))
 
 
 Distribution = Annotated[Uniform | Sobol | Normal | LogNormal | Choice | Grid, Field(discriminator="type")]
-
-
-def probability(x: float) -> float:
-    """The share of a standard normal distribution below x."""
-    return 0.5 * math.erfc(-x / math.sqrt(2.0))
 
 
 def within(x: Number, low: float | None, high: float | None) -> Number:
@@ -213,23 +210,21 @@ class Correlated(Section):
     @property
     def factor(self) -> tuple[tuple[float, ...], ...]:
         """Lower triangle L with L L^T the covariance. ValueError where there is none."""
-        if self.covariance is not None:
-            matrix = np.array(self.covariance)
-        else:
-            matrix = np.array(self.correlation) * np.outer(self.deviations or (), self.deviations or ())
-        name = "covariance" if self.covariance is not None else "correlation"
+        name, matrix = "covariance", np.array(self.covariance)
+        if self.covariance is None:
+            deviations = np.array(self.deviations)
+            name, matrix = "correlation", np.array(self.correlation) * deviations[:, None] * deviations
         if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
             raise ValueError(f"{name}: must be symmetric")
         try:
-            lower: tuple[tuple[float, ...], ...] = tuple(map(tuple, np.linalg.cholesky(matrix).tolist()))
-        except np.linalg.LinAlgError:
+            return tuple(map(tuple, cholesky(matrix.tolist())))
+        except ValueError:
             raise ValueError(f"{name}: must be positive definite") from None
-        return lower
 
     def quantiles(self, us: list[Number]) -> list[Number]:
         """The values of the keys."""
         normal = [inverse_normal(u) for u in us]
         return [
-            mean + sum((weight * z for weight, z in zip(row[1 : i + 1], normal[1:], strict=False)), row[0] * normal[0])
+            mean + total(weight * z for weight, z in zip(row[: i + 1], normal, strict=False))
             for i, (mean, row) in enumerate(zip(self.mean, self.factor, strict=True))
         ]

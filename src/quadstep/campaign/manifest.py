@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from quadstep import __version__
+from quadstep.campaign import draws
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.kernel import host
@@ -35,6 +36,7 @@ class Manifest(BaseModel):
     model_config = ConfigDict(strict=True)
     name: str
     fingerprint: str
+    draws: int = 1
     flights: Annotated[int, Field(ge=1)]
     chunk: Annotated[int, Field(ge=1)]
     chunks: list[Named]
@@ -48,6 +50,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
         "name": campaign.file.name,
         "version": __version__,
         "fingerprint": campaign.fingerprint,
+        "draws": draws.VERSION,
         "seed": campaign.file.seed,
         "flights": flights,
         "chunk": campaign.file.chunk,
@@ -84,6 +87,37 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         raise UserError(f"{path}: is not the manifest of a campaign; choose another --out") from None
     known: dict[str, Any] = content
     return known
+
+
+def other_draws(manifest: dict[str, Any]) -> str:
+    """What to say where a campaign drew its values in another way than this package does; nothing where in the same."""
+    version = manifest.get("draws", 1)
+    if version == draws.VERSION:
+        return ""
+    return (
+        f"its values were drawn by quadstep {manifest.get('version')} (draws version {version}), and this is quadstep "
+        f"{__version__} (draws version {draws.VERSION})"
+    )
+
+
+def check_replay(campaign: Campaign, folder: Path, named: bool) -> None:
+    """Refuse to fly one flight again of a campaign where it would be another flight than in `folder`. Raises UserError.
+
+    named: whether the user has named the folder, so that the campaign must be there.
+    """
+    try:
+        found = read_manifest(folder)
+    except UserError:
+        if named:
+            raise
+        found = None
+    if named and found is None:
+        raise UserError(f"--results: {folder}: there is no campaign here")
+    said = found is not None and found.get("campaign") == campaign.text and other_draws(found)
+    if said:
+        raise UserError(
+            f"{folder}: cannot be replayed: {said}; replay it with that version, or fly the campaign again with --overwrite"
+        )
 
 
 def nothing_there(folder: Path) -> str:

@@ -103,7 +103,7 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
         *text.opening(store, campaign, summary, path),
         *distribution_section(store, campaign, summary, flown, through, folder),
         *key_sections(store, campaign, rmse, success, folder),
-        *worst_section(campaign, summary, path, folder),
+        *worst_section(store, campaign, summary, path, folder),
         *text.closing(),
     ]
 
@@ -206,11 +206,11 @@ def explained(result: Result, parts: Mapping[str, Any], campaign: Campaign) -> E
     return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
+def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
     """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
     again = flown_again(campaign, [one.flight for one in summary.worst])
     values = [one.replay.values if one.replay else {} for one in again]
-    body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path)]
+    body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
     for worst, (_, log, said) in zip(summary.worst, again, strict=True):
         title = text.of_flight(worst)
         if log is not None and len(log.rows) > 1:

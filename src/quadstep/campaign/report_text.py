@@ -7,6 +7,7 @@ from typing import Any
 
 from quadstep.analysis.metrics import position_errors
 from quadstep.analysis.statistics import Estimate, share
+from quadstep.campaign.commands import replay_command
 from quadstep.campaign.flown import OUTCOMES
 from quadstep.campaign.manifest import FLIGHTS
 from quadstep.campaign.schema import THRESHOLDS, Campaign
@@ -16,7 +17,6 @@ from quadstep.campaign.summary import Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.report import page
-from quadstep.terminal.screen import command
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """What is explained."""
@@ -42,6 +42,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         ("seed, precision, engine", f"{file.seed}, {file.precision}, {manifest.get('engine')}"),
         ("error sampled every", f"{file.score_period:g} s" if file.score_period else "log period of the mission"),
         ("quadstep", f"{manifest.get('version')}, with {pairs(manifest.get('packages', {}))}"),
+        ("version of the draws", str(manifest.get("draws"))),
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
     body = [
@@ -156,8 +157,8 @@ def keys(count: int, most: int) -> list[str]:
     ]
 
 
-def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path) -> list[str]:
-    """A table with a column for each, and the command that flies it again."""
+def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, folder: Path) -> list[str]:
+    """A table with a column for each, and the command that flies it again. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))
     rows = [
@@ -167,7 +168,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path) -> 
         ["largest error [m]", *(known(one.largest) for one in flights)],
         *([name, *(text_of(drawn[name]) if name in drawn else "-" for drawn in values)] for name in names),
     ]
-    commands = "\n".join(escape(command("fly", path, "--flight", one.flight)) for one in flights)
+    commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
     return [
         page.paragraph("Those that ended first, then those that were farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows),

@@ -20,7 +20,7 @@ import pyarrow.parquet as pq
 
 from quadstep import __version__
 from quadstep.campaign.flown import judged
-from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, read_manifest
+from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.report.publish import WRITING
@@ -204,9 +204,9 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
         "chunk": "its manifest has changed",
         "version": f"it was flown by quadstep {found.get('version')}, this is {__version__}",
     }
-    for key, what in reasons.items():
-        if found.get(key) != mine[key]:
-            raise UserError(f"{folder}: cannot go on: {what}; choose another --out, or start again with --overwrite")
+    changed = [what for key, what in reasons.items() if found.get(key) != mine[key]]
+    for what in filter(None, (other_draws(found), *changed)):
+        raise UserError(f"{folder}: cannot go on: {what}; choose another --out, or start again with --overwrite")
     store.verify()
     store.shorten(flights)
     if found.get("failure") != mine["failure"]:

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from quadstep import __version__
+from quadstep.campaign.commands import replay_command
 from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.run import REPORT, Finished
 from quadstep.campaign.summary import as_json
 from quadstep.exit_codes import UNMET
 from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
-from quadstep.terminal.screen import command
 
 
 def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | None) -> Verdict:
@@ -18,7 +18,7 @@ def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | N
     judged = None if least is None else Judged(least, summary.success, summary.flights)
     cases = (Case("flown"), *([judged.case] if judged else []))
     measured = as_json(summary)
-    worst = [{**one, "replay": command("fly", file, "--flight", one["flight"])} for one in measured["worst"]]
+    worst = [{**one, "replay": replay_command(file, one["flight"], done.folder)} for one in measured["worst"]]
     content = {
         "version": __version__,
         "campaign": str(file),

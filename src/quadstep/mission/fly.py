@@ -12,6 +12,7 @@ from quadstep import __version__
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
+from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
@@ -66,13 +67,14 @@ def fly_mission(
     told: Told = lambda *_: None,
     flight: int | None = None,
     required: Sequence[Requirement] = (),
+    results: Path | None = None,
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and say how it went. told: of every stage.
 
-    flight: where `path` is a campaign, the number of one of its flights. Raises UserError, also for a requirement of a metric
-    that no such flight has.
+    flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
+    flown. Raises UserError, also for a requirement of a metric that no such flight has.
     """
-    mission, plan, beside = planned(path, flight)
+    mission, plan, beside = planned(path, flight, results)
     required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
@@ -119,16 +121,20 @@ def metric_names(mission: AnyMission, plan: FlightPlan) -> list[str]:
     return list(scalars(metrics))
 
 
-def planned(path: Path, flight: int | None) -> tuple[AnyMission, FlightPlan, Path]:
+def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[AnyMission, FlightPlan, Path]:
     """A mission, its flight, and where the files are that it names. Raises UserError."""
     if flight is None:
+        if results is not None:
+            raise UserError("--results: goes with --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
     from quadstep.campaign.commands import missing_extra  # noqa: PLC0415 (loaded only where it is used)
+    from quadstep.campaign.manifest import check_replay  # noqa: PLC0415
     from quadstep.campaign.replay import replay  # noqa: PLC0415
     from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
 
     campaign = read_campaign(path)
+    check_replay(campaign, results or Path("out") / path.stem, results is not None)
     try:
         one = replay(campaign, flight)
     except ModuleNotFoundError as error:

@@ -128,7 +128,7 @@ class Search:
             points = [self.conditions.moved(point, anchor) if self.conditions else point for point in wanted]
             moved = [distance(point, wish) for point, wish in zip(points, wanted, strict=True)]
             flown = self.flown(run, generation, [self.asked.numbers(point) for point in points], points, moved)
-            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * one.moved * one.moved) for one in flown])
+            strategy.tell(asked, [one.judged.cost * (1.0 + STRICTNESS * (one.moved * one.moved)) for one in flown])
 
     def flown(
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
