@@ -32,11 +32,12 @@ const answer = ({ flight: id, controller: which, values = {}, rows: wanted = tru
       }
       if (control.kind === "toggle" && value !== 0) return;
       for (const set of component.sets) {
-        const change = (set.power === 1 ? Number(set.factor) * value : Number(set.factor) / value) + Number(set.offset);
+        const plus = (a, b) => (b === 0 ? a : a + b);
+        const change = plus(set.power === 1 ? Number(set.factor) * value : Number(set.factor) / value, Number(set.offset));
         const names = set.what === "parameter" ? law.names : law.starts;
         const array = set.what === "parameter" ? parameters : start;
-        if (set.what === "duration") duration = set.add ? duration + change : change;
-        else if (names.includes(set.name)) array[names.indexOf(set.name)] = set.add ? array[names.indexOf(set.name)] + change : change;
+        if (set.what === "duration") duration = set.add ? plus(duration, change) : change;
+        else if (names.includes(set.name)) array[names.indexOf(set.name)] = set.add ? plus(array[names.indexOf(set.name)], change) : change;
       }
     });
   }

@@ -123,7 +123,7 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
     found = {row[0]: row[1:] for row in cells if row}
     drawn = rows(folder).to_pylist()
     for place, flight in enumerate(flights):
-        assert f"quadstep fly {path} --flight {flight}\n" in section.replace("</pre>", "\n")
+        assert f"quadstep fly {path} --flight {flight} --results {folder}\n" in section.replace("</pre>", "\n")
         assert f"Flight {flight}: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" in section
         assert float(found["RMSE [m]"][place]) == pytest.approx(drawn[flight]["position_rmse[m]"], rel=1e-3)
         assert float(found["largest error [m]"][place]) == pytest.approx(drawn[flight]["largest_error[m]"], rel=1e-3)

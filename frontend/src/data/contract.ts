@@ -113,7 +113,7 @@ export interface Component {
   readonly sets: readonly Effect[];
 }
 
-/** new = factor * value^power + offset, instead of the old or added to it. */
+/** new = factor * value + offset, or factor / value + offset, instead of the old or added to it. */
 export interface Effect {
   readonly what: "parameter" | "start" | "duration";
   readonly name: string;

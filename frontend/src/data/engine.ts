@@ -29,13 +29,14 @@ export function inputs(page: PageData, flight: FlightData, controller: Controlle
   let duration = ticks.last * ticks.step;
 
   const place = (effect: Effect, value: number): void => {
-    const result = Number(effect.factor) * (effect.power === -1 ? 1 / value : value) + Number(effect.offset);
+    const factor = Number(effect.factor);
+    const result = plus(effect.power === -1 ? factor / value : factor * value, Number(effect.offset));
     if (effect.what === "duration") {
-      duration = effect.add ? duration + result : result;
+      duration = effect.add ? plus(duration, result) : result;
       return;
     }
     const [vector, index] = effect.what === "start" ? [start, starts.get(effect.name)] : [parameters, names.get(effect.name)];
-    if (index !== undefined) vector[index] = effect.add ? vector[index]! + result : result;
+    if (index !== undefined) vector[index] = effect.add ? plus(vector[index]!, result) : result;
   };
 
   const asFiled = { ...settings, values: {} };
@@ -52,6 +53,11 @@ export function inputs(page: PageData, flight: FlightData, controller: Controlle
   }
   ticks.last = Math.max(ticks.log, Math.round(duration / ticks.step));
   return { controller, names, parameters, start, tables, ticks };
+}
+
+/** The sum; with nothing added it is a to the bit, so that a file's own numbers fly as Python flies them. */
+function plus(a: number, b: number): number {
+  return b === 0 ? a : a + b;
 }
 
 /** Flown by the law compiled for its controller. */

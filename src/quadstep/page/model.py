@@ -215,4 +215,5 @@ def json_number(value: float) -> float | int | str:
     """A number as JSON can hold it: infinite ones as text, whole ones short."""
     if not math.isfinite(value):
         return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
-    return int(value) if value == int(value) and abs(value) < 2**53 else value
+    negative_zero = value == 0.0 and math.copysign(1.0, value) < 0.0
+    return int(value) if value == int(value) and abs(value) < 2**53 and not negative_zero else value
