@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from quadstep import flight_metrics, fly, read_mission
-from quadstep.report.figures import LINES, STYLE
+from quadstep.report.canvas import LINES, STYLE
 from quadstep.study.cases import STRESS_TIMES, stress
 from quadstep.study.study import completed
 

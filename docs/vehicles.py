@@ -17,7 +17,7 @@ from quadstep.airframe.geometry import Geometry
 from quadstep.mission.airframe import LAYOUTS, AirframeSection, laid_out
 from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
-from quadstep.report.figures import STYLE
+from quadstep.report.canvas import STYLE
 
 ROOT = pathlib.Path(__file__).parent.parent
 COLOURS = {1: "tab:blue", -1: "tab:red"}

@@ -316,7 +316,7 @@ def test_axes_say_their_unit():
 
 
 def test_lengths_are_in_the_unit_that_suits_them():
-    assert [length(x) for x in (3.0, 0.3, 0.003, 3e-6, 3e-9)] == ["3 m", "30 cm", "3 mm", "3 um", "3 nm"]
+    assert [length(x) for x in (3.0, 0.3, 0.003, 3e-6, 3e-9)] == ["3 m", "30 cm", "3 mm", "3 µm", "3 nm"]
 
 
 def test_a_grid_of_wind_that_begins_at_zero_flies_with_turbulence(tmp_path):

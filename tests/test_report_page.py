@@ -104,16 +104,21 @@ def test_a_long_line_is_thinned_but_keeps_its_last_point(tmp_path, samples):
     [
         ("m", 20.0, ("m", 1.0)),
         ("m", 0.003, ("mm", 1e3)),
-        ("m", 3e-5, ("um", 1e6)),
+        ("m", 3e-5, ("µm", 1e6)),
         ("m", 3e-9, ("nm", 1e9)),
         ("m", 0.0, ("m", 1.0)),
-        ("-", 1e-6, ("-", 1.0)),
+        ("-", 2e-4, ("10⁻³", 1e3)),
+        ("m/s, rad/s", 2e-3, ("10⁻³ m/s, rad/s", 1e3)),
+        ("-", 0.3, ("-", 1.0)),
+        ("N m", 2e4, ("kN m", 1e-3)),
+        ("m/s^2", 1.0, ("m/s²", 1.0)),
         ("rad", 0.01, ("mrad", 1e3)),
-        ("N m", 1e-5, ("uN m", 1e6)),
+        ("N m", 3e-5, ("µN m", 1e6)),
     ],
 )
 def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
-    assert prefixed(unit, largest) == expected
+    name, factor = prefixed(unit, largest)
+    assert (name, factor) == (expected[0], pytest.approx(expected[1]))
 
 
 def test_a_csv_reads_back_exactly(tmp_path):

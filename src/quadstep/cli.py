@@ -23,6 +23,7 @@ from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliv
 from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
 from quadstep.report.pool import start_server
+from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, complain, say, say_whole, width
 from quadstep.terminal.streams import OutputError, prepare_streams
@@ -78,11 +79,14 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/paper"),
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
 ) -> None:
     """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
     from quadstep.study.reproduce import reproduce as run  # noqa: PLC0415 (each command loads what it needs)
 
-    claims = run(out, engine, overwrite)
+    claims = run(out, engine, overwrite, sheet(figures, width, style))
     rows = [(claim.name, claim.measured, claim.verdict) for claim in claims]
     show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
     say_whole(f"Report: {out / 'report.html'}")
@@ -113,6 +117,9 @@ def fly(
     ] = None,
     as_json: JsonOption = False,
     junit: JunitOption = None,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
 ) -> None:
     """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
 
@@ -120,7 +127,7 @@ def fly(
     --require is not met.
     """
     started = time.perf_counter()
-    required = [parsed(text) for text in require or []]
+    required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
     if junit:
         check_junit(junit)
     if os.path.isfile(mission):  # noqa: PTH113 (of a Path, names that no file can have are an error)
@@ -133,7 +140,7 @@ def fly(
             shown.doing(stage)
             shown.to(done, total)
 
-        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results)
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on)
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:
@@ -234,6 +241,9 @@ def certify(
         Path | None, typer.Option(help="Folder for the results; out/<mission's name>-certificate if left out.")
     ] = None,
     overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
 ) -> None:
     """Measure on one flight what Theorem 5.1 asks for and promises: writes certificate.json, a figure and metrics.json.
 
@@ -243,7 +253,7 @@ def certify(
     from quadstep.certify.run import certify_mission  # noqa: PLC0415
 
     folder = out or Path("out") / f"{mission.stem}-certificate"
-    result = certify_mission(mission, folder, overwrite)
+    result = certify_mission(mission, folder, overwrite, sheet(figures, width, style))
     show_table(result.name, ("", "measured", "against"), result.rows)
     say(f"Verdict: {result.verdict}")
     say_whole(f"Results: {folder}")

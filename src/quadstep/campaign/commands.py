@@ -9,6 +9,7 @@ import typer
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.errors import UserError
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
+from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
@@ -57,6 +58,9 @@ def add_campaign(app: typer.Typer) -> None:
         ] = None,
         as_json: JsonOption = False,
         junit: JunitOption = None,
+        figures: FiguresOption = USUAL,
+        width: WidthOption = None,
+        style: StyleOption = SCREEN,
     ) -> None:
         """Fly a mission very many times with what the file says varying; how often, and how well, does it succeed?
 
@@ -78,9 +82,10 @@ def add_campaign(app: typer.Typer) -> None:
         if junit:
             check_junit(junit)
         folder = out or Path("out") / file.stem
+        drawn_on = sheet(figures, width, style)
         with bar("flying", "flights", flights) as shown:
             try:
-                done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to)
+                done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
             except ModuleNotFoundError as error:
                 raise missing_extra("campaign", error) from None
         judged = verdict(done, file, engine, least)

@@ -5,15 +5,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.varied import Bins, spans_decades
-from quadstep.comparison.picture import write
-from quadstep.report.figures import STYLE
+from quadstep.report.canvas import drawing, headline, margins, new_figure, write
+from quadstep.report.sheet import Sheet
 
 Numbers = NDArray[np.float64]
 
@@ -27,6 +25,8 @@ POINTS = 300
 
 QUANTILES = (0.1, 0.5, 0.9)
 
+SCREEN = Sheet()
+
 
 class Metric(NamedTuple):
     """What is drawn of a metric. values: of the flights that got through, finite; limit: above it a flight has failed."""
@@ -36,17 +36,27 @@ class Metric(NamedTuple):
     limit: float | None
 
 
-def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int) -> None:
+def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, sheet: Sheet = SCREEN) -> None:
     """Above, a histogram of each metric; below, the share of all flights that are worse, those that ended early among them."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(0.4 + 4.3 * len(metrics), 5.6))
-        grid: Any = figure.subplots(2, len(metrics), squeeze=False, sharex="col")
-        figure.subplots_adjust(0.75 / (0.4 + 4.3 * len(metrics)), 0.09, 0.985, 0.95, 0.24, 0.1)
-        for (above, below), metric in zip(grid.T, metrics, strict=True):
-            draw_metric(above, below, metric, flights)
-        grid[0, 0].set_ylabel("flights")
-        grid[1, 0].set_ylabel("share of all flights that are worse")
-        write(figure, path)
+    with drawing(sheet):
+        columns = sheet.side_by_side(len(metrics), 2.2)
+        rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
+        figure = new_figure(sheet, width, 5.6, 4.0 * rows)
+        grid: Any = figure.subplots(2 * rows, columns, squeeze=False)
+        margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
+        pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
+        for place, (above, below) in enumerate(pairs):
+            if place >= len(metrics):
+                above.set_axis_off()
+                below.set_axis_off()
+                continue
+            above.sharex(below)
+            above.tick_params(labelbottom=False)
+            draw_metric(above, below, metrics[place], flights)
+            if place % columns == 0:
+                above.set_ylabel("flights")
+                below.set_ylabel("share of all flights that are worse" if sheet.width is None else "share worse")
+        write(figure, path, sheet)
 
 
 def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
@@ -86,14 +96,16 @@ def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
     below.set_xlabel(metric.name)
 
 
-def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers]) -> None:
+def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
     """How many flights ended in which way, and beside it when those ended that ended early. ended: times by outcome [s]."""
     flights = sum(outcomes.values())
     timed = {name: times for name, times in ended.items() if len(times)}
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 1.0 + 0.42 * max(len(outcomes), 4)))
-        axes: Any = figure.subplots(1, 2 if timed else 1, squeeze=False)[0]
-        figure.subplots_adjust(0.19, 0.55 / figure.get_figheight(), 0.97 if timed else 0.6, 0.94, 0.5)
+    with drawing(sheet):
+        count = 2 if timed else 1
+        columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
+        figure = new_figure(sheet, 9.0, height, 0.8 * height * count / columns)
+        axes: Any = figure.subplots(count // columns, columns, squeeze=False).ravel()
+        margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
         for row, count in enumerate(counts):
@@ -114,18 +126,18 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
             axes[1].set_ylim(bottom=0.0)
             axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
             axes[1].legend()
-        write(figure, path)
+        write(figure, path, sheet)
 
 
-def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]]) -> None:
+def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:
     """A bar for each key and each of what is explained. ranking: by key, then by what is explained; the first on top."""
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
-    with rc_context(STYLE):
+    with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
-        figure = Figure(figsize=(8.4, height))
+        figure = new_figure(sheet, 8.4, height)
         axes: Any = figure.subplots()
         widest = max(len(key) for key in ranking)
-        figure.subplots_adjust(min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
+        margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
         step = len(explained) + 0.5
         for place, (name, colour) in enumerate(zip(explained, ("0.35", "white"), strict=False)):
             rows = [i * step + place for i in range(len(ranking))]
@@ -145,10 +157,14 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]]) -> N
         axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
         axes.set_ylim(len(ranking) * step - 1.0, -0.8)
         axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
-        axes.set_xlabel("share of the variance that this key explains by itself [%], with its 95 % interval")
+        axes.set_xlabel(
+            "share of the variance that this key explains by itself [%], with its 95 % interval"
+            if sheet.inches(8.4) > 5.0
+            else "share of the variance [%], 95 % interval"
+        )
         axes.grid(axis="y", visible=False)
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
-        write(figure, path)
+        write(figure, path, sheet)
 
 
 class ByKey(NamedTuple):
@@ -172,15 +188,16 @@ def by_key(found: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
     return ByKey({i: share(int(good[i]), int(counts[i])) for i in np.flatnonzero(counts).tolist()}, errors)
 
 
-def draw_key(path: Path, key: str, found: Bins, shown: ByKey) -> None:
+def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCREEN) -> None:
     """Success rate and position RMSE over one key."""
-    with rc_context(STYLE):
+    with drawing(sheet):
         crowded = len(found.labels) > 5 or any(len(label) > 10 for label in found.labels)
         height = 4.0 if crowded else 2.7
-        figure = Figure(figsize=(9.0, height))
-        axes: Any = figure.subplots(1, 2)
-        figure.subplots_adjust(0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
-        figure.text(0.01, 1.0 - 0.2 / height, key, fontsize=10)
+        columns = sheet.side_by_side(2, 3.0)
+        figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
+        axes: Any = figure.subplots(2 // columns, columns, squeeze=False).ravel()
+        margins(figure, sheet, 0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
+        headline(figure, sheet, (0.01, 1.0 - 0.2 / height), key)
         success, errors = axes
         draw_success(success, found, shown.good)
         draw_errors(errors, found, shown.errors)
@@ -195,7 +212,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey) -> None:
                 one.grid(axis="x", visible=False)
             elif found.log:
                 logarithmic(one)
-        write(figure, path)
+        write(figure, path, sheet)
 
 
 def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:

@@ -4,17 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from quadstep.analysis.metrics import position_errors
-from quadstep.campaign.pictures import logarithmic
+from quadstep.campaign.pictures import SCREEN, logarithmic
 from quadstep.campaign.varied import spans_decades
-from quadstep.comparison.picture import write
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.report.figures import LINES, STYLE, thin
+from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
+from quadstep.report.figures import thin
+from quadstep.report.sheet import Sheet
 
 MOST_ROWS = 20_000
 """Of a log that is made for a picture."""
@@ -29,14 +28,17 @@ def for_a_picture(plan: FlightPlan) -> FlightPlan:
     return plan._replace(ticks=plan.ticks._replace(log=every))
 
 
-def draw_flight(path: Path, log: FlightLog, title: str) -> None:
+def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -> None:
     """The picture; the log has at least two rows."""
     t, distance = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
     wanted, flown = log.table("x_d", "y_d", "z_d"), log.table("x", "y", "z")
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 3.0))
-        errors, top, side = figure.subplots(1, 3, width_ratios=(1.5, 1.0, 1.0))
-        figure.subplots_adjust(0.075, 0.16, 0.985, 0.82, 0.33)
+    with drawing(sheet):
+        narrow = sheet.side_by_side(3, 2.2) < 3
+        figure = new_figure(sheet, 9.6, 3.0, 3.8 if narrow else 2.6)
+        places: Any = [["errors", "errors"], ["top", "side"]] if narrow else [["errors", "top", "side"]]
+        panels: Any = figure.subplot_mosaic(places, width_ratios=(1.0, 1.0) if narrow else (1.5, 1.0, 1.0))
+        errors, top, side = (panels[name] for name in ("errors", "top", "side"))
+        margins(figure, sheet, 0.075, 0.16, 0.985, 0.82, 0.33)
         seen = distance > 0.0
         if seen.any() and spans_decades(float(np.quantile(distance[seen], 0.05)), float(distance.max())):
             errors.plot(*thin(t[seen], distance[seen]), **LINES[0])
@@ -57,8 +59,9 @@ def draw_flight(path: Path, log: FlightLog, title: str) -> None:
             axes.set_xlabel(f"{'xyz'[a]} [m]")
             axes.set_ylabel(f"{'xyz'[b]} [m]")
         top.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
-        figure.text(0.01, 0.945, title, fontsize=10)
-        write(figure, path)
+        if sheet.titled:
+            headline(figure, sheet, (0.01, 0.945), title)
+        write(figure, path, sheet)
 
 
 def draw_path(axes: Any, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:

@@ -15,6 +15,7 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.campaign import report_text as text
 from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.pictures import (
+    SCREEN,
     Metric,
     by_key,
     draw_distributions,
@@ -34,6 +35,7 @@ from quadstep.flight.engines import fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.report import page
 from quadstep.report.publish import WRITING
+from quadstep.report.sheet import Sheet
 
 REPORT, FIGURES = "report.html", "figures"
 
@@ -60,7 +62,7 @@ class Again(NamedTuple):
     said: str = ""
 
 
-def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
+def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> list[str]:
     """Write it beside its place, then move it there; the names of its files. path: of the campaign file, as the user gave it.
 
     Raises UserError for a disk that does not take it.
@@ -71,7 +73,7 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path)
             (temporary / FIGURES).mkdir()
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
-                body = sections(store, campaign, summary, path, temporary / FIGURES)
+                body = sections(store, campaign, summary, path, temporary / FIGURES, sheet.with_svg())
             page.write_page(temporary / REPORT, f"Campaign: {campaign.file.name}", body)
             return moved(temporary, store)
         finally:
@@ -93,7 +95,7 @@ def moved(temporary: Path, store: Store) -> list[str]:
     return names
 
 
-def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
+def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:
     """The body of the page; its pictures are drawn into `folder`."""
     flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
@@ -101,9 +103,9 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
     rmse = np.where(through, number(flown[RMSE]), np.nan)
     return [
         *text.opening(store, campaign, summary, path),
-        *distribution_section(store, campaign, summary, flown, through, folder),
-        *key_sections(store, campaign, rmse, success, folder),
-        *worst_section(store, campaign, summary, path, folder),
+        *distribution_section(store, campaign, summary, flown, through, folder, sheet),
+        *key_sections(store, campaign, rmse, success, folder, sheet),
+        *worst_section(store, campaign, summary, path, folder, sheet),
         *text.closing(),
     ]
 
@@ -115,11 +117,18 @@ def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
 
 
 def distribution_section(
-    store: Store, campaign: Campaign, summary: Summary, flown: pa.Table, through: NDArray[np.bool_], folder: Path
+    store: Store,
+    campaign: Campaign,
+    summary: Summary,
+    flown: pa.Table,
+    through: NDArray[np.bool_],
+    folder: Path,
+    sheet: Sheet,
 ) -> list[str]:
     """How the flights ended, and how far from the path they were."""
     times = {name: number(flown[TIME])[over_as(flown, name)] for name in summary.outcomes if name != OUTCOMES[0]}
-    draw_outcomes(folder / "outcomes", text.ended(summary), {name: some[np.isfinite(some)] for name, some in times.items()})
+    times = {name: some[np.isfinite(some)] for name, some in times.items()}
+    draw_outcomes(folder / "outcomes", text.ended(summary), times, sheet)
     body = [
         page.heading("How they ended", "outcomes"),
         page.figure(folder / "outcomes.svg", "Outcomes"),
@@ -133,7 +142,7 @@ def distribution_section(
         metrics.append(Metric(name, values[np.isfinite(values)], limits.get(name)))
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
-        draw_distributions(folder / "distributions", metrics, summary.flights)
+        draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
         body += [
             page.heading("How far from the path", "distributions"),
             page.figure(folder / "distributions.svg", "Histograms"),
@@ -150,7 +159,7 @@ def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
 
 
 def key_sections(
-    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], folder: Path
+    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], folder: Path, sheet: Sheet
 ) -> list[str]:
     """What the result depends on: the ranking, then key by key."""
     keys = campaign.file.keys
@@ -161,14 +170,14 @@ def key_sections(
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body = [page.heading("What it depends on", "ranking")]
     if any(ranking.values()):
-        draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]))
+        draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), sheet)
         body.append(page.figure(folder / "ranking.svg", "What each key explains"))
     body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
     body += [page.heading("Key by key", "keys"), *text.keys(len(keys), MOST_PICTURES)]
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        draw_key(folder / name, key, cut, by_key(cut, success, rmse))
+        draw_key(folder / name, key, cut, by_key(cut, success, rmse), sheet)
         body.append(page.figure(folder / f"{name}.svg", f"Success and error over {key}"))
     return body
 
@@ -206,7 +215,7 @@ def explained(result: Result, parts: Mapping[str, Any], campaign: Campaign) -> E
     return Explained(shares, None if campaign.file.correlated else strongest_interaction(result, most))
 
 
-def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path) -> list[str]:
+def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet) -> list[str]:
     """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
     again = flown_again(campaign, [one.flight for one in summary.worst])
     values = [one.replay.values if one.replay else {} for one in again]
@@ -215,7 +224,7 @@ def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path
         title = text.of_flight(worst)
         if log is not None and len(log.rows) > 1:
             name = f"flight-{worst.flight}"
-            draw_flight(folder / name, log, title)
+            draw_flight(folder / name, log, title, sheet)
             body.append(page.figure(folder / f"{name}.svg", title))
         else:
             why = f"cannot be flown again: {said}" if log is None else "it ended before it could be drawn"

@@ -13,6 +13,7 @@ from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import Summary, as_json, summarise
 from quadstep.errors import InterruptedRun
+from quadstep.report.sheet import Sheet
 
 REPORT = "report.html"
 
@@ -33,8 +34,10 @@ def fly_campaign(
     resume: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    sheet: Sheet | None = None,
 ) -> Finished:
-    """Fly the campaign in `path` into `folder`. progress: told flights over and flights in all.
+    """Fly the campaign in `path` into `folder`. progress: told flights over and flights in all. sheet: what the
+    figures are drawn on.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
@@ -55,7 +58,7 @@ def fly_campaign(
             for chunk, table in fly(missing, told):
                 store.write(chunk, table)
             summary = summarise(store)
-            finish(store, campaign, summary, path)
+            finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
             kept, count = len(store.chunks) - len(store.missing), len(store.chunks)
             raise InterruptedRun(f"{kept} of {count} files of flights are kept in {folder}; go on with --resume") from None
@@ -85,9 +88,9 @@ def engine_for(campaign: Campaign, engine: CampaignEngine) -> Callable[[Sequence
     return fly
 
 
-def finish(store: Store, campaign: Campaign, summary: Summary, path: Path) -> None:
+def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
     """The report, and the manifest's last word."""
     from quadstep.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
-    files = write_report(store, campaign, summary, path)
+    files = write_report(store, campaign, summary, path, sheet)
     store.save(complete=True, summary=as_json(summary), files=files)

@@ -28,7 +28,7 @@ class Matrices(NamedTuple):
 
 
 class Lyapunov(NamedTuple):
-    """Eq. 55 [J] and its rate [W] at each sample, (n,) each.
+    """Eq. 55 [J], its three parts, and its rate [W] at each sample, (n,) each.
 
     rate: from the plant's own accelerations, for the law at that sample. differenced: (L_next - L) / period, one shorter.
     The rest are the terms that `rate` is the sum of. dissipation: -r^T (K_r - ...) r. residual: r^T eps. skew: r2^T
@@ -37,6 +37,9 @@ class Lyapunov(NamedTuple):
     """
 
     value: Array
+    of_errors: Array
+    of_integrals: Array
+    of_weights: Array
     rate: Array
     differenced: Array
     dissipation: Array
@@ -78,7 +81,8 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
     stored = [dot(h.integral_1, integral_1 * h.integral_1), dot(h.integral_2, integral_2 * h.integral_2)]
     weight = [f * np.square(w).sum(axis=(1, 2)) for f, (_, w, _) in zip(inverse, nets, strict=True)]
     kinetic = [vehicle.mass * dot(h.r1, h.r1), dot(h.r2, apply(m.inertia, h.r2))]
-    value = 0.5 * (sum(kinetic) + sum(stored) + sum(weight))
+    parts = [0.5 * np.broadcast_to(sum(of), len(h.t)) for of in (kinetic, stored, weight)]
+    value = sum(parts, np.zeros(()))
 
     force, moment = disturb(plan.parameters.disturbance, h.state)
     moving = as_rows(acceleration(vehicle, h.state.attitude, h.thrust, force), count)  # type: ignore[arg-type]
@@ -101,6 +105,9 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
     )
     return Lyapunov(
         value=value,
+        of_errors=parts[0],
+        of_integrals=parts[1],
+        of_weights=parts[2],
         rate=rate,
         differenced=np.diff(value) / h.period,
         dissipation=-slowed,

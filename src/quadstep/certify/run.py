@@ -14,12 +14,10 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panel import Panel
+from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
-
-FAR = 20.0
-"""A radius this many times the line it bounds is named in the legend and not drawn."""
+from quadstep.report.sheet import Sheet
 
 
 class CertifiedFlight(NamedTuple):
@@ -31,7 +29,7 @@ class CertifiedFlight(NamedTuple):
     completed: bool
 
 
-def certify_mission(path: Path, folder: Path, overwrite: bool) -> CertifiedFlight:
+def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> CertifiedFlight:
     """Fly the mission in `path`, certify it, write `folder`, and say what was found. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
@@ -40,7 +38,7 @@ def certify_mission(path: Path, folder: Path, overwrite: bool) -> CertifiedFligh
             found = certify_plan(plan)
         except UserError as error:
             raise UserError(f"{path}: no certificate: {error}") from None
-        figure = pool.submit(figure_of(found, mission.name).draw, out)
+        figure = pool.submit(figure_of(found, mission.name).draw, out, sheet)
         full = record(found)
         write_json(out / "certificate.json", full)
         about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}
@@ -52,24 +50,26 @@ def certify_mission(path: Path, folder: Path, overwrite: bool) -> CertifiedFligh
 def bounded(name: str, values: Array, bound: str, radius: float | None) -> Panel:
     """A line and the radius it is held against."""
     lines = {name: values}
-    if radius is not None and radius <= FAR * values.max():
+    if radius is not None:
         lines[f"{bound} = {radius:.3g}"] = np.full(len(values), radius)
-    elif radius is not None:
-        lines = {f"{name} ({bound} = {radius:.3g}, far above)": values}
-    return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines)
+    return Panel(name, "-" if name != "|r|" else "m/s, rad/s", lines, LOG)
 
 
 def figure_of(c: Certificate, name: str) -> FigureJob:
-    """L, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it."""
+    """L and its parts, L_dot, |r| with b_r, |W_tilde| with b_w, and the coupling term beside what should outweigh it.
+
+    All axes are logarithmic, time too: a transient takes milliseconds, what it leaves is thousands of times smaller.
+    """
     h = c.history
     damping = max(c.conditions.k_min, 0.0) * np.square(c.r)
     panels = [
-        Panel("L", "J", {"L": c.lyapunov.value}),
-        Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}),
+        Panel("L", "J", {"L": c.lyapunov.value, "errors": c.lyapunov.of_errors, "integrals": c.lyapunov.of_integrals,
+                         "weights": c.lyapunov.of_weights}, LOG),
+        Panel("L_dot", "W", {"formula": c.lyapunov.rate, "differences of L": c.lyapunov.differenced}, SIGNED_LOG),
         bounded("|r|", c.r, "b_r", c.b_r),
         bounded("|W_tilde|", c.missing, "b_w", c.b_w),
-        Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}),
+        Panel("coupling", "W", {"|r1| |delta|": lengths(h.r1) * lengths(h.delta), "K_min |r|^2": damping}, LOG),
         Panel("terms of L_dot", "W", {"K_v": c.lyapunov.dissipation, "eps": c.lyapunov.residual,
-                                      "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}),
+                                      "weights": c.lyapunov.learning, "coupling": c.lyapunov.coupling}, SIGNED_LOG),
     ]  # fmt: skip
-    return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2)
+    return FigureJob("certificate", f"{name}: Theorem 5.1 on this flight", h.t, panels, 2, log_time=True)

@@ -5,15 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from quadstep.comparison.cell import Cell
 from quadstep.comparison.flights import CONTROLLERS, PUBLISHED, WINDS
-from quadstep.report.figures import STYLE
+from quadstep.report.canvas import drawing, write
+from quadstep.report.sheet import Sheet
 
 MARKS = (("o", "black"), ("o", "white"), ("s", "#b2182b"), ("^", "#2166ac"), ("D", "0.55"))
 """Shape and colour of each controller: told apart by shape alone."""
@@ -26,7 +24,7 @@ SHORT = {
 def draw_vehicle(folder: Path, vehicle: str, cells: Sequence[Cell]) -> None:
     """vehicle.png and vehicle.svg: a row for each scenario, a mark for each controller, and what was lost."""
     scenarios = list(dict.fromkeys(cell.scenario for cell in cells))
-    with rc_context(STYLE):
+    with drawing(Sheet()):
         figure = Figure(figsize=(11.0, 1.2 + 0.42 * len(scenarios)))
         axes: Any = figure.subplots()
         figure.subplots_adjust(0.235, 0.08, 0.8, 0.88)
@@ -51,7 +49,7 @@ def draw_vehicle(folder: Path, vehicle: str, cells: Sequence[Cell]) -> None:
         axes.set_xlabel("position RMSE [cm], mean over the flights that got through, 95 % interval")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, columnspacing=1.0, handletextpad=0.2)
         figure.text(0.015, 0.955, vehicle, fontsize=11)
-        write(figure, folder / vehicle)
+        write(figure, folder / vehicle, Sheet())
 
 
 def draw_cell(axes: Any, cell: Cell, height: float, marker: str, colour: str) -> None:
@@ -66,7 +64,7 @@ def draw_cell(axes: Any, cell: Cell, height: float, marker: str, colour: str) ->
 def draw_wind(folder: Path, cells: Sequence[Cell]) -> None:
     """wind.png and wind.svg: the vertical figure eight of the 2.6 kg vehicle over the wind, beside published real flights."""
     winds = list(WINDS)
-    with rc_context(STYLE):
+    with drawing(Sheet()):
         figure = Figure(figsize=(8.4, 4.2))
         axes: Any = figure.subplots()
         figure.subplots_adjust(0.09, 0.12, 0.69, 0.93)
@@ -89,7 +87,7 @@ def draw_wind(folder: Path, cells: Sequence[Cell]) -> None:
         axes.set_xlabel("wind [m/s]")
         axes.set_ylabel("position RMSE [cm]")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        write(figure, folder / "wind")
+        write(figure, folder / "wind", Sheet())
 
 
 def plain(axis: Any) -> None:
@@ -97,12 +95,3 @@ def plain(axis: Any) -> None:
     axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
-
-
-def write(figure: Figure, path: Path) -> None:
-    """As png and svg."""
-    figure.set_dpi(120)
-    raster: Any = FigureCanvasAgg(figure)
-    raster.print_png(path.with_name(path.name + ".png"), metadata={"Software": None})
-    drawing: Any = FigureCanvasSVG(figure)
-    drawing.print_svg(path.with_name(path.name + ".svg"), metadata={"Date": None, "Creator": None})

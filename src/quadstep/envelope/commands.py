@@ -7,6 +7,7 @@ import typer
 
 from quadstep.campaign.commands import missing_extra
 from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import say, say_whole
 
@@ -40,6 +41,9 @@ def add_envelope(app: typer.Typer) -> None:
             Path | None, typer.Option(help="Folder for the results; out/<mission's name>-envelope if left out.")
         ] = None,
         overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")] = False,
+        figures: FiguresOption = USUAL,
+        width: WidthOption = None,
+        style: StyleOption = SCREEN,
     ) -> None:
         """Map where over two keys of a mission it can be flown, and how well.
 
@@ -49,11 +53,11 @@ def add_envelope(app: typer.Typer) -> None:
             from quadstep.envelope.request import request  # noqa: PLC0415 (each command loads what it needs)
             from quadstep.envelope.run import fly_envelope, sentence  # noqa: PLC0415
 
-            folder = out or Path("out") / f"{file.stem}-envelope"
+            folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
             asked = request(file, x, y, by, failure or (), flights)
             with bar("flying", "flights", asked.cells * asked.flights) as shown:
-                found = fly_envelope(asked, folder, engine, overwrite, shown.to)
+                found = fly_envelope(asked, folder, engine, overwrite, shown.to, drawn_on)
         except ModuleNotFoundError as error:
             raise missing_extra("envelope", error) from None
         say(sentence(found))
-        say_whole(f"Map: {folder / 'envelope.png'}")
+        say_whole(f"Map: {folder / f'envelope.{drawn_on.formats[0]}'}")

@@ -5,10 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
@@ -24,7 +22,8 @@ from quadstep.envelope.cells import CAUSES, OVER_LIMIT, Cells
 from quadstep.envelope.request import Request
 from quadstep.envelope.units import label
 from quadstep.mission.read import check_mission
-from quadstep.report.figures import STYLE
+from quadstep.report.canvas import drawing, write
+from quadstep.report.sheet import Sheet
 
 COLOURS = "viridis"
 """Lighter where the error is larger, in grey and for the colour-blind too."""
@@ -49,16 +48,16 @@ LISTED_TICKS = 25
 LEAST = 1e-12
 
 
-def draw_map(path: Path, asked: Request, cells: Cells) -> None:
-    """Write `path`.png and `path`.svg."""
+def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
+    """Write `path` in the sheet's formats."""
     campaign, (count, _, _) = asked.campaign, asked.shape
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
-    columns = 2 if count == 4 else min(count, 3)
+    columns = sheet.side_by_side(2 if count == 4 else min(count, 3), 2.0)
     rows = -(-count // columns)
     norm = scale(cells)
-    with rc_context({**STYLE, "axes.grid": False, "hatch.linewidth": 0.5, "hatch.color": "0.35"}):
-        figure = Figure(figsize=(1.6 + 3.6 * columns, 1.2 + 3.1 * rows), layout="constrained")
-        figure.set_dpi(130)
+    with drawing(sheet, {"axes.grid": False, "hatch.linewidth": 0.5, "hatch.color": "0.35"}):
+        width = sheet.inches(1.6 + 3.6 * columns)
+        figure = Figure(figsize=(width, 1.2 + 0.86 * rows * (width - 1.6) / columns), layout="constrained")
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for place, axes in enumerate(grid.flat):
             if place >= count:
@@ -72,18 +71,15 @@ def draw_map(path: Path, asked: Request, cells: Cells) -> None:
             axes.tick_params(labelbottom=True)
         for axes in grid[:, 0]:
             axes.set_ylabel(label(mission, asked.y.key))
-        figure.suptitle(title(asked, mission.name), fontsize=10)
+        if sheet.titled:
+            figure.suptitle(title(asked, mission.name), fontsize=10)
         if norm:
             draw_scale(figure, grid, norm, asked)
         handles = legend(asked, cells)
         if handles:
-            figure.legend(
-                handles=handles, loc="outside lower center", ncols=min(4, len(handles)), handlelength=2.6, handleheight=1.6
-            )
-        raster: Any = FigureCanvasAgg(figure)
-        raster.print_png(path.with_suffix(".png"), metadata={"Software": None})
-        drawing: Any = FigureCanvasSVG(figure)
-        drawing.print_svg(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
+            beside = max(1, min(len(handles), 4, int(width / 1.7)))
+            figure.legend(handles=handles, loc="outside lower center", ncols=beside, handlelength=2.6, handleheight=1.6)
+        write(figure, path, sheet)
 
 
 def title(asked: Request, name: str) -> str:
@@ -196,7 +192,7 @@ def draw_scale(figure: Figure, grid: Any, norm: LogNorm, asked: Request) -> None
 
 def length(metres: float) -> str:
     """A length in the unit that suits it."""
-    for unit, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("um", 1e6)):
+    for unit, factor in (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("µm", 1e6)):
         if metres * factor >= 0.9999:
             return f"{metres * factor:.4g} {unit}"
     return f"{metres * 1e9:.4g} nm"

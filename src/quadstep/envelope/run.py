@@ -14,6 +14,7 @@ from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
 from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.envelope.request import Request
 from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
 
 DATA, PICTURE = "envelope.parquet", "envelope"
 
@@ -47,10 +48,11 @@ def fly_envelope(
     engine: EnvelopeEngine = EnvelopeEngine.LANES,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
+    sheet: Sheet | None = None,
 ) -> Envelope:
     """Fly the map and write `folder`: envelope.parquet, envelope.png, envelope.svg, metrics.json; all of it or nothing.
 
-    progress: told flights over and flights in all. Raises UserError.
+    progress: told flights over and flights in all. sheet: what the map is drawn on. Raises UserError.
     """
     from quadstep.envelope.picture import draw_map  # noqa: PLC0415 (matplotlib loads only where it draws)
 
@@ -67,7 +69,7 @@ def fly_envelope(
         cells = fly_cells(asked, flyer(engine), told)
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
-        draw_map(out / PICTURE, asked, cells)
+        draw_map(out / PICTURE, asked, cells, sheet or Sheet())
         write_json(out / MANIFEST, as_json(found, engine))
     return found
 

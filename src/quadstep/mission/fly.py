@@ -23,6 +23,7 @@ from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import AnyMission, plan_mission, read_mission
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 
 Told: TypeAlias = Callable[[str, int, int], None]
@@ -68,11 +69,12 @@ def fly_mission(
     flight: int | None = None,
     required: Sequence[Requirement] = (),
     results: Path | None = None,
+    sheet: Sheet | None = None,
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and say how it went. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
-    flown. Raises UserError, also for a requirement of a metric that no such flight has.
+    flown. sheet: what the figures are drawn on. Raises UserError, also for a requirement of a metric that no such flight has.
     """
     mission, plan, beside = planned(path, flight, results)
     required = named(required, metric_names(mission, plan))
@@ -81,7 +83,7 @@ def fly_mission(
         metrics, found = mission.metrics(log)
         warnings = [*plan.warnings, *found]
         (out / "figures").mkdir()
-        drawn = [pool.submit(job.draw, out / "figures") for job in mission.figures(log)] if len(log.rows) > 1 else []
+        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in mission.figures(log)] if len(log.rows) > 1 else []
         told("writing tables", 0, 1)
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)

@@ -8,23 +8,28 @@ from numpy.typing import NDArray
 
 from quadstep.errors import UserError
 from quadstep.report.panel import Panel
+from quadstep.report.sheet import Sheet
 
 
 class FigureJob(NamedTuple):
-    """A figure to be drawn. name: file name without ending; panels share the time axis t [s], filled column by column."""
+    """A figure to be drawn. name: file name without ending; panels share the time axis t [s], filled column by column.
+
+    log_time: a logarithmic time axis, for what happens within the first second and long after.
+    """
 
     name: str
     title: str
     t: NDArray[np.float64]
     panels: list[Panel]
     columns: int = 1
+    log_time: bool = False
 
-    def draw(self, folder: Path) -> None:
-        """Write name.png and name.svg into a folder. Raises OSError, and UserError for what goes wrong in drawing."""
+    def draw(self, folder: Path, sheet: Sheet | None = None) -> None:
+        """Write it into a folder, in the sheet's formats. Raises OSError, and UserError for what goes wrong in drawing."""
         try:
             from quadstep.report.figures import save  # noqa: PLC0415 (matplotlib loads only where figures are drawn)
 
-            save(folder / self.name, self.title, self.t, self.panels, self.columns)
+            save(folder / self.name, self.title, self.t, self.panels, self.columns, sheet, self.log_time)
         except OSError:
             raise
         except Exception as error:

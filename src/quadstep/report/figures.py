@@ -5,62 +5,50 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from quadstep.report.panel import Panel
+from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
+from quadstep.report.canvas import LINES, drawing, write
+from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.sheet import Sheet
+from quadstep.report.symbols import label, power_of_ten, prose
 
-STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.color": "0.88",
-    "grid.linewidth": 0.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.formatter.limits": (-3, 4),
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "text.parse_math": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "quadstep",
-    "path.simplify": True,
-    "path.simplify_threshold": 0.3,
-}
-
-LINES = (
-    {"color": "black", "linestyle": "-", "linewidth": 1.2},
-    {"color": "#b2182b", "linestyle": "--", "linewidth": 1.4},
-    {"color": "#2166ac", "linestyle": "-.", "linewidth": 1.3},
-    {"color": "0.45", "linestyle": ":", "linewidth": 1.8},
-)
-"""Told apart by dashes alone; colour only helps."""
+Numbers = NDArray[np.float64]
 
 BUCKETS = 400
 """At least so many stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
 
+LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
+"""Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
+
 
 def prefixed(unit: str, largest: float) -> tuple[str, float]:
-    """A unit that suits values up to `largest`, and the factor to it: 3e-5 m reads as 30 um."""
-    if unit in ("-", "m/s, rad/s") or largest == 0.0:
+    """A unit that suits values up to `largest`, and the factor to it: 3e-5 m reads as 30 µm, 3e-5 of no unit as 30 of 10⁻⁶."""
+    unit = prose(unit)
+    if 0.05 <= largest < 1e4 or largest == 0.0 or not np.isfinite(largest):
         return unit, 1.0
-    for prefix, factor in (("", 1.0), ("m", 1e3), ("u", 1e6)):
-        if largest * factor >= 0.05:
-            return prefix + unit, factor
-    return "n" + unit, 1e9
+    exponent = 3 * int(np.floor(np.log10(largest / 0.05) / 3.0)) if largest < 0.05 else 3 * int(np.log10(largest) // 3)
+    prefix = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}.get(exponent)
+    if prefix and unit != "-" and "," not in unit:
+        return prefix + unit, 10.0**-exponent
+    return " ".join([power_of_ten(exponent), *([] if unit == "-" else [unit])]), 10.0**-exponent
 
 
-def thin(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The line with fewer points: first, last, and the extremes of each bucket, in order."""
+def thin(t: Numbers, values: Numbers, log: bool = False) -> tuple[Numbers, Numbers]:
+    """The line with fewer points: first, last, and the extremes of each bucket, in order. log: buckets grow like t does."""
+    last = len(values) - 1
     size = len(values) // BUCKETS
     if size < 3:
         return t[: len(values)], values
-    last = len(values) - 1
+    if log:
+        starts = np.unique(np.geomspace(1, last, BUCKETS).astype(int)) - 1
+        pieces = list(zip(starts, [*starts[1:], last], strict=True))
+        found = [a + np.array([values[a:b].argmin(), values[a:b].argmax()]) for a, b in pieces]
+        kept = np.unique(np.concatenate([[0], *found, [last]]))
+        return t[kept], values[kept]
     buckets = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
     starts = size * np.arange(len(buckets))
     kept = np.concatenate([[0], starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1), [last]])
@@ -68,36 +56,85 @@ def thin(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[n
     return t[kept], values[kept]
 
 
-def draw(axes: Axes, t: NDArray[np.float64], panel: Panel) -> None:
+def steady(lines: dict[str, Numbers]) -> float | None:
+    """The size, to three digits, of a line that stands alone and hardly varies: it is shown as what it is away from that."""
+    values = next(iter(lines.values()))
+    if len(lines) > 1 or not len(values):
+        return None
+    low, high = float(values.min()), float(values.max())
+    return float(f"{0.5 * (low + high):.3g}") if 0.0 < high - low < STEADY * max(abs(low), abs(high)) else None
+
+
+def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
     """Fill one set of axes; entries may be shorter than t (a flight that ended early)."""
-    largest = max((float(np.abs(values).max()) for values in panel.lines.values() if len(values)), default=0.0)
+    lines, name = panel.lines, label(panel.label)
+    scale = panel.scale or (SIGNED_LOG if peaked(list(lines.values())) else "")
+    base = None if scale else steady(lines)
+    if base is not None:
+        lines = {key: values - base for key, values in lines.items()}
+        name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
+    largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
     unit, factor = prefixed(panel.unit, largest)
-    for style, (name, values) in zip(LINES * 2, panel.lines.items(), strict=False):
-        axes.plot(*thin(t, factor * values), label=name, **style)  # type: ignore[arg-type]
-    axes.set_ylabel(f"{panel.label} [{unit}]")
-    axes.yaxis.set_major_locator(MaxNLocator(4))
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.6)  # above the lines
+    for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
+        axes.plot(*thin(t, factor * values, log_time), label=label(key), **style)
+    drawn = [factor * values for values in lines.values() if len(values)]
+    if scale == LOG:
+        logarithmic(axes, drawn)
+    elif scale == SIGNED_LOG:
+        signed_logarithmic(axes, drawn)
+    else:
+        linear(axes, drawn)
+    axes.set_ylabel(name if unit == "-" else f"{name} [{unit}]", parse_math=True)
+    legend: Any = axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.2, columnspacing=1.2
+    )  # above the lines
+    for text in legend.get_texts():
+        text.set_parse_math(True)
 
 
-def save(path: Path, title: str, t: NDArray[np.float64], panels: Sequence[Panel], columns: int = 1) -> None:
-    """Write `path`.png and `path`.svg: panels over a shared time axis, filled column by column.
+def save(
+    path: Path,
+    title: str,
+    t: Numbers,
+    panels: Sequence[Panel],
+    columns: int = 1,
+    sheet: Sheet | None = None,
+    log_time: bool = False,
+) -> None:
+    """Write `path` in the sheet's formats: panels over a shared time axis, filled column by column.
 
     Margins are set in inches and the canvases print directly: automatic layout would draw each picture four times.
     """
+    sheet = sheet or Sheet()
+    columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
-    width, height = 3.2 + 3.6 * columns, 0.8 + 1.6 * rows
-    with rc_context(STYLE):
+    width = sheet.inches(3.2 + 3.6 * columns)
+    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows
+    with drawing(sheet):
         figure = Figure(figsize=(width, height))
-        figure.subplots_adjust(0.85 / width, 0.45 / height, 1.0 - 0.15 / width, 1.0 - 0.55 / height, 0.36, 0.32)
+        tight = sheet.width is not None
+        left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.7, 0.78, 0.56)
+        across = (width - left - RIGHT - between * (columns - 1)) / columns
+        top = 0.55 if sheet.titled else 0.32
+        figure.subplots_adjust(
+            left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
+        )
         grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
         for axes, panel in zip(grid.T.flat, panels, strict=False):
-            draw(axes, t, panel)
-        for axes in grid[-1]:
-            axes.set_xlabel("time [s]")
-        figure.align_ylabels()
-        figure.text(0.15 / width, 1.0 - 0.22 / height, title, fontsize=10)
-        figure.set_dpi(130)
-        raster: Any = FigureCanvasAgg(figure)
-        raster.print_png(path.with_suffix(".png"), metadata={"Software": None})
-        drawing: Any = FigureCanvasSVG(figure)
-        drawing.print_svg(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
+            draw(axes, t, panel, log_time)
+        for axes in grid.T.flat[len(panels) :]:
+            axes.set_visible(False)
+        for axes in grid.flat:
+            axes.yaxis.set_label_coords(-far / across, 0.5)
+        if log_time:
+            logarithmic_time(grid[0, 0], t)
+        for place, axes in enumerate(grid.T.flat[: len(panels)]):
+            if place == len(panels) - 1 or (place + 1) % rows == 0:
+                axes.set_xlabel("time [s]")
+                axes.tick_params(labelbottom=True)
+                if not log_time:
+                    axes.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
+                    axes.xaxis.set_major_formatter(plain())
+        if sheet.titled:
+            figure.text(0.15 / width, 1.0 - 0.22 / height, title, fontsize=10)
+        write(figure, path, sheet)

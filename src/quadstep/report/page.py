@@ -1,6 +1,6 @@
 """A report as one HTML file that opens offline: headings, tables and inline SVG, every text escaped."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from pathlib import Path
 
@@ -27,19 +27,19 @@ def heading(text: str, anchor: str) -> str:
     return f'<h2 id="{escape(anchor)}">{escape(text)}</h2>'
 
 
-def paragraph(text: str) -> str:
-    """A paragraph of plain text."""
-    return f"<p>{escape(text)}</p>"
+def paragraph(text: str, set_as: Callable[[str], str] = escape) -> str:
+    """A paragraph of plain text. set_as: `quadstep.report.symbols.rich` where its names are symbols."""
+    return f"<p>{set_as(text)}</p>"
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
-    """A table of plain text."""
+def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = escape) -> str:
+    """A table of plain text, its names set as `paragraph` does."""
 
     def cell(content: Cell) -> str:
         text, kind = content if isinstance(content, tuple) else (content, "")
-        return f'<td class="{escape(kind)}">{escape(text)}</td>' if kind else f"<td>{escape(text)}</td>"
+        return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
 
-    head = "".join(f"<th>{escape(name)}</th>" for name in header)
+    head = "".join(f"<th>{set_as(name)}</th>" for name in header)
     body = "".join(f"<tr>{''.join(cell(content) for content in row)}</tr>\n" for row in rows)
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table></div>'
 

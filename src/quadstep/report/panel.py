@@ -5,10 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+LOG, SIGNED_LOG = "log", "symlog"
+
 
 class Panel(NamedTuple):
-    """One set of axes over time: what is drawn, its unit, and the lines by legend entry."""
+    """One set of axes over time: what is drawn, its unit, and the lines by legend entry.
+
+    scale: `LOG`, `SIGNED_LOG`, or nothing: linear, unless a short peak would flatten all the rest.
+    """
 
     label: str
     unit: str
     lines: dict[str, NDArray[np.float64]]
+    scale: str = ""

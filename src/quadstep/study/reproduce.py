@@ -11,6 +11,8 @@ from quadstep.flight.engine import Engine
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.sheet import Sheet
+from quadstep.report.symbols import rich
 from quadstep.report.tables import write_csv
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
@@ -21,7 +23,7 @@ from quadstep.study.study import Logs, Metrics, Study, completed, fly_study, pla
 NAME = "The paper's simulation study"
 
 
-def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False) -> list[Claim]:
+def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False, sheet: Sheet | None = None) -> list[Claim]:
     """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
     from quadstep.page.paper import write_paper_page  # noqa: PLC0415 (the page is made of the study)
 
@@ -30,7 +32,7 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
         drawn: list[Future[None]] = []
 
         def draw(logs: Logs) -> None:
-            drawn.extend(pool.submit(job.draw, out) for job in figure_jobs(logs))
+            drawn.extend(pool.submit(job.draw, out, (sheet or Sheet()).with_svg()) for job in figure_jobs(logs))
 
         study = fly_study(plans, engine, draw)
         claims = check_claims(study)
@@ -133,6 +135,7 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
         page.table(
             ["claim", "the paper's sentence", "measured", "verdict"],
             ([c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])] for c in claims),
+            rich,
         ),
         page.heading("Figures", "figures"),
         *(page.figure(out / f"{figure_name(n)}.svg", f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
@@ -141,13 +144,14 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
             ["flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust",
              "total variation of u", "largest torque", "largest weight norm"],
             case_rows(study),
+            rich,
         ),
         page.heading("Case 3 from other starts and with other gains of [11]", "starts"),
         page.paragraph("Whether each sentence is true of the flight; the paper gives neither the start nor the gains."),
-        page.table(start_header, start_rows),
+        page.table(start_header, start_rows, rich),
         page.heading("Stress flights: Case 1's way in less time, under more disturbance", "stress"),
         page.paragraph("Position RMSE and largest tilt, or the time and reason of divergence."),
-        page.table(header, rows),
+        page.table(header, rows, rich),
         page.heading("Choices made where the paper is silent", "choices"),
-        page.table(["what", "chosen", "why"], ([c.what, c.value, c.why] for c in choices())),
+        page.table(["what", "chosen", "why"], ([c.what, c.value, c.why] for c in choices()), rich),
     ]  # fmt: skip

@@ -7,6 +7,7 @@ from quadstep import __version__
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.symbols import rich
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities
 
@@ -82,10 +83,10 @@ def sections(out: Path, found: Completion) -> list[str]:
         [m.number, m.statement, f"{m.worst:.2g}", str(m.samples), verdict(m)] for m in found.margins
     ]
     return [
-        *(page.paragraph(sentence) for sentence in sentences(found)),
+        *(page.paragraph(sentence, rich) for sentence in sentences(found)),
         page.heading("Inequalities of the theorem on random closed loops", "inequalities"),
         page.paragraph("Worst margin relative to the terms it is made of; a negative one of 1e-9 or less is round-off."),
-        page.table(["number", "statement", "worst margin", "samples", "verdict"], margins),
+        page.table(["number", "statement", "worst margin", "samples", "verdict"], margins, rich),
         page.heading("The controllers over inner-loop gains, t_f, disturbance and nets", "map"),
         page.figure(out / "completion.svg", "RMSE of the controllers over the grid"),
     ]

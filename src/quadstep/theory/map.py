@@ -4,12 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from quadstep.report.figures import STYLE
+from quadstep.report.canvas import drawing, write
+from quadstep.report.sheet import Sheet
+from quadstep.report.symbols import label
 from quadstep.theory.comparison import INNER_LOOPS, LAWS, SCALES, TIMES, Cell
 
 DARKEST, LIGHTEST = 3.0, -2.0
@@ -19,7 +18,7 @@ DARKEST, LIGHTEST = 3.0, -2.0
 def draw_map(folder: Path, cells: list[Cell]) -> None:
     """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
     found = {cell[:6]: cell for cell in cells}
-    with rc_context({**STYLE, "axes.grid": False}):
+    with drawing(Sheet(), {"axes.grid": False}):
         figure = Figure(figsize=(17.5, 8.2))
         grid: Any = figure.subplots(len(SCALES), 2 * len(LAWS))
         figure.subplots_adjust(0.07, 0.06, 0.995, 0.9, 0.06, 0.28)
@@ -31,15 +30,11 @@ def draw_map(folder: Path, cells: list[Cell]) -> None:
                 axes.set_title(f"{law}, nets {'on' if nets else 'off'}, scale {scale:g}", fontsize=9)
                 axes.set_yticks(range(len(INNER_LOOPS)), [f"{k:g}, {s:g}" for k, s in INNER_LOOPS] if column == 0 else [])
                 axes.set_xticks(range(len(TIMES)), [f"{t:g}" for t in TIMES])
-            grid[row][0].set_ylabel("K_r2 [N m s], Lambda2 [1/s]")
+            grid[row][0].set_ylabel(f"{label('K_r2')} [N m s], {label('Lambda2')} [1/s]", parse_math=True)
         for axes in grid[-1]:
-            axes.set_xlabel("t_f [s]")
+            axes.set_xlabel(label("t_f") + " [s]", parse_math=True)
         figure.text(0.01, 0.965, "Position RMSE [mm]; x: diverged. Case 1's way in t_f, held for 5 s", fontsize=11)
-        figure.set_dpi(110)
-        raster: Any = FigureCanvasAgg(figure)
-        raster.print_png(folder / "completion.png", metadata={"Software": None})
-        drawing: Any = FigureCanvasSVG(figure)
-        drawing.print_svg(folder / "completion.svg", metadata={"Date": None, "Creator": None})
+        write(figure, folder / "completion", Sheet())
 
 
 def draw_block(axes: Any, block: list[list[float | None]]) -> None:

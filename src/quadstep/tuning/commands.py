@@ -8,6 +8,7 @@ import typer
 
 from quadstep.campaign.commands import missing_extra
 from quadstep.errors import UserError
+from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
@@ -30,6 +31,9 @@ def add_tune(app: typer.Typer) -> None:
         ] = None,
         seed: Annotated[int, typer.Option(help="Of the search and of what differs from flight to flight.")] = 1,
         overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")] = False,
+        figures: FiguresOption = USUAL,
+        width: WidthOption = None,
+        style: StyleOption = SCREEN,
     ) -> None:
         """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
 
@@ -38,7 +42,7 @@ def add_tune(app: typer.Typer) -> None:
         """
         if not 0 <= seed < 2**63:
             raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
-        folder = out or Path("out") / f"{mission.stem}-tuned"
+        folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
         with bar("tuning", "flights", budget) as progress:
 
             def told(flights: int, best: float) -> None:
@@ -47,7 +51,7 @@ def add_tune(app: typer.Typer) -> None:
             try:
                 from quadstep.tuning.run import tune as run  # noqa: PLC0415 (each command loads what it needs)
 
-                done = run(mission, budget, folder, seed, overwrite, told)
+                done = run(mission, budget, folder, seed, overwrite, told, drawn_on)
             except ModuleNotFoundError as error:
                 raise missing_extra("tune", error) from None
         show(done, folder)

@@ -4,27 +4,26 @@ import math
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rc_context
-from matplotlib.figure import Figure
-
-from quadstep.comparison.picture import plain, write
-from quadstep.report.figures import LINES, STYLE
+from quadstep.comparison.picture import plain
+from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
+from quadstep.report.sheet import Sheet
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Candidate, Found
 
 
-def draw_search(path: Path, title: str, asked: Asked, found: Found) -> None:
-    """Write `path`.png and `path`.svg."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(7.4, 5.2))
+def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet) -> None:
+    """Write `path` in the sheet's formats."""
+    with drawing(sheet):
+        figure = new_figure(sheet, 7.4, 5.2, 4.2)
         top, bottom = figure.subplots(2, 1, sharex=True)
-        figure.subplots_adjust(0.11, 0.09, 0.97, 0.88, 0.2, 0.25)
+        margins(figure, sheet, 0.11, 0.09, 0.97, 0.88, 0.2, 0.25)
         draw_objective(top, found)
         draw_gains(bottom, asked, found)
         bottom.set_xlabel("flights")
         figure.align_ylabels()
-        figure.text(0.02, 0.955, title, fontsize=10)
-        write(figure, path)
+        if sheet.titled:
+            headline(figure, sheet, (0.02, 0.955), title)
+        write(figure, path, sheet)
 
 
 def draw_objective(axes: Any, found: Found) -> None:

@@ -14,6 +14,7 @@ from quadstep.errors import UserError
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import NAMES
 from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
 from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
 from quadstep.tuning.picture import draw_search
 from quadstep.tuning.search import Candidate, Found, Search, check_budget
@@ -37,7 +38,15 @@ class Tuned(NamedTuple):
         return self.found.best.values
 
 
-def tune(path: Path, budget: int, folder: Path, seed: int = 1, overwrite: bool = False, told: Told | None = None) -> Tuned:
+def tune(
+    path: Path,
+    budget: int,
+    folder: Path,
+    seed: int = 1,
+    overwrite: bool = False,
+    told: Told | None = None,
+    sheet: Sheet | None = None,
+) -> Tuned:
     """Tune the mission in `path` within a budget of flights, comparison included, and write `folder`.
 
     Raises UserError. On Ctrl-C nothing is written.
@@ -50,7 +59,7 @@ def tune(path: Path, budget: int, folder: Path, seed: int = 1, overwrite: bool =
         compared = on_unseen(ground, found, say)
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        draw_search(out / PICTURE, wanted.mission.name, wanted, found)
+        draw_search(out / PICTURE, wanted.mission.name, wanted, found, sheet or Sheet())
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
 

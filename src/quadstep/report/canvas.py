@@ -1,0 +1,88 @@
+"""The style that all figures share, and their files."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from quadstep.report.sheet import Sheet
+
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.color": "0.88",
+    "grid.linewidth": 0.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "text.parse_math": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "quadstep",
+    "pdf.fonttype": 42,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+}
+
+LINES: tuple[dict[str, Any], ...] = (
+    {"color": "black", "linestyle": "-", "linewidth": 1.2},
+    {"color": "#b2182b", "linestyle": "--", "linewidth": 1.4},
+    {"color": "#2166ac", "linestyle": "-.", "linewidth": 1.3},
+    {"color": "0.45", "linestyle": ":", "linewidth": 1.8},
+)
+"""Told apart by dashes alone; colour only helps."""
+
+
+@contextmanager
+def drawing(sheet: Sheet, more: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Matplotlib's settings for a figure. more: what this figure cannot do without."""
+    settings: Any = {**STYLE, **dict(sheet.settings), **(more or {})}
+    with rc_context(settings):
+        yield
+
+
+def new_figure(sheet: Sheet, width: float, height: float, in_print: float | None = None) -> Figure:
+    """A figure of this size [in], or as wide as the sheet and `in_print` tall, laid out by Matplotlib."""
+    if sheet.width is None:
+        return Figure(figsize=(width, height))
+    return Figure(figsize=(sheet.inches(width), in_print or height), layout="constrained")
+
+
+def margins(figure: Figure, sheet: Sheet, *sides: float) -> None:
+    """left, bottom, right, top, between columns, between rows: as `subplots_adjust` has them, of a figure of its own size."""
+    if sheet.width is None:
+        figure.subplots_adjust(*sides)
+
+
+def headline(figure: Figure, sheet: Sheet, place: tuple[float, float], text: str, size: float = 10.0) -> None:
+    """Above all panels; place: of a figure of its own size."""
+    if sheet.width is None:
+        figure.text(*place, text, fontsize=size)
+    else:
+        figure.suptitle(text, x=0.01, ha="left", fontsize="medium")
+
+
+def write(figure: Figure, path: Path, sheet: Sheet) -> None:
+    """`path` with each of the sheet's endings; the same figure gives the same bytes, whenever it is drawn."""
+    for ending in sheet.formats:
+        figure.set_dpi(sheet.dpi)
+        file = path.with_name(f"{path.name}.{ending}")
+        canvas: Any
+        if ending == "png":
+            canvas = FigureCanvasAgg(figure)
+            canvas.print_png(file, metadata={"Software": None})
+        elif ending == "svg":
+            canvas = FigureCanvasSVG(figure)
+            canvas.print_svg(file, metadata={"Date": None, "Creator": None})
+        else:
+            canvas = FigureCanvasPdf(figure)
+            canvas.print_pdf(file, metadata={"CreationDate": None, "Creator": None, "Producer": None})

@@ -1,0 +1,127 @@
+"""What figures are drawn on: file formats, width and style, as a user asks for them."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from quadstep.errors import UserError
+
+FORMATS = ("png", "svg", "pdf")
+USUAL = "png,svg"
+SCREEN, PAPER = "screen", "paper"
+NARROWEST, WIDEST = 40.0, 1000.0
+"""Widths [mm] at which labels still have room."""
+
+OURS = frozenset((
+    "backend", "backend_fallback", "interactive", "toolbar", "docstring.hardcopy", "figure.hooks", "figure.autolayout",
+    "figure.constrained_layout.use", "text.usetex", "text.parse_math",
+))  # fmt: skip
+"""Settings that a style file cannot change: they are no looks, run programs, or are what our layout and text rest on."""
+
+LARGEST_STYLE = 100_000
+"""Bytes of a style file."""
+
+IN_PRINT = {
+    "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second for signs that the first lacks
+    "mathtext.fontset": "stix",
+    "font.size": 8,
+    "legend.fontsize": 7,
+    "axes.linewidth": 0.6,
+    "grid.linewidth": 0.4,
+    "svg.fonttype": "path",
+}
+"""The style `paper`: a Times-like face that comes with Matplotlib, and no titles, which captions take the place of."""
+
+
+class Sheet(NamedTuple):
+    """formats: of `FORMATS`. width [mm]: of each figure, as suits it if None. titled: whether it has a title. settings: of
+    Matplotlib, on top of the usual ones.
+    """
+
+    formats: tuple[str, ...] = ("png", "svg")
+    width: float | None = None
+    titled: bool = True
+    settings: tuple[tuple[str, Any], ...] = ()
+
+    def inches(self, usual: float) -> float:
+        """The width of a figure that would like to be `usual` wide [in]."""
+        return usual if self.width is None else self.width / 25.4
+
+    def side_by_side(self, most: int, least: float = 2.7) -> int:
+        """How many panels of at least `least` [in] stand beside each other, of `most` that would like to."""
+        return most if self.width is None else max(1, min(most, int(self.inches(0.0) / least)))
+
+    @property
+    def dpi(self) -> float:
+        """Of PNG files: what a screen shows, or what a press wants."""
+        return 130.0 if self.width is None else 300.0
+
+    def with_svg(self) -> "Sheet":
+        """The same with SVG files, which a report is made of."""
+        return self if "svg" in self.formats else self._replace(formats=(*self.formats, "svg"))
+
+
+FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Of the figures: png, svg, pdf.")]
+WidthOption = Annotated[
+    float | None,
+    typer.Option("--width", metavar="MM", help="Of a figure: 88 for one column, 180 for two.", show_default=False),
+]
+StyleOption = Annotated[
+    str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
+]
+
+
+def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN) -> Sheet:
+    """What --figures, --width and --style ask for. Raises UserError."""
+    formats = tuple(dict.fromkeys(name.strip().lower() for name in figures.split(",")))
+    for name in formats:
+        if name not in FORMATS:
+            raise UserError(f"--figures: {name!r:.40} is not known; allowed: {', '.join(FORMATS)}, with commas between")
+    if width is not None and not (math.isfinite(width) and NARROWEST <= width <= WIDEST):
+        raise UserError(f"--width: should be from {NARROWEST:g} to {WIDEST:g} mm, not {width:g}")
+    if style == SCREEN:
+        return Sheet(formats, width)
+    settings = IN_PRINT if style == PAPER else style_file(Path(style))
+    return Sheet(formats, width, titled=False, settings=tuple(settings.items()))
+
+
+def style_file(path: Path) -> dict[str, Any]:
+    """The settings in a Matplotlib style file. Raises UserError."""
+    if path.suffix != ".mplstyle":
+        raise UserError(f"--style: {str(path)!r:.60} is not known; allowed: {SCREEN}, {PAPER}, or a file NAME.mplstyle")
+    try:
+        if not path.is_file():
+            raise UserError(f"{path}: no such file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_STYLE + 1)
+        text = content.decode("utf-8")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: not a text file in UTF-8") from None
+    if len(content) > LARGEST_STYLE:
+        raise UserError(f"{path}: larger than {LARGEST_STYLE} bytes; a style file is a list of settings")
+    return settings_of(path, text)
+
+
+def settings_of(path: Path, text: str) -> dict[str, Any]:
+    """The settings of a style file's text, each as Matplotlib understands it. Raises UserError naming the line."""
+    from matplotlib import RcParams, rcParamsDefault  # noqa: PLC0415 (loaded only where it is used)
+
+    known: Any = rcParamsDefault
+    settings: dict[Any, Any] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        name, colon, value = line.partition(":")
+        name, value = name.strip(), value.strip()
+        if not name or name.startswith("#"):
+            continue
+        if not colon or name in OURS or name not in known:
+            raise UserError(f"{path}: line {number}: {name!r:.60} is no setting of a Matplotlib style")
+        try:
+            checked: Any = RcParams({name: value.partition(" #")[0].strip().strip('"')})
+            settings[name] = checked[name]
+        except ValueError as error:
+            raise UserError(f"{path}: line {number}: {name}: {str(error).splitlines()[0]:.200}") from None
+    return settings

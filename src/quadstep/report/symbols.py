@@ -1,0 +1,69 @@
+"""Names as the code writes them, set as the field writes them: tau_psi as a Greek letter with a Greek subscript."""
+
+import re
+from html import escape
+
+GREEK = {
+    "psi": "ψ", "theta": "θ", "phi": "φ", "tau": "τ", "kappa": "κ", "sigma": "σ", "xi": "ξ", "eta": "η", "omega": "ω",
+    "delta": "δ", "eps": "ε", "mu": "µ", "Lambda": "Λ", "Omega": "Ω", "Gamma": "Γ", "Sigma": "Σ",
+}  # fmt: skip
+ACCENTS = {"dot": ("dot", "\u0307"), "ddot": ("ddot", "\u0308"), "tilde": ("tilde", "\u0303"), "hat": ("hat", "\u0302")}
+"""Of a name: as a command of TeX, as a combining character."""
+
+NAME = re.compile(r"(?<![\w.])([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.\w)")
+"""A letter or word, perhaps a digit, perhaps parts after underscores; nothing with dots, which are keys of files."""
+
+UNITS = frozenset(("m", "s", "N", "J", "W", "V", "g"))
+POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def parts(match: re.Match[str], letters: bool) -> tuple[str, list[str], list[str]] | None:
+    """Letter, accents and subscripts of a name, None if it is a word. letters: whether one letter alone is a symbol."""
+    name, digit, tail = match.groups()
+    low = [one for one in (digit, *tail.split("_")) if one]
+    is_symbol = name in GREEK or (len(name) == 1 and (letters or bool(low)))
+    if not is_symbol:
+        return None
+    return GREEK.get(name, name), [one for one in low if one in ACCENTS], [one for one in low if one not in ACCENTS]
+
+
+def label(text: str) -> str:
+    """For Matplotlib's mathtext: every name, and every single letter, set as a symbol."""
+
+    def symbol(match: re.Match[str]) -> str:
+        found = parts(match, letters=True)
+        if found is None or (match[0] in UNITS and text[: match.start()].rstrip()[-1:].isdigit()):
+            return match[0]
+        letter, accents, low = found
+        for accent in accents:
+            letter = rf"\{ACCENTS[accent][0]}{{{letter}}}"
+        below = ",".join(GREEK.get(one, one if len(one) == 1 else rf"\mathrm{{{one}}}") for one in low)
+        return f"${letter}_{{{below}}}$" if below else f"${letter}$"
+
+    text = text.replace("$", "")
+    return prose(NAME.sub(symbol, text))
+
+
+def rich(text: str) -> str:
+    """For HTML, escaped: every Greek name, and every letter with a digit or parts, set as a symbol."""
+
+    def symbol(match: re.Match[str]) -> str:
+        found = parts(match, letters=False)
+        if found is None:
+            return match[0]
+        letter, accents, low = found
+        below = " ".join(GREEK.get(one, one) for one in low)
+        return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
+
+    return prose(NAME.sub(symbol, escape(text)))
+
+
+def prose(text: str) -> str:
+    """Minus, micro and powers as such."""
+    text = re.sub(r"(?<=\d )u(?=(?:m|rad|N|J|W)\b)", "µ", text).replace(" - ", " − ")
+    return re.sub(r"\^(-?\d)\b", lambda match: match[1].translate(POWERS), text)
+
+
+def power_of_ten(exponent: int) -> str:
+    """10 to this power."""
+    return f"10{str(exponent).translate(POWERS)}"

@@ -1,0 +1,218 @@
+"""Figures for papers: their formats, width and style, the same bytes in any process; axes on which everything can be seen."""
+
+import os
+import re
+import subprocess
+import sys
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from quadstep.certify.certificate import certify_plan
+from quadstep.certify.run import figure_of
+from quadstep.errors import UserError
+from quadstep.report.axes import peaked, powers, threshold
+from quadstep.report.drawing import FigureJob
+from quadstep.report.figures import draw, prefixed, thin
+from quadstep.report.panel import LOG, SIGNED_LOG, Panel
+from quadstep.report.sheet import Sheet, sheet
+from quadstep.study.cases import case_1
+from tests.test_cli import quadstep
+
+T = np.linspace(0.0, 40.0, 4001)
+DECAY = 1500.0 * np.exp(-60.0 * T) * np.cos(40.0 * T) + 0.3 * np.exp(-0.2 * T)
+
+
+def drawn(panel, t=T):
+    axes = Figure().subplots()
+    draw(axes, t, panel)
+    axes.figure.canvas.draw()
+    return axes
+
+
+def ticks(axes):
+    return [text.get_text() for text in axes.get_yticklabels()]
+
+
+def job(name="curve", columns=2):
+    panels = [Panel("tau_phi", "N m", {"tau_phi": DECAY}), Panel("z", "m", {"z": np.sin(T), "z_d": np.cos(T)})]
+    return FigureJob(name, "$title$", T, [*panels, *panels], columns)
+
+
+def test_what_is_asked_for():
+    assert sheet() == Sheet(("png", "svg"), None, True, ())
+    assert sheet("pdf, PNG,pdf", 88.0, "paper").formats == ("pdf", "png")
+    assert not sheet(style="paper").titled
+    assert dict(sheet(style="paper").settings)["font.size"] == 8
+    assert sheet("pdf").with_svg().formats == ("pdf", "svg")
+    assert [sheet(width=width).side_by_side(2) for width in (None, 88.0, 180.0)] == [2, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("jpg",), "--figures: 'jpg' is not known; allowed: png, svg, pdf"),
+        (("",), "--figures: '' is not known"),
+        (("png", 3.0), "--width: should be from 40 to 1000 mm, not 3"),
+        (("png", float("nan")), "--width"),
+        (("png", None, "fancy"), "--style: 'fancy' is not known; allowed: screen, paper, or a file NAME.mplstyle"),
+        (("png", None, "nowhere.mplstyle"), "nowhere.mplstyle: no such file"),
+    ],
+)
+def test_what_is_refused(options, said):
+    with pytest.raises(UserError, match=re.escape(said)):
+        sheet(*options)
+
+
+def test_a_style_of_ones_own(tmp_path):
+    path = tmp_path / "journal.mplstyle"
+    path.write_text("# Journal\nfont.size: 7  # points\nfont.family: serif\ngrid.color: red\n\n")
+    assert dict(sheet(style=str(path)).settings) == {"font.size": 7.0, "font.family": ["serif"], "grid.color": "red"}
+    refused = {
+        "font.size: big": "line 1: font.size",
+        "x\n": "line 1: 'x' is no setting",
+        "\nfigure.hooks: os:system": "line 2: 'figure.hooks' is no setting",
+        "font.sise: 3": "line 1: 'font.sise' is no setting",
+    }
+    for content, said in refused.items():
+        path.write_text(content)
+        with pytest.raises(UserError, match=said):
+            sheet(style=str(path))
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(UserError, match="not a text file"):
+        sheet(style=str(path))
+    path.write_text("#" * 200_000)
+    with pytest.raises(UserError, match="larger than"):
+        sheet(style=str(path))
+
+
+@pytest.mark.parametrize("style", ["screen", "paper"])
+@pytest.mark.parametrize("width", [88.0, 180.0])
+def test_every_format_is_as_wide_as_asked(tmp_path, width, style):
+    job().draw(tmp_path, sheet("png,svg,pdf", width, style))
+    box = re.search(rb"/MediaBox \[ ?0 0 ([0-9.]+) ([0-9.]+)", (tmp_path / "curve.pdf").read_bytes())
+    assert box
+    assert float(box[1]) == pytest.approx(width / 25.4 * 72.0, abs=0.01)
+    svg = ET.parse(tmp_path / "curve.svg").getroot()
+    assert float(svg.get("width").removesuffix("pt")) == pytest.approx(width / 25.4 * 72.0, abs=0.01)
+    columns = int.from_bytes((tmp_path / "curve.png").read_bytes()[16:20], "big")
+    assert columns == pytest.approx(width / 25.4 * 300.0, abs=1.0)
+    text = "".join(svg.itertext())
+    assert ("$title$" in text) == (style == "screen")
+
+
+def test_fonts_of_a_pdf_are_embedded_as_truetype_and_nothing_says_when(tmp_path):
+    job().draw(tmp_path, sheet("pdf", 88.0, "paper"))
+    content = (tmp_path / "curve.pdf").read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content
+    assert b"CreationDate" not in content
+    assert b"Matplotlib" not in content
+
+
+def test_the_same_figure_in_another_process_is_the_same_bytes(tmp_path):
+    code = (
+        "import sys; from pathlib import Path; from tests.test_report_sheet import job, sheet\n"
+        "job().draw(Path(sys.argv[1]), sheet('png,svg,pdf', 88.0, 'paper'))"
+    )
+    for seed in ("1", "2"):
+        (tmp_path / seed).mkdir()
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        subprocess.run([sys.executable, "-c", code, tmp_path / seed], check=True, env=environment)
+    for kind in ("png", "svg", "pdf"):
+        one, two = ((tmp_path / seed / f"curve.{kind}").read_bytes() for seed in ("1", "2"))
+        assert one == two, kind
+
+
+def test_commands_draw_what_is_asked_for(tmp_path):
+    mission = tmp_path / "m.toml"
+    mission.write_text('[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n')
+    run = quadstep("fly", mission, "--out", tmp_path / "a", "--figures", "pdf", "--width", "88", "--style", "paper")
+    assert run.code == 0, run.err
+    assert {one.suffix for one in (tmp_path / "a" / "figures").iterdir()} == {".pdf"}
+    assert quadstep("fly", mission, "--out", tmp_path / "b", "--figures", "gif").refused
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_peak_does_not_flatten_what_follows():
+    axes = drawn(Panel("tau_phi", "N m", {"tau_phi": DECAY}))
+    assert axes.get_yscale() == "symlog"
+    assert any("logarithmic beyond" in text.get_text() for text in axes.texts)
+    low, high = axes.transData.transform([(0, 0.0), (0, 0.3)])[:, 1]
+    whole = axes.get_window_extent().height
+    assert high - low > 0.02 * whole  # on a linear axis 0.3 of 1500 would not be a pixel
+    assert drawn(Panel("x", "m", {"x": np.sin(T)})).get_yscale() == "linear"
+
+
+def test_when_a_line_counts_as_peaked():
+    calm = np.ones(1000)
+    assert not peaked([calm, 5.0 * calm])
+    assert peaked([calm, np.concatenate([[100.0], calm])])
+    assert not peaked([np.concatenate([[100.0], 0.0 * calm])])  # nothing is flattened
+    assert not peaked([np.zeros(0), np.ones(2)])
+    assert threshold([np.concatenate([[100.0], 0.3 * calm])]) == 1.0
+
+
+def test_numbers_of_an_axis_are_whole_and_what_hardly_varies_is_shown_away_from_it():
+    thrust = 9.81 + 2.6e-4 * np.sin(T) ** 2
+    axes = drawn(Panel("u", "N", {"u": thrust}))
+    assert axes.get_ylabel() == "$u$ − 9.81 N [mN]"
+    assert axes.lines[0].get_ydata().max() == pytest.approx(0.26, abs=1e-3)
+    position = drawn(Panel("z", "m", {"z": 10.0 + 2e-8 * np.sin(T), "z_d": np.full(len(T), 10.0)}))
+    assert position.get_ylabel() == "$z$ [m]"
+    assert position.get_ylim()[1] - position.get_ylim()[0] > 0.1  # 20 nm are no wobble beside 10 m
+    assert "10" in ticks(position)
+    for one in (axes, position, drawn(Panel("norm", "-", {"W1": 5.8e-3 + 1e-4 * T}))):
+        assert one.yaxis.get_offset_text().get_text() == ""
+
+
+def test_zeros_and_empty_lines_are_drawn_on_any_axis():
+    for scale in ("", LOG, SIGNED_LOG):
+        for lines in ({"a": np.zeros(10)}, {"a": np.zeros(0)}, {"a": np.ones(10), "b": np.zeros(0)}):
+            drawn(Panel("a", "m", lines, scale), np.arange(10.0))
+
+
+def test_a_line_thinned_for_logarithmic_time_keeps_its_beginning_and_peaks():
+    t = np.linspace(0.0, 40.0, 20001)
+    values = np.where(np.arange(20001) == 7, 3.0, 1.0) + np.where(np.arange(20001) == 15003, 2.0, 0.0)
+    thinned, kept = thin(t, values, log=True)
+    assert len(kept) < 2000
+    assert {3.0, 4.0} & set(kept.tolist())
+    assert kept[thinned == t[7]] == 3.0 + values[7] - 3.0
+    assert kept[thinned == t[15003]] == 3.0
+    assert np.all(np.diff(thinned) > 0.0)
+
+
+def test_powers_of_ten_on_an_axis():
+    assert [powers()(value, 0) for value in (0.0, 1e-3, 1e-4, -1e-7, 1000.0)] == ["0", "0.001", "10⁻⁴", "−10⁻⁷", "1000"]
+
+
+@pytest.mark.parametrize("largest", [1e-13, 1e-9, 3e-5, 0.04, 0.05, 9999.0, 1e4, 1e7, 1e15])
+def test_a_prefix_brings_a_value_where_it_reads_well(largest):
+    for unit in ("m", "-", "m/s, rad/s"):
+        name, factor = prefixed(unit, largest)
+        assert 0.04 < largest * factor < 1e4, name
+
+
+def test_every_panel_of_a_certificate_shows_its_whole_flight():
+    certificate = certify_plan(case_1(controller={"type": "backstepping"}).plan())
+    figure = figure_of(certificate, "Case 1")
+    assert figure.log_time
+    by_name = {panel.label: panel for panel in figure.panels}
+    assert [by_name[name].scale for name in ("L", "|r|", "|W_tilde|", "coupling")] == [LOG] * 4
+    assert [by_name[name].scale for name in ("L_dot", "terms of L_dot")] == [SIGNED_LOG] * 2
+    name, radius = next((name, line) for name, line in by_name["|r|"].lines.items() if name.startswith("b_r = "))
+    assert radius.min() == radius.max() == certificate.b_r
+    assert name == f"b_r = {certificate.b_r:.3g}"
+    parts = by_name["L"].lines
+    np.testing.assert_allclose(parts["errors"] + parts["integrals"] + parts["weights"], parts["L"], rtol=1e-12)
+    for panel in figure.panels:
+        axes = Figure().subplots()
+        draw(axes, figure.t, panel, log_time=True)
+        for line in axes.lines:
+            heights = axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()]))[:, 1]
+            box = axes.get_window_extent()
+            inside = np.mean((heights >= box.y0) & (heights <= box.y1))
+            assert inside > 0.9 or line.get_label() == "integrals", (panel.label, line.get_label(), inside)

@@ -1,0 +1,36 @@
+"""Names of the code as symbols: for figures, for HTML, and what stays as it is."""
+
+import pytest
+from matplotlib.mathtext import MathTextParser
+
+from quadstep.report.symbols import label, power_of_ten, rich
+
+
+@pytest.mark.parametrize(
+    ("text", "html", "math"),
+    [
+        ("tau_psi", "τ<sub>ψ</sub>", "$τ_{ψ}$"),
+        ("x_d - x", "x<sub>d</sub> − x", "$x_{d}$ − $x$"),
+        ("K_r1 > m", "K<sub>r1</sub> &gt; m", r"$K_{\mathrm{r1}}$ > $m$"),
+        ("L_dot", "L\u0307", r"$\dot{L}$"),
+        ("x_d_dot", "x\u0307<sub>d</sub>", r"$\dot{x}_{d}$"),
+        ("|W_tilde|", "|W\u0303|", r"|$\tilde{W}$|"),
+        ("Lambda2 <b>", "Λ<sub>2</sub> &lt;b&gt;", "$Λ_{2}$ <$b$>"),
+        ("J_M max(Lambda2)", "J<sub>M</sub> max(Λ<sub>2</sub>)", "$J_{M}$ max($Λ_{2}$)"),
+        ("controller.K_r1, path.Lambda2", "controller.K_r1, path.Lambda2", "controller.K_r1, path.Lambda2"),
+        ("norm of weights", "norm of weights", "norm of weights"),
+        ("to 10 m", "to 10 m", "to 10 m"),
+        ("27 um, 3 urad; um", "27 µm, 3 µrad; um", "27 µm, 3 µrad; um"),
+        ("$r$", "$r$", "$r$"),
+        ("|r|^2", "|r|²", "|$r$|²"),
+    ],
+)
+def test_names_are_set_as_symbols(text, html, math):
+    assert rich(text) == html
+    assert label(text) == math
+    if "$" in math:
+        MathTextParser("path").parse(math)  # Matplotlib understands it
+
+
+def test_powers_of_ten():
+    assert (power_of_ten(-6), power_of_ten(12)) == ("10⁻⁶", "10¹²")
