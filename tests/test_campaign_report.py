@@ -64,7 +64,9 @@ def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
 def unflown(monkeypatch):
     """The worst flights are not flown again, and pictures are drawn as svg only: what a test does not look at, fast."""
     monkeypatch.setattr(report, "worst_section", lambda *_: [])
-    monkeypatch.setattr(pictures, "write", lambda figure, path: path.with_name(f"{path.name}.svg").write_text("<svg></svg>"))
+    monkeypatch.setattr(
+        pictures, "write", lambda figure, path, sheet: path.with_name(f"{path.name}.svg").write_text("<svg></svg>")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -324,7 +326,7 @@ def test_success_and_errors_by_key_are_those_of_the_flights():
 
 def test_the_curve_of_those_that_are_worse_counts_the_lost_as_worse(monkeypatch, tmp_path):
     figures = []
-    monkeypatch.setattr(pictures, "write", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(pictures, "write", lambda figure, path, sheet: figures.append(figure))
     values = np.random.default_rng(0).lognormal(size=900)
     pictures.draw_distributions(tmp_path / "x", [pictures.Metric("m", values, 1.0)], 1000)
     above, below = figures[0].axes
@@ -337,7 +339,7 @@ def test_the_curve_of_those_that_are_worse_counts_the_lost_as_worse(monkeypatch,
 
 def test_lines_of_a_ranking_end_where_the_intervals_end(monkeypatch, tmp_path):
     figures = []
-    monkeypatch.setattr(pictures, "write", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(pictures, "write", lambda figure, path, sheet: figures.append(figure))
     ranking = {"a": {"x": Estimate(0.5, 0.4, 0.6), "y": Estimate(0.1, 0.0, 0.2)}, "b": {"x": Estimate(0.2, 0.1, 0.3)}}
     pictures.draw_ranking(tmp_path / "x", ranking)
     axes = figures[0].axes[0]

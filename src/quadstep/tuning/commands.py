@@ -8,7 +8,7 @@ import typer
 
 from quadstep.campaign.commands import missing_extra
 from quadstep.errors import UserError
-from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption
+from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
