@@ -1,5 +1,6 @@
 """The style that all figures share, and their files."""
 
+import io
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,6 +43,10 @@ LINES: tuple[dict[str, Any], ...] = (
 """Told apart by dashes alone; colour only helps."""
 
 
+LONE_FACE, FACES = "font-family: 'DejaVu Sans'\"", "font-family: 'DejaVu Sans', Verdana, sans-serif\""
+"""Symbols in an SVG name one face only; where it is not installed, one of like widths is to be taken."""
+
+
 @contextmanager
 def drawing(sheet: Sheet, more: Mapping[str, Any] | None = None) -> Iterator[None]:
     """Matplotlib's settings for a figure. more: what this figure cannot do without."""
@@ -81,8 +86,9 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
             canvas = FigureCanvasAgg(figure)
             canvas.print_png(file, metadata={"Software": None})
         elif ending == "svg":
-            canvas = FigureCanvasSVG(figure)
-            canvas.print_svg(file, metadata={"Date": None, "Creator": None})
+            canvas, text = FigureCanvasSVG(figure), io.StringIO()
+            canvas.print_svg(text, metadata={"Date": None, "Creator": None})
+            file.write_text(text.getvalue().replace(LONE_FACE, FACES), encoding="utf-8")
         else:
             canvas = FigureCanvasPdf(figure)
             canvas.print_pdf(file, metadata={"CreationDate": None, "Creator": None, "Producer": None})
