@@ -13,6 +13,7 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.comparison import flights, run
 from quadstep.comparison.cell import NOTHING, Cell, fly_cell, scenario_table
 from quadstep.comparison.flights import CONTROLLERS, FIRST_SEED, PUBLISHED, SPEEDS, VEHICLES, WINDS, mission, scenarios
+from quadstep.comparison.kept import key
 from quadstep.comparison.picture import draw_vehicle, draw_wind
 from quadstep.comparison.run import HARDEST, WINDY, Comparison, as_json, sentences, shown, write_cells
 from quadstep.flight.closed_loop import Outcome
@@ -122,7 +123,51 @@ def test_reported_seeds_begin_at_1001_and_are_the_same_for_every_controller(stud
     _, _, flown, told, _ = study
     assert FIRST_SEED == 1001
     assert flown == [(VEHICLE, controller, seed) for controller in CONTROLLERS for _ in REDUCED for seed in (1001, 1002)]
-    assert told == [(done, len(CONTROLLERS)) for done in range(1, len(CONTROLLERS) + 1)]
+    flights = len(CONTROLLERS) * len(REDUCED) * 2
+    assert told == [(done, flights) for done in range(0, flights + 1, 2)]
+
+
+class Stopped(Here):
+    """A pool in which Ctrl-C comes after some cells."""
+
+    def __init__(self, cells):
+        self.left = cells
+
+    def submit(self, function, *arguments):
+        if not self.left:
+            future = Future()
+            future.set_exception(KeyboardInterrupt())
+            return future
+        self.left -= 1
+        return super().submit(function, *arguments)
+
+
+def test_an_interrupted_study_goes_on_where_it_was_and_ends_as_if_nothing_had_been(tmp_path, study, monkeypatch):
+    monkeypatch.setattr("quadstep.comparison.cell.scenario_table", lambda vehicle: REDUCED)
+    command = ("study", "vehicles", "--only", VEHICLE, "--seeds", 2, "--out", tmp_path / "out")
+    monkeypatch.setattr("quadstep.comparison.run.drawing_pool", lambda: nullcontext(Stopped(4)))
+    monkeypatch.setattr("quadstep.comparison.run.as_completed", list)  # in the order in which they were asked for
+    stopped = quadstep(*command)
+    assert stopped.code == 130
+    assert f"4 cells are kept in {tmp_path / 'out'}; the same command goes on from them" in stopped.err
+    (kept,) = (tmp_path / "out").iterdir()
+    kept.write_text(kept.read_text(encoding="utf-8")[:-20], encoding="utf-8")  # killed while it wrote the last of them
+
+    flown, real = [], run.flown.fly_cell
+    monkeypatch.setattr("quadstep.comparison.cell.fly_cell", lambda *asked: flown.append(asked) or real(*asked))
+    monkeypatch.setattr("quadstep.comparison.run.drawing_pool", lambda: nullcontext(Here()))
+    assert quadstep(*command).code == 0
+    assert len(flown) == len(CONTROLLERS) * len(REDUCED) - 3
+    for name in ("cells.csv", "metrics.json", "report.html"):
+        assert (tmp_path / "out" / name).read_bytes() == (study[1] / name).read_bytes()
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
+
+
+def test_what_is_kept_is_used_for_nothing_else():
+    scenario, other = REDUCED["hover"], REDUCED["too far"]
+    asked = [(VEHICLE, "PID", scenario, 2), (VEHICLE, "PID", scenario, 3), (VEHICLE, "PID", other, 2)]
+    asked += [(VEHICLE, "geometric", scenario, 2), ("x500", "PID", scenario, 2)]
+    assert len({key(*one) for one in asked}) == len(asked)
 
 
 def test_the_results_of_other_seeds_are_not_replaced_unasked(study):

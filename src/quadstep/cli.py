@@ -145,6 +145,8 @@ def fly(
         complain(f"warning: {mission}: {warning}")
     if not as_json:
         show_table(result.name, ("", *result.header), result.rows)
+        if result.facts:
+            show_table("", ("limits", "value"), result.facts)
         say(result.ending)
         for one in result.judged:
             say(one.case.sentence)

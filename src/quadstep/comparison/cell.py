@@ -41,11 +41,6 @@ def scenario_table(vehicle: str) -> dict[str, dict[str, Any]]:
     return scenarios(section.mass, arm)
 
 
-def fly_cells(vehicle: str, controller: str, seeds: int) -> list[Cell]:
-    """Every scenario of a vehicle under a controller."""
-    return [fly_cell(vehicle, controller, name, scenario, seeds) for name, scenario in scenario_table(vehicle).items()]
-
-
 def fly_cell(vehicle: str, controller: str, name: str, scenario: dict[str, Any], seeds: int) -> Cell:
     """One scenario over the reported seeds."""
     missions = [mission(vehicle, controller, scenario, FIRST_SEED + i) for i in range(seeds)]

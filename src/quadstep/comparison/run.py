@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import Executor, as_completed
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from quadstep import __version__
-from quadstep.comparison.cell import Cell, fly_cells
+from quadstep.comparison import cell as flown
+from quadstep.comparison.cell import Cell
 from quadstep.comparison.flights import CONTROLLERS, FIRST_SEED, PUBLISHED, SENSORS, VEHICLES, WINDS
+from quadstep.comparison.kept import Kept, key
+from quadstep.errors import InterruptedRun
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
@@ -33,18 +36,19 @@ class Comparison(NamedTuple):
 def study_vehicles(
     folder: Path, seeds: int, vehicles: Sequence[str], overwrite: bool, progress: Callable[[int, int], None] | None = None
 ) -> Comparison:
-    """Fly, and write `folder`: cells.csv, metrics.json, pictures, report.html. progress: told groups done, and of how many."""
+    """Fly, and write `folder`: cells.csv, metrics.json, pictures, report.html. progress: told flights done, and of how many.
+
+    Cells that an interrupted run left in the folder are not flown again. Raises UserError, and InterruptedRun on Ctrl-C.
+    """
     from quadstep.comparison.picture import draw_vehicle, draw_wind  # noqa: PLC0415 (matplotlib loads only where it draws)
 
-    groups = [(vehicle, controller) for vehicle in vehicles for controller in CONTROLLERS]
     with publishing(folder, f"vehicles {seeds} {','.join(vehicles)}", overwrite) as out, drawing_pool() as pool:
-        flying = {pool.submit(fly_cells, vehicle, controller, seeds): (vehicle, controller) for vehicle, controller in groups}
-        done: dict[tuple[str, str], list[Cell]] = {}
-        for future in as_completed(flying):
-            done[flying[future]] = future.result()
-            if progress:
-                progress(len(done), len(groups))
-        found = Comparison(seeds, [cell for group in groups for cell in done[group]])
+        kept = Kept(folder)
+        try:
+            cells = fly_cells(pool, kept, vehicles, seeds, progress or (lambda *_: None))
+        except KeyboardInterrupt:
+            raise InterruptedRun(f"{len(kept.cells)} cells are kept in {folder}; the same command goes on from them") from None
+        found = Comparison(seeds, cells)
         write_cells(out / "cells.csv", found.cells)
         write_json(out / MANIFEST, as_json(found))
         for vehicle in vehicles:
@@ -52,7 +56,28 @@ def study_vehicles(
         if WINDY in vehicles:
             draw_wind(out, [cell for cell in found.cells if cell.vehicle == WINDY])
         page.write_page(out / "report.html", NAME, sections(out, found, vehicles))
+    kept.remove()
     return found
+
+
+def fly_cells(
+    pool: Executor, kept: Kept, vehicles: Sequence[str], seeds: int, progress: Callable[[int, int], None]
+) -> list[Cell]:
+    """Every scenario of every vehicle under every controller, in this order; only those are flown that are not kept."""
+    asked = {
+        key(vehicle, controller, scenario, seeds): (vehicle, controller, name, scenario)
+        for vehicle in vehicles
+        for controller in CONTROLLERS
+        for name, scenario in flown.scenario_table(vehicle).items()
+    }
+    over = len(asked.keys() & kept.cells.keys())
+    progress(over * seeds, len(asked) * seeds)
+    flying = {pool.submit(flown.fly_cell, *asked[one], seeds): one for one in asked if one not in kept.cells}
+    for future in as_completed(flying):
+        kept.add(flying[future], future.result())
+        over += 1
+        progress(over * seeds, len(asked) * seeds)
+    return [kept.cells[one] for one in asked]
 
 
 def as_json(found: Comparison) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
-from quadstep.analysis.airframe_metrics import airframe_metrics
+from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
 from quadstep.errors import UserError
 from quadstep.flight.airframe_loop import AirframeLimits, AirframeLoop, AirframeParameters
 from quadstep.flight.engines import FlightPlan
@@ -77,6 +77,10 @@ class AirframeMission(Section):
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""
         metrics = airframe_metrics(log, self.score_from)
+        if len(log.rows) > 1:
+            vehicle = self.vehicle.build()
+            full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
+            metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
         share = metrics.get("saturated_share", 0.0)
         return metrics, [
             f"the rotors' limits left less than was asked for in {100 * share:.3g} % of the log rows"

@@ -1,6 +1,7 @@
 """`quadstep fly`: one mission from file to folder."""
 
 import json
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
@@ -39,11 +40,12 @@ REASONS = {
 
 
 class Summary(NamedTuple):
-    """What the command line says of a flight: a table and its last line. judged: what was required of it."""
+    """What the command line says of a flight: a table, single numbers and a last line. judged: what was required of it."""
 
     name: str
     header: list[str]
     rows: list[list[str]]
+    facts: list[list[str]]
     ending: str
     completed: bool
     warnings: tuple[str, ...]
@@ -156,15 +158,24 @@ def write_weights(path: Path, mission: AnyMission, log: FlightLog) -> None:
 
 
 def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tuple[str, ...], judged: list[Judged]) -> Summary:
-    """The table of errors and the closing line."""
+    """The table of errors, how close the vehicle came to its limits, and the closing line."""
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
         for group, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
         for axis, values in metrics.get(group, {}).items()
+    ]
+    facts = [
+        [name, f"{offset + scale * metrics[key]:.3g}"]
+        for name, key, scale, offset in (
+            ("largest tilt [deg]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
+            ("least thrust margin [%]", "largest_thrust_share", -100.0, 100.0),
+            ("rotors saturated [% of time]", "saturated_share", 100.0, 0.0),
+        )
+        if key in metrics
     ]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
         ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
     else:
         ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to then is kept."
-    return Summary(name, ["RMSE", "largest", "final"], rows, ending, completed, warnings, metrics, judged)
+    return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)
