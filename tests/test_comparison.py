@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from quadstep.analysis.statistics import Estimate
-from quadstep.comparison import flights, run
+from quadstep.comparison import flights, kept, run
 from quadstep.comparison.cell import NOTHING, Cell, fly_cell, scenario_table
 from quadstep.comparison.flights import CONTROLLERS, FIRST_SEED, PUBLISHED, SPEEDS, VEHICLES, WINDS, mission, scenarios
-from quadstep.comparison.kept import key
 from quadstep.comparison.picture import draw_vehicle, draw_wind
 from quadstep.comparison.run import HARDEST, WINDY, Comparison, as_json, sentences, shown, write_cells
 from quadstep.flight.closed_loop import Outcome
@@ -150,8 +149,8 @@ def test_an_interrupted_study_goes_on_where_it_was_and_ends_as_if_nothing_had_be
     stopped = quadstep(*command)
     assert stopped.code == 130
     assert f"4 cells are kept in {tmp_path / 'out'}; the same command goes on from them" in stopped.err
-    (kept,) = (tmp_path / "out").iterdir()
-    kept.write_text(kept.read_text(encoding="utf-8")[:-20], encoding="utf-8")  # killed while it wrote the last of them
+    (file,) = (tmp_path / "out").iterdir()
+    file.write_text(file.read_text(encoding="utf-8")[:-20], encoding="utf-8")  # killed while it wrote the last of them
 
     flown, real = [], run.flown.fly_cell
     monkeypatch.setattr("quadstep.comparison.cell.fly_cell", lambda *asked: flown.append(asked) or real(*asked))
@@ -167,7 +166,7 @@ def test_what_is_kept_is_used_for_nothing_else():
     scenario, other = REDUCED["hover"], REDUCED["too far"]
     asked = [(VEHICLE, "PID", scenario, 2), (VEHICLE, "PID", scenario, 3), (VEHICLE, "PID", other, 2)]
     asked += [(VEHICLE, "geometric", scenario, 2), ("x500", "PID", scenario, 2)]
-    assert len({key(*one) for one in asked}) == len(asked)
+    assert len({kept.key(*one) for one in asked}) == len(asked)
 
 
 def test_the_results_of_other_seeds_are_not_replaced_unasked(study):

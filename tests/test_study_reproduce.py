@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
 from html.parser import HTMLParser
@@ -14,6 +12,7 @@ import pytest
 from quadstep import __version__
 from quadstep.flight.columns import COLUMNS
 from tests import golden
+from tests.terminals import in_terminal
 from tests.test_cli_fly import ISSUE_COLUMNS, columns, files, strict_json
 
 CSV = ["case1.csv", "case2.csv", "case3_adaptive.csv", "case3_nested.csv"]
@@ -24,10 +23,7 @@ VERDICTS = {"holds", "fails", "cannot be decided from the text"}
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduce") / "paper"
-    done = subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", "reproduce", "--out", out], capture_output=True, text=True, check=False
-    )
-    return done, out
+    return in_terminal("reproduce", "--out", out, columns=80), out
 
 
 @pytest.fixture(scope="module")
@@ -52,11 +48,12 @@ def report(out):
 
 def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, claims):
     done, out = run
-    assert (done.returncode, done.stderr) == (0, "")
-    assert f"Report: {out / 'report.html'}" in done.stdout
-    shown = re.sub(r"[\s│┃]", "", done.stdout)
+    assert done.code == 0, done.text
+    assert done.text.startswith("Section 6 of the paper, claim by claim\n")
+    assert f"Report: {out / 'report.html'}" in done.lines
+    shown = re.sub(r"\s", "", done.text)
     for claim in claims:
-        assert all(word in done.stdout for word in claim["name"].split())
+        assert all(word in done.text for word in claim["name"].split())
     assert shown.count("holds") >= sum(claim["verdict"] == "holds" for claim in claims)
 
 

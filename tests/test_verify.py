@@ -15,7 +15,7 @@ from quadstep.errors import UserError
 from quadstep.numbers import atan2, clip, sin, where
 from quadstep.verify.errata import page
 from quadstep.verify.registry import EQUATIONS, FOLLOWS, all_rows, chosen, verify
-from quadstep.verify.report import closing, document, write_document
+from quadstep.verify.report import cells, closing, document, write_document
 from quadstep.verify.rows import Check, Evidence, Row, Verdict, judge
 
 PAGE = Path(__file__).parents[1] / "docs" / "errata.md"
@@ -110,6 +110,21 @@ def test_floats_do_not_load_sympy():
     code = "import sys; from quadstep.numbers import sin; import quadstep.cli; sin(0.5); print('sympy' in sys.modules)"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("columns", [40, 80, 200])
+def test_a_summary_is_printed_or_every_row_in_whole_words(monkeypatch, capsys, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setattr("quadstep.verify.registry.verify", lambda rows, progress: results())
+    assert run(monkeypatch, "verify") == 0
+    summary = capsys.readouterr().out
+    assert len(summary.splitlines()) < 40
+    assert "--all prints every row" in " ".join(summary.split())
+    assert run(monkeypatch, "verify", "--all") == 0
+    words = set(capsys.readouterr().out.split())
+    for result in results():
+        for text in cells(result):
+            assert set(text.split()) <= words
 
 
 def test_one_row_is_printed(monkeypatch, capsys):

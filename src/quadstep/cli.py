@@ -52,7 +52,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-HELP_WIDTH = 100
+HELP_WIDTHS = 50, 100
+"""Columns that help is given at least and at most."""
 
 EngineOption = Annotated[
     Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
@@ -338,7 +339,11 @@ def main() -> None:
 def run() -> int | None:
     """The exit code of what the command line asks for; what is wrong is said."""
     try:
-        code: int | None = app(standalone_mode=False, prog_name="quadstep", terminal_width=min(width(sys.stdout), HELP_WIDTH))
+        code: int | None = app(
+            standalone_mode=False,
+            prog_name="quadstep",
+            terminal_width=min(max(width(sys.stdout), HELP_WIDTHS[0]), HELP_WIDTHS[1]),
+        )
         if code == INTERRUPTED:  # what typer makes of Ctrl-C
             complain("interrupted; nothing was written")
     except UserError as error:

@@ -9,6 +9,7 @@ from typing import TextIO
 
 from rich.console import Console
 
+BIDIRECTIONAL = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 REDIRECTED, UNKNOWN, LEAST = 120, 80, 20
 """Columns: of a file or pipe, of a terminal that does not say, and of the narrowest terminal that is served."""
 
@@ -34,8 +35,13 @@ def console(stream: TextIO | None = None) -> Console:
 
 
 def plain(text: str) -> str:
-    """Text in which nothing speaks to the terminal: no escape sequences, no reversed direction of writing."""
-    return "".join("?" if unicodedata.category(c) in ("Cc", "Cf") and c != "\n" else c for c in text)
+    """Text in which nothing speaks to the terminal: no escape sequences, no change of the direction of writing."""
+    return "".join("?" if c != "\n" and speaks(c) else c for c in text)
+
+
+def speaks(character: str) -> bool:
+    """Whether a character is none to be read, but tells the terminal something."""
+    return unicodedata.category(character) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(character) in BIDIRECTIONAL
 
 
 def say(text: str) -> None:

@@ -1,0 +1,199 @@
+"""Every public command in real terminals and on broken streams: no traceback, nothing cut, the right exit code."""
+
+import re
+
+import pytest
+from rich.cells import cell_len
+from typer.main import get_command
+
+from quadstep import cli
+from tests import campaigns, tuning
+from tests.terminals import ASCII, PROGRAM, in_terminal, with_streams
+from tests.test_cli import quadstep
+
+NAME = "Übung 飛行 ±"
+REAL = f"name = '{NAME}'\n{campaigns.NOISY}"
+TO_COPY = ("Report: ", "Results: ", "Wrote ", "Page: ", "Map: ", "  quadstep fly ", "quadstep: ", "Results in ")
+"""Beginnings of lines that are never broken, because they hold a path or a command."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder in which every command has something to do."""
+    folder = tmp_path_factory.mktemp("terminal")
+    campaigns.written(folder, campaigns.MASS, head="flights = 6")
+    tuning.written(folder, campaigns.SHORT + tuning.LAMBDA, "tune.toml")
+    (folder / "real.toml").write_text(REAL, encoding="utf-8")
+    return folder
+
+
+COMMANDS = {
+    "version": ["--version"],
+    "fly": ["fly", "real.toml"],
+    "vehicles": ["vehicles"],
+    "vehicle": ["vehicles", "x500"],
+    "certify": ["certify", "mission.toml"],
+    "verify": ["verify", "--only", "5"],
+    "page": ["page", "mission.toml"],
+    "campaign": ["campaign", "camp.toml"],
+    "envelope": ["envelope", "mission.toml", "--x", "vehicle.mass=0.8:1.2:2", "--y", "disturbance.scale=0,1"],
+    "tune": ["tune", "tune.toml", "--budget", "60"],
+}
+SAID = {
+    "version": "quadstep 0",
+    "fly": "rotors saturated [% of time]",
+    "vehicles": "research-2.6kg",
+    "vehicle": "rotor.torque_coefficient",
+    "certify": "Verdict: ",
+    "verify": "vehicle.rotors:rotor_map",
+    "page": "Page: out/mission.html",
+    "campaign": "quadstep fly camp.toml --flight ",
+    "envelope": "Map: ",
+    "tune": "controller.Lambda1",
+}
+STUDIES = {
+    "vehicles --only hummingbird --seeds 2": """
+from quadstep.comparison import cell
+here = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "time": 0.001, "duration": 0.2}
+cell.scenario_table = lambda vehicle: {"hover": {"path": here, "score_from": 0.1}}
+from quadstep import cli
+cli.main()
+""",
+    "completion --samples 100": """
+from concurrent.futures import ThreadPoolExecutor
+from quadstep.theory import comparison, completion, map
+completion.drawing_pool = lambda: ThreadPoolExecutor(1)
+completion.grid = lambda: []
+completion.summarise = lambda cells, law: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0)
+map.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
+from quadstep import cli
+cli.main()
+""",
+}
+"""Studies with next to nothing to fly."""
+
+
+def good(shown, columns):
+    """Whether what a terminal has been shown can be read."""
+    assert "Traceback" not in shown.text
+    assert "…" not in shown.text, shown.text
+    for line in shown.lines:
+        if not line.startswith(TO_COPY) and " " in line.strip():
+            assert cell_len(line.rstrip()) <= columns, line
+    return True
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_in_a_terminal_of_80_columns(folder, name):
+    shown = in_terminal(*COMMANDS[name], cwd=folder, columns=80)
+    assert shown.code == 0, shown.text
+    assert good(shown, 80)
+    assert SAID[name] in "\n".join(shown.lines)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
+    shown = in_terminal(*COMMANDS[name], cwd=folder, columns=200, **ASCII, TERM="dumb", NO_COLOR="1")
+    assert shown.code == 0, shown.text
+    assert good(shown, 200)
+    assert SAID[name] in shown.text
+    assert "\x1b" not in shown.raw
+    assert "flying" not in shown.text, "a bar in a terminal that cannot draw one"
+    assert shown.raw.isascii()
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_a_study_in_a_terminal_of_80_columns(folder, study):
+    shown = in_terminal(STUDIES[study], "study", *study.split(), cwd=folder, program=PROGRAM)
+    assert shown.code == 0, shown.text
+    assert good(shown, 80)
+    if study.startswith("vehicles"):
+        assert "10/10 flights" in shown.text
+        assert "adaptive, no nets" in shown.text
+
+
+@pytest.mark.parametrize("name", ["version", "vehicle", "fly"])
+def test_a_reader_who_leaves_early_is_no_error(folder, name):
+    run = with_streams(*COMMANDS[name], cwd=folder, out="left", **ASCII)
+    assert (run.code, "Traceback" in run.err, "roken pipe" in run.err) == (0, False, False)
+    assert run.raw.endswith("\n")
+
+
+@pytest.mark.parametrize("name", ["version", "vehicle", "fly", "help"])
+def test_a_full_disk_is_one_line_and_exit_code_5(folder, name):
+    run = with_streams(*(["campaign", "--help"] if name == "help" else COMMANDS[name]), cwd=folder, out="full")
+    assert run.code == 5
+    assert run.err.splitlines()[-1] == "quadstep: error: standard output: No space left on device"
+    assert "Traceback" not in run.err
+
+
+@pytest.mark.parametrize("err", ["full", "closed"])
+def test_a_full_disk_is_exit_code_5_where_nobody_can_be_told(folder, err):
+    assert with_streams("vehicles", cwd=folder, out="full", err=err).code == 5
+
+
+@pytest.mark.parametrize(
+    ("out", "err"), [("pipe", "full"), ("pipe", "closed"), ("closed", "pipe"), ("full", "full"), ("closed", "closed")]
+)
+def test_bad_input_is_exit_code_2_whatever_the_streams(folder, out, err):
+    run = with_streams("fly", "nowhere.toml", cwd=folder, out=out, err=err)
+    assert (run.code, run.raw) == (2, "")
+    if err == "pipe":
+        assert re.fullmatch(r"quadstep: error: nowhere.toml: [^\n]+\n", run.err)
+
+
+def test_results_are_whole_where_every_stream_is_closed(folder):
+    run = with_streams("fly", "real.toml", "--out", "closed", cwd=folder, out="closed", err="closed")
+    assert run.code == 0
+    written = {path.name: path.stat().st_size for path in (folder / "closed").iterdir()}
+    assert {"flight.csv", "metrics.json", "page.html"} <= set(written)
+    assert (folder / "closed" / "flight.csv").read_text(encoding="utf-8").startswith("t[s],")
+
+
+def test_what_a_stream_cannot_show_keeps_its_width(folder):
+    run = with_streams("fly", "real.toml", cwd=folder, **ASCII)
+    assert (run.code, run.raw.splitlines()[0]) == (0, "?bung ???? ?")
+    assert {len(line) for line in run.raw.splitlines()[1:5]} == {len(run.raw.splitlines()[1])}
+
+
+def test_new_in_a_terminal_of_40_columns_quotes_what_is_to_be_typed(tmp_path):
+    shown = in_terminal("new", "my first $mission.toml", cwd=tmp_path, columns=40)
+    assert (shown.code, shown.text) == (
+        0, "Wrote my first $mission.toml. Fly it: quadstep fly 'my first $mission.toml'\n",
+    )  # fmt: skip
+
+
+def test_serve_in_a_terminal_ends_with_ctrl_c(folder):
+    shown = in_terminal("serve", ".", "--port", "0", cwd=folder, stop_at="Ctrl-C ends")
+    assert shown.code == 0
+    assert good(shown, 80)
+    assert "Stopped." in shown.text
+
+
+def test_ctrl_c_is_one_line_in_a_terminal(folder):
+    shown = in_terminal("campaign", "camp.toml", "--flights", "200000", "--out", "much", cwd=folder, stop_at="flights")
+    assert shown.code == 130
+    assert good(shown, 80)
+    assert re.search("quadstep: interrupted; .* kept", shown.text)
+
+
+def paths(command, before=()):
+    """Every command there is, as what is typed."""
+    yield before
+    for name, one in getattr(command, "commands", {}).items():
+        yield from paths(one, (*before, name))
+
+
+@pytest.mark.parametrize("columns", [50, 80, 200])
+@pytest.mark.parametrize("typed", list(paths(get_command(cli.app))), ids=" ".join)
+def test_help_names_every_option_whole_at_any_width(monkeypatch, typed, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    run = quadstep(*typed, "--help")
+    assert (run.code, run.err) == (0, "")
+    assert all(cell_len(line) <= columns for line in run.out.splitlines())
+    assert not re.search(r"\w\.\.\.", run.out), "a sentence that is cut short"
+    command = get_command(cli.app)
+    for name in typed:
+        command = command.commands[name]
+    wanted = [name for parameter in command.params for name in parameter.opts if name.startswith("--")]
+    assert set(wanted) | set(getattr(command, "commands", ())) <= set(run.out.split())
