@@ -35,7 +35,7 @@ COMMANDS = {
     "certify": ["certify", "mission.toml"],
     "verify": ["verify", "--only", "5"],
     "page": ["page", "mission.toml"],
-    "campaign": ["campaign", "camp.toml"],
+    "campaign": ["campaign", "camp.toml", "--overwrite"],
     "envelope": ["envelope", "mission.toml", "--x", "vehicle.mass=0.8:1.2:2", "--y", "disturbance.scale=0,1"],
     "tune": ["tune", "tune.toml", "--budget", "60"],
 }
