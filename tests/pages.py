@@ -3,18 +3,17 @@
 import base64
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
-NODE = shutil.which("node")
-needs_node = pytest.mark.skipif(
-    NODE is None, reason="Node.js (`node`) is not installed: the page's JavaScript cannot be run here"
-)
+from tests.needs import NODE as NODE_JS
+from tests.needs import needs, program
+
+NODE = program("node")
+needs_node = needs(NODE_JS)
 CLIENT = Path(__file__).parent / "page_client.cjs"
 
 STAND_IN = (

@@ -18,6 +18,7 @@ from quadstep.flight.engines import fly
 from quadstep.mission.airframe_mission import AirframeMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import vector
+from tests.needs import package
 
 CIRCLE = {"type": "circle", "radius": 1.0, "period": 4.0, "ramp": 1.0, "centre": [0.0, 0.0, 2.0], "yaw_rate": 0.5}
 
@@ -46,7 +47,7 @@ def apart(one, other, *names):
 @pytest.fixture
 def rotorpy():
     """What imports a part of RotorPy."""
-    pytest.importorskip("rotorpy.vehicles.multirotor", reason="RotorPy is not installed: pip install rotorpy==3.0.0")
+    package("rotorpy.vehicles.multirotor")
     return lambda name: import_module(f"rotorpy.{name}")
 
 
@@ -288,5 +289,5 @@ def test_what_rotorpys_vehicle_has_not_is_refused(parts, said):
 
 def test_without_rotorpy_it_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "rotorpy.vehicles.multirotor", None)
-    with pytest.raises(UserError, match=r"needs RotorPy; install it: pip install quadstep\[rotorpy\]"):
+    with pytest.raises(UserError, match=r"needs rotorpy; install it: .* -m pip install 'rotorpy>=3.0'"):
         multirotor({})

@@ -17,6 +17,7 @@ from quadstep.campaign.schema import read_campaign
 from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
 from tests.campaigns import SHORT
+from tests.needs import package
 
 CAMPAIGN = """
 mission = "mission.toml"
@@ -51,7 +52,7 @@ def campaign(tmp_path_factory):
 @pytest.fixture(scope="module")
 def nodes():
     """A head that flies nothing and two nodes of one core, which `connected` finds."""
-    ray = pytest.importorskip("ray")
+    ray = package("ray")
     from ray.cluster_utils import Cluster
 
     size = {"object_store_memory": 80 * 2**20, "include_dashboard": False}
@@ -113,7 +114,7 @@ def test_what_a_worker_refuses_is_said_in_one_line_and_not_tried_again(campaign,
 
 
 def test_a_cluster_that_is_not_there_is_said_in_one_line(monkeypatch):
-    ray = pytest.importorskip("ray")
+    ray = package("ray")
     monkeypatch.setenv("RAY_ADDRESS", "127.0.0.1:1")
     monkeypatch.setattr(ray, "is_initialized", lambda: False)
     monkeypatch.setattr(ray, "init", refuse)

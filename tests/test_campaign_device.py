@@ -8,10 +8,11 @@ from quadstep.campaign.device import DeviceFlyer, device_flyer, generate, genera
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.schema import read_campaign
 from quadstep.errors import UserError
-from quadstep.flight.gpu_assembler import assembled, ptxas
+from quadstep.flight.gpu_assembler import assembled
 from quadstep.flight.ptx import ptx
 from tests.campaigns import NOISY, SHORT
 from tests.fake_driver import installed
+from tests.needs import PTXAS, needs
 
 GENTLE = SHORT.replace("end = [0.4, 0.1, 0.2]", "end = [0.02, 0.005, 0.01]")
 DRAWN = """
@@ -87,7 +88,7 @@ def test_values_that_cannot_be_flown_are_refused_there_too(tmp_path, monkeypatch
         flyer.fly(0, 64)
 
 
-@pytest.mark.skipif(ptxas() is None, reason="no ptxas: neither on the path nor from the wheel nvidia-cuda-nvcc-cu12")
+@needs(PTXAS)
 def test_the_program_that_draws_assembles(tmp_path):
     flyer = Flyer(written(tmp_path, SHORT, DRAWN.format(precision="f32")))
     batch = generated_batch(flyer)

@@ -29,6 +29,7 @@ from tests.campaigns import (
     started,
     written,
 )  # fmt: skip
+from tests.needs import MOUNTS, without
 
 LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
 VARY = MASS + '"start.position.2" = {type="uniform", low=-0.1, high=0.1}\n'
@@ -166,7 +167,7 @@ def small_disk(tmp_path):
     try:
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=160k", "tmpfs", folder], check=True, capture_output=True)
     except (OSError, subprocess.CalledProcessError):
-        pytest.skip("no file system may be mounted here")
+        without(MOUNTS)
     yield folder
     subprocess.run(["umount", folder], check=True)
 

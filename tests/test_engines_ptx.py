@@ -11,8 +11,8 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
 from quadstep.errors import UserError
 from quadstep.flight import kernel
-from quadstep.flight.cuda import Device, NoDeviceError
-from quadstep.flight.gpu_assembler import assembled, ptxas
+from quadstep.flight.cuda import NoDeviceError
+from quadstep.flight.gpu_assembler import assembled
 from quadstep.flight.gpu_count import KINDS, Chip, bound, counted, marked, operations
 from quadstep.flight.gpu_sweep import REGISTERS, GpuSweep
 from quadstep.flight.loop import Loop
@@ -24,6 +24,7 @@ from quadstep.mission.read import read_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from tests.flights import parameters, state
+from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs
 from tests.test_engines_agreement import TILTED, WAYPOINTS
 from tests.test_engines_scored import CLOCK, LOOP, NUMBERS, PLACES, table, values
 
@@ -115,10 +116,7 @@ def test_the_law_must_give_as_many_numbers_as_vary():
         ptx(LOOP, TILTED, NUMBERS, frozenset(PLACES[:1]), generate=draw)
 
 
-NEEDS_PTXAS = pytest.mark.skipif(ptxas() is None, reason="no ptxas: neither on the path nor from the wheel nvidia-cuda-nvcc")
-
-
-@NEEDS_PTXAS
+@needs(PTXAS)
 @pytest.mark.parametrize("generate", [None, draw], ids=["given", "drawn"])
 @pytest.mark.parametrize("architecture", [80, 90])
 def test_the_paper_s_loop_takes_few_registers_and_spills_none(architecture, generate, record_property):
@@ -129,20 +127,20 @@ def test_the_paper_s_loop_takes_few_registers_and_spills_none(architecture, gene
     assert 100 < told.registers <= REGISTERS
 
 
-@NEEDS_PTXAS
+@needs(PTXAS)
 def test_fewer_registers_are_told_as_spills(text):
     told = assembled(text, 90, 64)
     assert told.registers <= 64
     assert min(told.stack, told.stores, told.loads) > 0
 
 
-@NEEDS_PTXAS
+@needs(PTXAS)
 def test_what_the_assembler_refuses_is_told(text):
     with pytest.raises(RuntimeError, match="ptxas"):
         assembled(text.replace("fma.rn.ftz.f32", "fma.rm.f16", 1), 90)
 
 
-@NEEDS_PTXAS
+@needs(PTXAS)
 def test_other_loops_assemble(record_property):
     plan = read_mission(Path("examples/a_bad_day.toml")).plan(Path("examples"))
     numbers = parameters(path=WAYPOINTS)
@@ -191,22 +189,14 @@ def test_what_bounds_it():
 # On a device
 
 
-def has_device():
-    try:
-        Device()
-    except NoDeviceError:
-        return False
-    return True
-
-
-@pytest.mark.skipif(has_device(), reason="there is a graphics processor")
+@needs(NO_GRAPHICS)
 def test_without_a_graphics_processor_it_says_so():
     with pytest.raises(NoDeviceError, match=r"driver|graphics processor"):
         GpuSweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES)
 
 
 @BOTH
-@pytest.mark.skipif(not has_device(), reason="no graphics processor")
+@needs(GRAPHICS)
 def test_a_graphics_processor_scores_as_lanes_do(double):
     rows = values(1000)
     wanted = Sweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES, double).fly(rows)
@@ -219,7 +209,7 @@ def test_a_graphics_processor_scores_as_lanes_do(double):
 
 
 @BOTH
-@pytest.mark.skipif(not has_device(), reason="no graphics processor")
+@needs(GRAPHICS)
 def test_a_graphics_processor_draws_what_the_host_draws(double):
     one = GpuSweep(LOOP, CLOCK, TILTED, NUMBERS, PLACES, double, generate=draw)
     got, drawn = one.generated(65000, 66000)

@@ -7,14 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.needs import BUILD_TOOLS, NPM, needs, without
+
 ROOT = Path(__file__).parent.parent
 FRONTEND = ROOT / "frontend"
 ASSETS = ROOT / "src" / "quadstep" / "page" / "assets"
-
-needs_npm = pytest.mark.skipif(
-    not (shutil.which("node") and shutil.which("npm")),
-    reason="Node.js (`node` and `npm`) is not installed: the page cannot be rebuilt here",
-)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +26,7 @@ def sources(tmp_path_factory):
     if done.returncode and any(
         word in done.stderr for word in ("ENOTFOUND", "ECONNREFUSED", "EAI_AGAIN", "ETIMEDOUT", "network")
     ):
-        pytest.skip("the pinned build tools are not installed (`npm ci` in frontend/) and no registry can be reached")
+        without(BUILD_TOOLS, "no registry can be reached")
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -48,13 +45,13 @@ def installed_as_pinned():
     )
 
 
-@needs_npm
+@needs(NPM)
 def test_types_are_strict(sources):
     done = subprocess.run(["npm", "run", "--silent", "check"], cwd=sources, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 
 
-@needs_npm
+@needs(NPM)
 def test_page_is_what_its_sources_give(sources, tmp_path):
     done = subprocess.run(["node", "build.mjs", str(tmp_path)], cwd=sources, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

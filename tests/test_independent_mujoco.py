@@ -16,8 +16,9 @@ from quadstep.flight.integrator import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix
 from tests.flights import array, column
+from tests.needs import package
 
-mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install mujoco-core")
+mujoco = package("mujoco")
 
 SECONDS, STEP, EVERY = 10.0, 0.002, 50
 MASS = 1.3

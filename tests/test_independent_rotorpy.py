@@ -20,8 +20,9 @@ from quadstep.flight.integrator import runge_kutta_4
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, Vector
 from tests.flights import column
+from tests.needs import package
 
-pytest.importorskip("rotorpy.vehicles.multirotor", reason="RotorPy is not installed: pip install rotorpy==3.0.0")
+package("rotorpy.vehicles.multirotor")
 
 HOLD, STEPS = 0.01, 32
 """How long a command holds [s], and in how many steps ours flies that."""

@@ -1,9 +1,7 @@
 """The page in a real browser: opened from disk, offline, looked at, played with, and flown like Python."""
 
-import importlib.util
 import io
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,19 +11,12 @@ from quadstep import read_mission
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.page.missions import fly_missions
+from tests.needs import CHROMIUM, CHROMIUM_PROGRAM, needs, package
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-MISSING = " and ".join(
-    name
-    for name, there in (
-        ("the Python package `playwright`", importlib.util.find_spec("playwright")),
-        ("the browser `chromium`", CHROMIUM),
-    )
-    if not there
-)
-pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{MISSING} not installed: the page cannot be opened here")
+package("playwright")
+pytestmark = needs(CHROMIUM)
 
 HOSTILE = "<script>alert(1)</script>"
 HOSTILE_MISSION = f"""name = "{HOSTILE}"
@@ -51,7 +42,7 @@ def start_browser(playwright, *, webgl=True):
         "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
         *(drawing if webgl else ["--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"]),
     ]
-    return playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+    return playwright.chromium.launch(executable_path=CHROMIUM_PROGRAM, args=flags)
 
 
 @pytest.fixture(scope="module")

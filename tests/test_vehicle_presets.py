@@ -28,6 +28,7 @@ from quadstep.mission.vehicles import VehicleSection
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector
 from quadstep.vehicle.rotors import Rotors, mix
+from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
 ZERO = vector(0.0, 0.0, 0.0)
@@ -202,7 +203,7 @@ def test_the_papers_vehicle_is_that_of_the_lagrange_plant_seen_in_right_handed_a
 
 
 def test_the_hummingbird_is_rotorpys_but_for_what_its_sources_say():
-    params = pytest.importorskip("rotorpy.vehicles.hummingbird_params").quad_params
+    params = package("rotorpy.vehicles.hummingbird_params").quad_params
     vehicle = VEHICLES["hummingbird"]
     rotor, drag = vehicle.rotor, vehicle.drag
     ours = (rotor.thrust_coefficient, rotor.torque_coefficient, rotor.rise_time, rotor.fall_time, rotor.slowest, rotor.radius)

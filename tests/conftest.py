@@ -1,0 +1,53 @@
+"""What was skipped, why, and how to have it run: a table at the end of a run, and `--complete` for machines that judge."""
+
+from collections import Counter
+
+import pytest
+
+from tests.needs import NEEDS, Need
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--complete", action="store_true", help="fail if a test was skipped, unless for want of what no one can install"
+    )
+
+
+def need_of(reason: str) -> Need | None:
+    """The need that a reason for skipping names, if it is in tests/needs.py."""
+    return next((need for need in NEEDS if reason == need.reason or reason.startswith(f"{need.reason}: ")), None)
+
+
+def skipped(config: pytest.Config) -> Counter[str]:
+    """Reasons for skipping, each with the number of tests."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    reports = reporter.stats.get("skipped", []) if reporter else []
+    texts = (report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr) for report in reports)
+    return Counter(text.removeprefix("Skipped: ") for text in texts)
+
+
+def unexcused(config: pytest.Config) -> list[str]:
+    """Reasons for skipping that `--complete` does not accept."""
+    return [reason for reason in skipped(config) if not ((need := need_of(reason)) and need.spared)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    if session.config.getoption("complete") and exitstatus == pytest.ExitCode.OK and unexcused(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    counts = skipped(config)
+    if not counts:
+        return
+    terminalreporter.section("not run here")
+    for reason, count in counts.most_common():
+        need = need_of(reason)
+        tests = f"{count} test{'s' if count > 1 else ''}"
+        terminalreporter.line(f"{tests:>10}  {reason}" + (f". To run: {need.cure}" if need else ""))
+    refused = unexcused(config) if config.getoption("complete") else []
+    if refused:
+        terminalreporter.line(
+            f"--complete: {sum(counts[reason] for reason in refused)} skipped tests count as a failure", red=True
+        )

@@ -1,0 +1,100 @@
+"""What some tests need that a machine may lack: whether it is here, and how to have it."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+
+
+class Need(NamedTuple):
+    """what: as in "needs ...". cure: how to have it. spared: whether `--complete` (.ci/run) does without it."""
+
+    what: str
+    cure: str
+    here: Callable[[], bool] = lambda: True
+    spared: bool = False
+
+    @property
+    def reason(self) -> str:
+        """What pytest says of a test skipped for this; tests/conftest.py reads it back."""
+        return f"needs {self.what}"
+
+
+def program(*names: str) -> str | None:
+    """The first of these programs that is on the path."""
+    return next((path for path in map(shutil.which, names) if path), None)
+
+
+def has_graphics() -> bool:
+    """Whether an NVIDIA graphics processor answers."""
+    from quadstep.flight.cuda import Device, NoDeviceError
+
+    try:
+        Device()
+    except NoDeviceError:
+        return False
+    return True
+
+
+def has_assembler() -> bool:
+    """Whether PTX can be assembled."""
+    from quadstep.flight.gpu_assembler import ptxas
+
+    return ptxas() is not None
+
+
+CHROMIUM_PROGRAM = program("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+CRAZYPAD = Path(__file__).parent.parent.parent / "shared" / "data" / "crazypad"
+"""Flights of a Crazyflie that are not ours to carry lie beside the checkout."""
+
+CHROMIUM = Need("Chromium", "install it (Debian: chromium)", lambda: CHROMIUM_PROGRAM is not None)
+NODE = Need("Node.js", "install version 20 or newer (Debian: nodejs)", lambda: program("node") is not None)
+NPM = Need(
+    "npm", "install Node.js 20 or newer with npm (Debian: nodejs npm)", lambda: bool(program("node") and program("npm"))
+)
+BUILD_TOOLS = Need("the front end's build tools", "run `npm ci` in frontend/, once, with a network")
+QEMU = Need("qemu-aarch64", "install QEMU's user mode (Debian: qemu-user)", lambda: program("qemu-aarch64") is not None)
+ARM_COMPILER = Need(
+    "a C compiler for 64-bit ARM",
+    "install one (Debian: gcc-aarch64-linux-gnu libc6-dev-arm64-cross)",
+    lambda: program("aarch64-linux-gnu-gcc") is not None,
+)
+PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
+PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
+SUPERUSER = Need("the rights of root", "run as root", lambda: os.geteuid() == 0)
+MOUNTS = Need("file systems of its own", "run as root where `mount` is allowed (containers may forbid it)")
+GRAPHICS = Need("an NVIDIA graphics processor", "use a machine with one", has_graphics, spared=True)
+NO_GRAPHICS = Need("a machine without a graphics processor", "use one, or hide it", lambda: not has_graphics(), spared=True)
+PROCESSOR = Need("a processor with other instructions", "use a machine with one", spared=True)
+RECORDINGS = Need(
+    "the CrazyPAD recordings",
+    "put them into ../shared/data/crazypad (examples/crazyflie_flight.toml says where they are from)",
+    (CRAZYPAD / "normal_motor.csv").is_file,
+    spared=True,
+)
+
+NEEDS = (
+    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, SUPERUSER, MOUNTS,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS,
+)  # fmt: skip
+
+
+def needs(*wanted: Need) -> pytest.MarkDecorator:
+    """Marks a test, or as `pytestmark` a module, that is skipped where something that it needs is not here."""
+    missing = next((need for need in wanted if not need.here()), None)
+    return pytest.mark.skipif(missing is not None, reason=missing.reason if missing else "")
+
+
+def without(need: Need, detail: str = "") -> None:
+    """Skip the running test: it turned out that something is not here. Raises what pytest skips by."""
+    pytest.skip(f"{need.reason}: {detail}" if detail else need.reason)
+
+
+def package(name: str) -> ModuleType:
+    """A package that is imported; the test or module is skipped where it is not installed."""
+    return pytest.importorskip(name, reason=f"{PACKAGES.reason}: {name}")
