@@ -42,16 +42,16 @@ def chain(axes: Axes) -> None:
     axes.text(3.5, 0.03, "state, sampled", ha="center", va="center", fontsize=8, color="0.3")
 
 
-def real_flight(axes: Axes) -> None:
-    """The recorded Crazyflie flight and the same path flown again."""
-    mission = ROOT / "examples" / "crazyflie_flight.toml"
+def recorded_flight(axes: Axes) -> None:
+    """Positions that a simulated Crazyflie's estimator logged, and the path made of them, flown."""
+    mission = ROOT / "examples" / "recorded.toml"
     log = fly(read_mission(mission).plan(mission.parent))
-    recorded = np.genfromtxt(ROOT / "examples" / "crazypad" / "normal_motor.csv", delimiter=",", names=True)
-    axes.plot(recorded["t"], recorded["stateEstimatez"], label="z recorded (Crazyflie)", color="0.6", linewidth=3)
-    axes.plot(log.column("t"), log.column("z"), label="z flown again", **LINES[0])
-    axes.plot(log.column("t"), log.column("x"), label="x flown again", **LINES[1])
-    axes.set(xlabel="time [s]", ylabel="[m]", title="A real flight, flown again")
-    axes.legend()
+    recorded = np.genfromtxt(mission.with_suffix(".csv"), delimiter=",", names=True)
+    for name, style in zip("xy", LINES, strict=False):
+        axes.plot(recorded["t"], recorded[f"{name}_m"], ".", color="0.7", markersize=4, label=f"{name} recorded")
+        axes.plot(log.column("t"), log.column(name), label=f"{name} flown again", **style)
+    axes.set(xlabel="time [s]", ylabel="[m]", ylim=(-1.2, 1.9), title="A recording, flown again")
+    axes.legend(ncols=2, loc="upper center")
 
 
 def envelope(axes: Axes) -> None:
@@ -78,7 +78,7 @@ def main() -> None:
         FigureCanvasAgg(figure)
         mosaic = figure.subplot_mosaic([["chain", "chain"], ["flight", "envelope"]], height_ratios=[1, 1.9])
         chain(mosaic["chain"])
-        real_flight(mosaic["flight"])
+        recorded_flight(mosaic["flight"])
         envelope(mosaic["envelope"])
         figure.savefig(ROOT / "docs" / "overview.png", dpi=110, metadata={"Software": None})
 

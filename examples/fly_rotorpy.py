@@ -1,6 +1,6 @@
 """Our controller on RotorPy's Hummingbird, and RotorPy's on ours, around the same figure eight.
 
-pip install quadstep[rotorpy]
+Needs RotorPy; in the checkout: .venv/bin/python -m pip install -e '.[rotorpy]'
 python examples/fly_rotorpy.py
 """
 
