@@ -1,5 +1,10 @@
 """Compiled code kept between runs: used when sound, replaced when damaged, done without when it cannot be kept."""
 
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +12,7 @@ from quadstep.flight import code_cache, lanes
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.lanes import fly_lanes
 from tests.flights import NESTED, nested_gains, parameters, state
+from tests.needs import SUPERUSER, needs
 
 TICKS = Ticks(0.004, (1,), 5, 100)
 
@@ -26,6 +32,11 @@ def fly(monkeypatch):
         return fly_lanes(NESTED, [parameters(gains=nested_gains())], [state()], TICKS)[0].rows
 
     return fresh
+
+
+@pytest.fixture(autouse=True)
+def nothing_warned_of(monkeypatch):
+    monkeypatch.setattr(code_cache, "warned", set())
 
 
 def entries(folder):
@@ -89,8 +100,6 @@ def test_an_interrupted_write_leaves_nothing_behind(folder, monkeypatch):
 
 
 def test_only_so_many_entries_are_kept_the_oldest_go(folder):
-    import os
-
     for number in range(code_cache.MOST_ENTRIES + 5):
         name = f"{number:064d}"
         code_cache.write(name, b"code")
@@ -113,3 +122,159 @@ def test_the_folder_is_the_chosen_one_or_lies_in_the_users_cache(monkeypatch, tm
     monkeypatch.delenv("QUADSTEP_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert code_cache.folder() == tmp_path / "quadstep"
+
+
+def test_without_a_home_nothing_is_kept_and_nothing_said(fly, monkeypatch, caplog):
+    def homeless(_path):
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("QUADSTEP_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(code_cache.Path, "expanduser", homeless)
+    assert code_cache.folder() is None
+    assert len(fly()) == 21
+    assert caplog.messages == []
+
+
+# Code that another user could have written is not run
+
+
+@pytest.mark.parametrize(
+    ("above", "mode", "who"),
+    [
+        (False, 0o770, "its group"),
+        (False, 0o777, "all users"),
+        (False, 0o1777, "all users"),
+        (True, 0o770, "its group"),
+        (True, 0o777, "all users"),
+    ],
+)
+def test_a_folder_that_others_may_write_is_not_used(folder, fly, caplog, above, mode, who):
+    first = fly()
+    (entry,) = entries(folder)
+    kept = entry.read_bytes()
+    opened = folder.parent if above else folder
+    opened.chmod(mode)
+    assert code_cache.read(entry.name) is None
+    code_cache.write("a" * 64, b"code")
+    np.testing.assert_array_equal(fly(), first)
+    assert [path.read_bytes() for path in entries(folder)] == [kept]
+    (line,) = caplog.messages
+    assert f"{opened} may be written by {who}, who could plant code" in line
+    assert f"`chmod go-w {opened}` or set QUADSTEP_CACHE" in line
+
+
+def test_a_folder_of_ones_own_below_one_like_tmp_is_used(folder):
+    code_cache.write("a" * 64, b"code")
+    folder.parent.chmod(0o1777)
+    assert code_cache.read("a" * 64) == b"code"
+
+
+def test_an_entry_that_others_may_write_is_not_used(folder):
+    code_cache.write("a" * 64, b"code")
+    (entry,) = entries(folder)
+    assert entry.stat().st_mode & 0o777 == 0o600
+    entry.chmod(0o620)
+    assert code_cache.read("a" * 64) is None
+    code_cache.write("a" * 64, b"code")
+    assert code_cache.read("a" * 64) == b"code"
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
+def test_an_entry_that_is_no_plain_file_is_not_used(folder, tmp_path, kind):
+    code_cache.write("a" * 64, b"code")
+    (entry,) = entries(folder)
+    entry.rename(tmp_path / "elsewhere")
+    {"link": lambda: entry.symlink_to(tmp_path / "elsewhere"), "pipe": lambda: os.mkfifo(entry), "folder": entry.mkdir}[kind]()
+    assert code_cache.read("a" * 64) is None
+
+
+def test_an_entry_under_the_name_of_another_is_not_used(folder):
+    code_cache.write("a" * 64, b"code")
+    (folder / ("a" * 64)).rename(folder / ("b" * 64))
+    assert code_cache.read("b" * 64) is None
+
+
+def test_folders_are_made_for_this_user_alone_whatever_the_umask(tmp_path, monkeypatch):
+    before = os.umask(0)
+    try:
+        monkeypatch.setenv("QUADSTEP_CACHE", str(tmp_path / "new" / "cache"))
+        code_cache.write("a" * 64, b"code")
+    finally:
+        os.umask(before)
+    assert code_cache.read("a" * 64) == b"code"
+    assert [path.stat().st_mode & 0o777 for path in (tmp_path / "new", tmp_path / "new" / "cache")] == [0o700, 0o700]
+
+
+def test_a_link_is_judged_by_what_it_leads_to(tmp_path, monkeypatch, caplog):
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    (tmp_path / "link").symlink_to(tmp_path / "open")
+    monkeypatch.setenv("QUADSTEP_CACHE", str(tmp_path / "link"))
+    code_cache.write("a" * 64, b"code")
+    assert entries(tmp_path / "open") == []
+    assert str(tmp_path / "open") in caplog.messages[0]
+
+
+SOMEONE = 12345
+"""A user's id; nobody need have it."""
+
+
+def planted(path, content):
+    """Another user writes a file."""
+    subprocess.run(
+        ["/bin/sh", "-c", 'cat >"$1"', "sh", path], input=content, user=SOMEONE, group=SOMEONE, extra_groups=[], check=True
+    )
+
+
+@pytest.fixture
+def within_reach(monkeypatch):
+    """A folder for code that any user can reach and write to."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as top:
+        Path(top).chmod(0o755)
+        cache = Path(top) / "cache"
+        cache.mkdir()
+        cache.chmod(0o777)
+        monkeypatch.setenv("QUADSTEP_CACHE", str(cache))
+        yield cache
+
+
+@needs(SUPERUSER)
+@pytest.mark.parametrize("mode", [0o777, 0o755], ids=["still open", "closed since"])
+def test_code_planted_by_another_user_is_not_run(within_reach, mode):
+    name = "a" * 64
+    planted(within_reach / name, code_cache.signature(name, b"theirs") + b"theirs")  # sound: only its owner tells
+    within_reach.chmod(mode)
+    assert (within_reach / name).stat().st_uid == SOMEONE
+    assert code_cache.read(name) is None
+    code_cache.write(name, b"ours")
+    assert code_cache.read(name) == (b"ours" if mode == 0o755 else None)
+
+
+@needs(SUPERUSER)
+@pytest.mark.parametrize("above", [False, True], ids=["the folder", "the one above"])
+def test_a_folder_of_another_user_is_not_used(within_reach, caplog, above):
+    within_reach.chmod(0o755)
+    code_cache.write("a" * 64, b"code")
+    assert code_cache.read("a" * 64) == b"code"
+    theirs = within_reach.parent if above else within_reach
+    os.chown(theirs, SOMEONE, SOMEONE)
+    assert code_cache.read("a" * 64) is None
+    (line,) = caplog.messages
+    assert (
+        f"{theirs} belongs to another user (id {SOMEONE}), who could plant code that you would run; set QUADSTEP_CACHE" in line
+    )
+
+
+@needs(SUPERUSER)
+def test_what_root_keeps_may_be_read_by_all(within_reach):
+    within_reach.chmod(0o755)
+    code_cache.write("a" * 64, b"code")
+    (within_reach / ("a" * 64)).chmod(0o644)
+    os.seteuid(SOMEONE)
+    try:
+        assert code_cache.read("a" * 64) == b"code"
+        code_cache.write("b" * 64, b"code")  # may not be written: no error
+        assert code_cache.read("b" * 64) is None
+    finally:
+        os.seteuid(0)

@@ -1,21 +1,35 @@
-"""Compiled code kept between runs, so that only the first flight of a kind waits for the compiler."""
+"""Compiled code kept between runs, so that only the first flight of a kind waits for the compiler.
+
+What is read here is run. So the folder, everything above it and every entry must be out of other users' reach: theirs
+would be code that runs as this user. Where that is not so, nothing is read or written, and a warning says why.
+"""
 
 import contextlib
 import hashlib
+import logging
 import os
+import shlex
+import stat
 import tempfile
 from pathlib import Path
 
 MOST_ENTRIES = 64
 """Older entries are deleted beyond this number (about 100 kB each)."""
 
+log = logging.getLogger(__name__)
+warned: set[str] = set()
+"""What was warned of in this process."""
 
-def folder() -> Path:
-    """Where code is kept: $QUADSTEP_CACHE, else quadstep/ in the user's cache folder."""
+
+def folder() -> Path | None:
+    """Where code is kept: $QUADSTEP_CACHE, else quadstep/ in the user's cache folder; None for a user without a home."""
     chosen = os.environ.get("QUADSTEP_CACHE")
     if chosen:
         return Path(chosen)
-    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    except RuntimeError:  # neither $HOME nor an entry in the list of users, as in a container with a bare user id
+        return None
     return Path(home) / "quadstep"
 
 
@@ -25,26 +39,90 @@ def key(*parts: str) -> str:
 
 
 def read(name: str) -> bytes | None:
-    """The code kept under `name`, or None; a damaged entry counts as none."""
+    """The code kept under `name`, or None; a damaged entry, or one that another user could have written, counts as none."""
     try:
-        content = (folder() / name).read_bytes()
+        place = trusted_folder()
+        content = own_content(place / name) if place else b""
     except OSError:
         return None
     digest, code = content[:32], content[32:]
-    return code if hashlib.sha256(code).digest() == digest else None
+    return code if signature(name, code) == digest else None
 
 
 def write(name: str, code: bytes) -> None:
     """Keep `code` under `name`. A cache that cannot be written is no error: the next run compiles again."""
     with contextlib.suppress(OSError):
-        folder().mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=folder(), prefix=".writing-")
+        place = trusted_folder(make=True)
+        if place is None:
+            return
+        handle, temporary = tempfile.mkstemp(dir=place, prefix=".writing-")
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(hashlib.sha256(code).digest() + code)
-            Path(temporary).replace(folder() / name)
+                file.write(signature(name, code) + code)
+            Path(temporary).replace(place / name)
         finally:
             Path(temporary).unlink(missing_ok=True)
-        entries = sorted((path for path in folder().iterdir() if len(path.name) == 64), key=lambda path: path.stat().st_mtime)
+        entries = sorted((path for path in place.iterdir() if len(path.name) == 64), key=lambda path: path.stat().st_mtime)
         for old in entries[:-MOST_ENTRIES]:
             old.unlink(missing_ok=True)
+
+
+def signature(name: str, code: bytes) -> bytes:
+    """Digest of an entry and its name, so that neither damage nor a changed name goes unseen."""
+    return hashlib.sha256(name.encode() + b"\0" + code).digest()
+
+
+def trusted_folder(make: bool = False) -> Path | None:
+    """The folder with every link resolved, or None where another user may change it. make: whether to make it if absent.
+
+    Resolved once: no folder on the resolved path can be exchanged by another user between this look and the use.
+    Raises OSError where the folder is absent or cannot be made.
+    """
+    chosen = folder()
+    if chosen is None:
+        return None
+    place = Path(os.path.realpath(chosen))
+    absent = [path for path in (place, *place.parents) if not path.exists()] if make else []
+    for path in reversed(absent):
+        path.mkdir(mode=0o700, exist_ok=True)
+    for path in (place, *place.parents):
+        status = path.lstat()  # never what a link put there meanwhile points to
+        reason = exposure(status, sticky_is_safe=path != place)
+        if reason:
+            cure = f"run `chmod go-w {shlex.quote(str(path))}` or " if status.st_uid == os.geteuid() else ""
+            warn_once(
+                f"compiled code is not cached: {path} {reason}, who could plant code that you would run; {cure}set "
+                "QUADSTEP_CACHE to a folder of your own"
+            )
+            return None
+    return place
+
+
+def exposure(status: os.stat_result, sticky_is_safe: bool = False) -> str:
+    """Why someone other than root and this user could change what has this status; empty if nobody could.
+
+    sticky_is_safe: whether a folder like /tmp will do, where all may add but nobody may rename what is another's.
+    """
+    if status.st_uid not in (0, os.geteuid()):
+        return f"belongs to another user (id {status.st_uid})"
+    exposed = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)  # with an access list, the group's bit covers all it names
+    if exposed and not (sticky_is_safe and status.st_mode & stat.S_ISVTX):
+        return f"may be written by {'all users' if exposed & stat.S_IWOTH else 'its group'}"
+    return ""
+
+
+def own_content(path: Path) -> bytes:
+    """What an entry holds. Raises OSError where it is absent, no plain file, or one that another user could have written."""
+    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(handle, "rb") as file:
+        status = os.fstat(handle)
+        if not stat.S_ISREG(status.st_mode) or exposure(status):
+            raise PermissionError(path)
+        return file.read()
+
+
+def warn_once(text: str) -> None:
+    """A line on the error stream, unless it stood there before."""
+    if text not in warned:
+        warned.add(text)
+        log.warning("quadstep: warning: %s", text)
