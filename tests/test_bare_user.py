@@ -1,0 +1,138 @@
+"""As in a container with `--read-only --user 12345:12345`: no name, no home, nothing to write but the results' folder."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import quadstep
+from quadstep.flight import code_cache
+from quadstep.report import matplotlib_home
+from quadstep.report.matplotlib_home import provide_home
+from tests.needs import MOUNTS, SUPERUSER, needs, without
+
+SANDBOX = Path(__file__).parent / "sandbox.sh"
+BARE = 12345
+MISSION = """name = "Up"
+[path]
+type = "minimum-jerk"
+end = [0.0, 0.0, 1.0]
+duration = 2.0
+"""
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """Runs the command line there; its results are in the folder that comes with it."""
+    with tempfile.TemporaryDirectory() as top:
+        root, out = Path(top) / "root", Path(top) / "out"
+        root.mkdir()
+        out.mkdir()
+        os.chown(out, BARE, BARE)
+        python = Path(sys.executable).resolve().relative_to(sys.base_prefix)
+        sources = Path(quadstep.__file__).parent.parent
+        box = ["sh", SANDBOX, root, out, sys.base_prefix, Path(np.__file__).parent.parent, sources]
+
+        def run(*arguments, **options):
+            command = ["unshare", "--mount", "--propagation", "private", *box, f"/python/{python}", *arguments]
+            return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, **options)
+
+        first = run("-c", "import os; print(os.getuid(), os.getgroups())")
+        if "mount" in first.stderr or "unshare" in first.stderr:
+            without(MOUNTS, first.stderr.splitlines()[0])
+        assert first.stdout == f"{BARE} []\n", first.stderr
+        yield run, out
+
+
+@needs(SUPERUSER)
+def test_it_is_as_bare_as_that(bare):
+    run, _ = bare
+    tries = """
+import os, pathlib, tempfile
+for what in (lambda: pathlib.Path.home(), tempfile.gettempdir, lambda: open("/new", "w"), lambda: open("/sources/new", "w")):
+    try: print("could:", what())
+    except (OSError, RuntimeError) as error: print(type(error).__name__)
+"""
+    assert run("-c", tries).stdout.split() == ["RuntimeError", "FileNotFoundError", "OSError", "OSError"]
+
+
+@needs(SUPERUSER)
+def test_a_mission_is_flown_and_drawn_without_a_word_too_many(bare):
+    run, out = bare
+    (out / "mission.toml").write_text(MISSION)
+    done = run("-m", "quadstep.cli", "fly", "/out/mission.toml", "--out", "/out/flown")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads((out / "flown" / "metrics.json").read_text())["name"] == "Up"
+    assert (out / "flown" / "figures" / "position.png").stat().st_uid == BARE
+    again = run("-m", "quadstep.cli", "new", "/out/new.toml")
+    assert (again.returncode, again.stderr) == (0, "")
+
+
+@needs(SUPERUSER)
+def test_a_results_folder_that_cannot_be_written_is_one_line(bare):
+    run, _ = bare
+    done = run("-m", "quadstep.cli", "fly", "/out/mission.toml", "--out", "/usr/flown")
+    assert done.returncode == 2
+    assert done.stderr == "quadstep: error: /usr/flown: cannot be written: Read-only file system\n"
+
+
+# Without becoming another user
+
+
+@pytest.fixture
+def homeless(monkeypatch, tmp_path):
+    """No home, and Matplotlib not told of a place."""
+
+    def unknown(*_):
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(matplotlib_home.Path, "home", unknown)
+    monkeypatch.setattr(code_cache.Path, "expanduser", unknown)
+    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(name, "")  # so that it is as before afterwards
+        monkeypatch.delenv(name)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(matplotlib_home.atexit, "register", lambda *_, **__: None)
+    return tmp_path
+
+
+def test_matplotlib_gets_one_folder_for_all_processes(homeless):
+    provide_home()
+    made = Path(os.environ["MPLCONFIGDIR"])
+    assert made.parent == homeless
+    assert made.stat().st_mode & 0o777 == 0o700
+    assert os.environ["XDG_CACHE_HOME"] == str(made)
+    provide_home()
+    assert [made] == list(homeless.iterdir())
+
+
+def test_without_a_temporary_folder_shared_memory_will_do(homeless, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(homeless / "nowhere"))
+    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", homeless)
+    provide_home()
+    assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless
+
+
+def test_where_nothing_can_be_written_matplotlib_is_left_to_say_so(homeless, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(homeless / "nowhere"))
+    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", homeless / "nowhere")
+    provide_home()
+    assert "MPLCONFIGDIR" not in os.environ
+
+
+def test_a_home_of_ones_own_is_used(homeless, monkeypatch):
+    (homeless / "home").mkdir()
+    monkeypatch.setattr(matplotlib_home.Path, "home", lambda: homeless / "home")
+    provide_home()
+    assert "MPLCONFIGDIR" not in os.environ
+    assert list((homeless / "home").iterdir()) == []
+    monkeypatch.setenv("XDG_CONFIG_HOME", "/dev/null")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(homeless / "home"))
+    provide_home()
+    assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless
+    assert os.environ["XDG_CACHE_HOME"] == str(homeless / "home")
