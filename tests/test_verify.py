@@ -182,7 +182,7 @@ def test_a_file_that_cannot_be_written_is_one_line(monkeypatch, tmp_path):
         write_document(tmp_path / "rows.json", results()[:1], 0.0)
 
 
-def test_without_sympy_one_line_names_the_extra(monkeypatch, capsys):
+def test_without_sympy_one_line_says_how_to_install_it(monkeypatch, capsys):
     real = builtins.__import__
 
     def without(name, *rest, **options):
@@ -196,7 +196,8 @@ def test_without_sympy_one_line_names_the_extra(monkeypatch, capsys):
     monkeypatch.setattr(builtins, "__import__", without)
     assert run(monkeypatch, "verify") == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "pip install quadstep[verify]" in line
+    assert line.startswith("quadstep: error: `quadstep verify` needs ")
+    assert line.endswith(f"install it: {sys.executable} -m pip install 'sympy>=1.13'")
 
 
 def failing_row(gather):

@@ -18,10 +18,12 @@ from quadstep.campaign.commands import add_campaign
 from quadstep.envelope.commands import add_envelope
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED, OUTPUT_LOST
+from quadstep.extras import missing_extra
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
 from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
+from quadstep.report.matplotlib_home import provide_home
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
@@ -294,9 +296,7 @@ def verify(
     try:
         from quadstep.verify import registry, report  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("sympy", "mpmath"):
-            raise
-        raise UserError("`quadstep verify` needs SymPy; install it: pip install quadstep[verify]") from None
+        raise missing_extra("`quadstep verify`", error) from None
 
     if json:
         report.check_target(json)
@@ -327,6 +327,7 @@ def main() -> None:
     prepare_streams()
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
+    provide_home()
     try:
         code = run()
         sys.stdout.flush()

@@ -8,6 +8,7 @@ import typer
 
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.errors import UserError
+from quadstep.extras import missing_extra
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
@@ -16,17 +17,6 @@ from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.campaign.summary import Summary
-
-EXTRA = {"pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster"}
-"""Which extra brings a package."""
-
-
-def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
-    """What to say where an extra is not installed; raises the error itself where it is about something else."""
-    extra = EXTRA.get((error.name or "").partition(".")[0])
-    if extra is None:
-        raise error
-    return UserError(f"`quadstep {command}` needs {error.name}; install it: pip install quadstep[{extra}]")
 
 
 def replay_command(file: Path, flight: int, folder: Path) -> str:
@@ -74,7 +64,7 @@ def add_campaign(app: typer.Typer) -> None:
             from quadstep.campaign.verdict import verdict  # noqa: PLC0415
             from quadstep.judging import share  # noqa: PLC0415
         except ModuleNotFoundError as error:
-            raise missing_extra("campaign", error) from None
+            raise missing_extra("`quadstep campaign`", error) from None
 
         if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
             raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
@@ -87,7 +77,7 @@ def add_campaign(app: typer.Typer) -> None:
             try:
                 done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
             except ModuleNotFoundError as error:
-                raise missing_extra("campaign", error) from None
+                raise missing_extra("`quadstep campaign`", error) from None
         judged = verdict(done, file, engine, least)
         if not as_json:
             show(done.summary, file, folder)

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from quadstep.campaign.commands import missing_extra
 from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
@@ -58,6 +57,6 @@ def add_envelope(app: typer.Typer) -> None:
             with bar("flying", "flights", asked.cells * asked.flights) as shown:
                 found = fly_envelope(asked, folder, engine, overwrite, shown.to, drawn_on)
         except ModuleNotFoundError as error:
-            raise missing_extra("envelope", error) from None
+            raise missing_extra("`quadstep envelope`", error) from None
         say(sentence(found))
         say_whole(f"Map: {folder / f'envelope.{drawn_on.formats[0]}'}")

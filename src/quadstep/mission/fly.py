@@ -15,6 +15,7 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
+from quadstep.extras import missing_extra
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
@@ -132,7 +133,6 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
             raise UserError("--results: goes with --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
-    from quadstep.campaign.commands import missing_extra  # noqa: PLC0415 (loaded only where it is used)
     from quadstep.campaign.manifest import check_replay  # noqa: PLC0415
     from quadstep.campaign.replay import replay  # noqa: PLC0415
     from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
@@ -142,7 +142,7 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
     try:
         one = replay(campaign, flight)
     except ModuleNotFoundError as error:
-        raise missing_extra("fly --flight", error) from None
+        raise missing_extra("`quadstep fly --flight`", error) from None
     return one.mission, one.plan, campaign.folder
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from quadstep.campaign.commands import missing_extra
 from quadstep.errors import UserError
+from quadstep.extras import missing_extra
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
@@ -53,7 +53,7 @@ def add_tune(app: typer.Typer) -> None:
 
                 done = run(mission, budget, folder, seed, overwrite, told, drawn_on)
             except ModuleNotFoundError as error:
-                raise missing_extra("tune", error) from None
+                raise missing_extra("`quadstep tune`", error) from None
         show(done, folder)
 
 

@@ -1,0 +1,36 @@
+"""What to install for commands that need more than the core."""
+
+import re
+import shlex
+import sys
+from importlib.metadata import PackageNotFoundError, requires
+
+from quadstep.errors import UserError
+
+EXTRAS = {
+    "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster",
+    "sympy": "verify", "mpmath": "verify", "rotorpy": "rotorpy",
+}  # fmt: skip
+"""Which extra of pyproject.toml brings a package."""
+
+
+def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
+    """What to say where a package that `command` needs is absent; raises the error itself where it is none of an extra's."""
+    package = (error.name or "").partition(".")[0]
+    if package not in EXTRAS:
+        raise error
+    wanted = requirements(EXTRAS[package]) or [package]
+    return UserError(f"{command} needs {package}; install it: {shlex.join([sys.executable, '-m', 'pip', 'install', *wanted])}")
+
+
+def requirements(extra: str) -> list[str]:
+    """What an extra consists of, as pip takes it; empty where quadstep itself is not installed.
+
+    The packages, not `quadstep[extra]`: quadstep need not be on an index for this to work.
+    """
+    try:
+        declared = requires("quadstep") or []
+    except PackageNotFoundError:
+        return []
+    parts = [line.partition(";") for line in declared]
+    return [wanted.strip() for wanted, _, marker in parts if re.search(rf"""extra\s*==\s*["']{extra}["']""", marker)]

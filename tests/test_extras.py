@@ -1,0 +1,54 @@
+"""What is said where a command needs more than the core is what pip can install, whether or not quadstep is on an index."""
+
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from quadstep import extras
+from quadstep.extras import EXTRAS, missing_extra, requirements
+
+DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+
+
+def absent(name):
+    return ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+@pytest.mark.parametrize("extra", ["campaign", "verify", "rotorpy"])
+def test_requirements_are_those_of_pyproject(extra):
+    assert sorted(requirements(extra)) == sorted(DECLARED[extra])
+
+
+def test_an_extra_made_of_another_names_all_its_packages():
+    wanted = [one for one in DECLARED["cluster"] if not one.startswith("quadstep[")] + DECLARED["campaign"]
+    assert sorted(requirements("cluster")) == sorted(wanted)
+
+
+@pytest.mark.parametrize("package", EXTRAS)
+def test_every_package_is_one_of_its_extra_or_comes_with_one(package):
+    comes_with = {"mpmath": "sympy"}.get(package, package)
+    assert any(one.startswith(comes_with) for one in requirements(EXTRAS[package]))
+
+
+def test_the_line_names_command_package_and_what_to_run():
+    said = str(missing_extra("`quadstep tune`", absent("scipy.stats")))
+    assert (
+        said
+        == f"`quadstep tune` needs scipy; install it: {sys.executable} -m pip install 'cma>=4' 'pyarrow>=18' 'scipy>=1.14'"
+    )
+
+
+def test_where_quadstep_is_not_installed_the_package_itself_is_named(monkeypatch):
+    def unknown(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(extras, "requires", unknown)
+    assert str(missing_extra("x", absent("ray"))).endswith("pip install ray")
+
+
+def test_what_is_missing_beside_extras_is_no_matter_of_the_user():
+    with pytest.raises(ModuleNotFoundError, match="numpy"):
+        missing_extra("x", absent("numpy"))
