@@ -97,6 +97,7 @@ def homeless(monkeypatch, tmp_path):
         monkeypatch.setenv(name, "")  # so that it is as before afterwards
         monkeypatch.delenv(name)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", tmp_path / "nowhere")
     monkeypatch.setattr(matplotlib_home.atexit, "register", lambda *_, **__: None)
     return tmp_path
 
@@ -120,7 +121,6 @@ def test_without_a_temporary_folder_shared_memory_will_do(homeless, monkeypatch)
 
 def test_where_nothing_can_be_written_matplotlib_is_left_to_say_so(homeless, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(homeless / "nowhere"))
-    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", homeless / "nowhere")
     provide_home()
     assert "MPLCONFIGDIR" not in os.environ
 

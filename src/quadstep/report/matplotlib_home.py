@@ -19,7 +19,7 @@ def provide_home() -> None:
     """
     if os.environ.get("MPLCONFIGDIR") or all(map(writable, places())):
         return
-    for parent in (None, SHARED_MEMORY):  # None: the usual one for temporary files, or the current folder
+    for parent in (SHARED_MEMORY, None):  # None: the usual one for temporary files, which may be the current folder
         with suppress(OSError):
             made = tempfile.mkdtemp(prefix="quadstep-", dir=parent)
             os.environ["MPLCONFIGDIR"] = made

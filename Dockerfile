@@ -1,7 +1,7 @@
 # The core of quadstep as a command, for any user id, on a read-only system. Build and run, with Docker or Podman:
 #
-#   docker build -f Containerfile -t quadstep .
-#   docker run --rm --read-only --user "$(id -u):$(id -g)" -v "$PWD:/work" quadstep reproduce --out out/paper
+#   docker build -t quadstep .
+#   docker run --rm --read-only --user "$(id -u):$(id -g)" -v "$PWD:/work" quadstep reproduce
 #
 # Results go to the folder that is mounted at /work, which that user must be able to write. Nothing else is written.
 ARG PYTHON=3.13
