@@ -12,8 +12,8 @@ import pytest
 
 import quadstep
 from quadstep.flight import code_cache
-from quadstep.report import matplotlib_home
-from quadstep.report.matplotlib_home import provide_home
+from quadstep.report import writable
+from quadstep.report.writable import provide_writable
 from tests.needs import MOUNTS, SUPERUSER, needs, without
 
 SANDBOX = Path(__file__).parent / "sandbox.sh"
@@ -91,48 +91,54 @@ def homeless(monkeypatch, tmp_path):
     def unknown(*_):
         raise RuntimeError("Could not determine home directory.")
 
-    monkeypatch.setattr(matplotlib_home.Path, "home", unknown)
+    monkeypatch.setattr(writable.Path, "home", unknown)
     monkeypatch.setattr(code_cache.Path, "expanduser", unknown)
-    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
+    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "TMPDIR"):
         monkeypatch.setenv(name, "")  # so that it is as before afterwards
         monkeypatch.delenv(name)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", tmp_path / "nowhere")
-    monkeypatch.setattr(matplotlib_home.atexit, "register", lambda *_, **__: None)
+    monkeypatch.setattr(writable, "SHARED_MEMORY", tmp_path / "nowhere")
+    monkeypatch.setattr(writable, "Finalize", lambda *_, **__: None)
     return tmp_path
 
 
 def test_matplotlib_gets_one_folder_for_all_processes(homeless):
-    provide_home()
+    provide_writable()
     made = Path(os.environ["MPLCONFIGDIR"])
     assert made.parent == homeless
     assert made.stat().st_mode & 0o777 == 0o700
     assert os.environ["XDG_CACHE_HOME"] == str(made)
-    provide_home()
+    provide_writable()
     assert [made] == list(homeless.iterdir())
 
 
-def test_without_a_temporary_folder_shared_memory_will_do(homeless, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(homeless / "nowhere"))
-    monkeypatch.setattr(matplotlib_home, "SHARED_MEMORY", homeless)
-    provide_home()
-    assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless
+@pytest.mark.parametrize("home", [True, False], ids=["a home", "no home"])
+def test_without_a_temporary_folder_shared_memory_will_do(homeless, monkeypatch, home):
+    if home:
+        monkeypatch.setattr(writable.Path, "home", lambda: homeless)
+    monkeypatch.setattr(tempfile, "tempdir", str(Path.cwd()))
+    monkeypatch.setattr(writable, "SHARED_MEMORY", homeless)
+    provide_writable()
+    made = Path(os.environ["TMPDIR"])
+    assert made.parent == homeless
+    assert tempfile.gettempdir() == str(made)
+    assert os.environ.get("MPLCONFIGDIR") == (None if home else str(made))
 
 
 def test_where_nothing_can_be_written_matplotlib_is_left_to_say_so(homeless, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(homeless / "nowhere"))
-    provide_home()
+    provide_writable()
     assert "MPLCONFIGDIR" not in os.environ
 
 
 def test_a_home_of_ones_own_is_used(homeless, monkeypatch):
     (homeless / "home").mkdir()
-    monkeypatch.setattr(matplotlib_home.Path, "home", lambda: homeless / "home")
-    provide_home()
+    monkeypatch.setattr(writable.Path, "home", lambda: homeless / "home")
+    provide_writable()
     assert "MPLCONFIGDIR" not in os.environ
     assert list((homeless / "home").iterdir()) == []
     monkeypatch.setenv("XDG_CONFIG_HOME", "/dev/null")
     monkeypatch.setenv("XDG_CACHE_HOME", str(homeless / "home"))
-    provide_home()
+    provide_writable()
     assert Path(os.environ["MPLCONFIGDIR"]).parent == homeless
     assert os.environ["XDG_CACHE_HOME"] == str(homeless / "home")

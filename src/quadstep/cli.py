@@ -23,9 +23,9 @@ from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliver
 from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
-from quadstep.report.matplotlib_home import provide_home
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
+from quadstep.report.writable import provide_writable
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, complain, say, say_whole, width
 from quadstep.terminal.streams import OutputError, prepare_streams
@@ -327,7 +327,7 @@ def main() -> None:
     prepare_streams()
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
-    provide_home()
+    provide_writable()
     try:
         code = run()
         sys.stdout.flush()

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.extras import missing_extra
 from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import say, say_whole

@@ -18,6 +18,7 @@ from typing import ParamSpec, TypeVar
 
 from quadstep.errors import UserError
 from quadstep.report.interrupts import interrupts_held
+from quadstep.report.writable import provide_writable
 
 PRELOADED = "quadstep.report.preloaded"
 MOST_WORKERS = 4
@@ -44,6 +45,7 @@ class DrawingPool(ProcessPoolExecutor):
 
 def start_server() -> None:
     """Load matplotlib in the background, so that the first figure need not wait for it. Raises UserError."""
+    provide_writable()
     multiprocessing.get_context("forkserver").set_forkserver_preload([PRELOADED])
     try:
         resource_tracker.ensure_running()  # which the server needs, and which would let Ctrl-C through again
