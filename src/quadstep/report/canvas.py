@@ -47,6 +47,10 @@ LONE_FACE, FACES = "font-family: 'DejaVu Sans'\"", "font-family: 'DejaVu Sans', 
 """Symbols in an SVG name one face only; where it is not installed, one of like widths is to be taken."""
 
 
+PACKED = 3
+"""How hard a PNG is packed: three quarters of the usual time for 4 % more bytes."""
+
+
 @contextmanager
 def drawing(sheet: Sheet, more: Mapping[str, Any] | None = None) -> Iterator[None]:
     """Matplotlib's settings for a figure. more: what this figure cannot do without."""
@@ -84,7 +88,7 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
         canvas: Any
         if ending == "png":
             canvas = FigureCanvasAgg(figure)
-            canvas.print_png(file, metadata={"Software": None})
+            canvas.print_png(file, metadata={"Software": None}, pil_kwargs={"compress_level": PACKED})
         elif ending == "svg":
             canvas, text = FigureCanvasSVG(figure), io.StringIO()
             canvas.print_svg(text, metadata={"Date": None, "Creator": None})
