@@ -13,6 +13,8 @@ from typing import Any
 
 from llvmlite import ir
 
+from quadstep.numbers.python_operators import CHOOSE, PythonOperators
+
 FLAGS = ("contract", "arcp", "nsz")
 
 
@@ -120,10 +122,10 @@ class Condition:
         return Condition(self.emitter, self.emitter.builder.not_(self.value))
 
     def __bool__(self) -> bool:
-        raise TypeError("a lane cannot decide a branch: a law chooses with `where`, never with `if`, `and` or `or`")
+        raise TypeError(f"a lane cannot decide a branch: {CHOOSE}")
 
 
-class Lane:
+class Lane(PythonOperators):
     """One number in many flights at once."""
 
     __slots__ = ("emitter", "given")
@@ -207,7 +209,7 @@ class Lane:
     __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> bool:
-        raise TypeError("a lane has no truth value: a law chooses with `where`, never with `if`, `and` or `or`")
+        raise TypeError(f"a lane has no truth value: {CHOOSE}")
 
 
 OPERANDS = (Lane, float, int)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from quadstep.numbers.python_operators import CHOOSE, PythonOperators
+
 
 class Node(NamedTuple):
     """One assignment. operands: earlier places in the record. text: of a constant or an input."""
@@ -78,10 +80,10 @@ class ScriptCondition:
         return ScriptCondition(self.record, self.record.place("not", self.place))
 
     def __bool__(self) -> bool:
-        raise TypeError("a script number cannot decide a branch: a law chooses with `where`, never with `if`, `and` or `or`")
+        raise TypeError(f"a script number cannot decide a branch: {CHOOSE}")
 
 
-class ScriptNumber:
+class ScriptNumber(PythonOperators):
     """A number that the script will compute."""
 
     __slots__ = ("place", "record")
@@ -156,7 +158,7 @@ class ScriptNumber:
     __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> bool:
-        raise TypeError("a script number has no truth value: a law chooses with `where`, never with `if`, `and` or `or`")
+        raise TypeError(f"a script number has no truth value: {CHOOSE}")
 
 
 OPERANDS = (ScriptNumber, float, int)
