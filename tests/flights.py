@@ -137,7 +137,7 @@ def through_lanes(law, *columns, double=True, table=None, width=4):
 
 def compiled(text):
     """Optimised machine code of a module with one function `probe` of three pointers."""
-    cpu, features = host()
+    cpu, features, _ = host()
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
     module = llvm.parse_assembly(text)
     module.verify()

@@ -28,6 +28,7 @@ from quadstep.numbers import (
 from quadstep.numbers.noise import key, normals, uniforms
 from quadstep.numbers.script import CONSTANT, Record, ScriptNumber, ScriptTable, constant_text
 from quadstep.numbers.script_functions import JAVASCRIPT
+from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
 from tests.pages import needs_node, run_node
 
@@ -50,7 +51,7 @@ def written(law, count, table=None):
     calls = "".join(f"f{i}(A,T);" for i in range(len(functions)))
     sizes = {"K": len(writer.kept), "X": writer.carried, "B": len(outputs)}
     arrays = "".join(f"const {name}=new Float64Array({size});" for name, size in sizes.items())
-    return f"'use strict';{arrays}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
+    return f"'use strict';{library()}{arrays}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
 
 
 def through_script(law, *columns, table=None):

@@ -68,7 +68,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
 
 def machine() -> dict[str, Any]:
     """What the bits of a result may depend on."""
-    processor, _ = host()
+    processor = host().name
     return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
 
 

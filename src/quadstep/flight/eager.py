@@ -4,14 +4,16 @@ Floats fly one vehicle and are for reading, debugging and teaching; arrays fly a
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.closed_loop import Clock, ClosedLoop, Outcome, Ticks
+from quadstep.flight.closed_loop import Clock, ClosedLoop, Ticks
 from quadstep.flight.log import FlightLog, finished
 from quadstep.numbers import Table, flatten, rebuild, where
+
+S = TypeVar("S")
 
 Progress = Callable[[int], None]
 """Told how many ticks were flown since the last call; none when what is to fly them has been compiled."""
@@ -20,28 +22,40 @@ Progress = Callable[[int], None]
 def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
     """One flight on Python floats."""
     rows: list[list[float]] = []
+    runs, advance = [always(task.run) for task in loop.tasks], always(loop.advance)
+    row = always(lambda *given: tuple(loop.row(*given)))
     cycle, code, tick = loop.start(start, parameters), 0.0, 0
     for tick in range(ticks.last + 1):
         t = tick * ticks.step
-        try:
-            for task, every in zip(loop.tasks, ticks.every, strict=True):
-                if tick % every == 0:
-                    after, code = task.run(cycle, parameters, Clock(t, float(tick), ticks.step * every))
-                    if code:
-                        break
-                    cycle = after
-            if code:
-                break
-            if tick % ticks.log == 0:
-                rows.append(loop.row(cycle, parameters, t))
-            if tick < ticks.last:
-                cycle = loop.advance(cycle, parameters, Clock(t, float(tick), ticks.step))
-        except (ArithmeticError, ValueError):  # what floats raise where other numbers give inf or NaN
-            code = float(Outcome.NOT_FINITE)
+        for run, every in zip(runs, ticks.every, strict=True):
+            if tick % every == 0:
+                after, code = run(cycle, parameters, Clock(t, float(tick), ticks.step * every))
+                if code:
+                    break
+                cycle = after
+        if code:
             break
+        if tick % ticks.log == 0:
+            rows.append(row(cycle, parameters, t))
+        if tick < ticks.last:
+            cycle = advance(cycle, parameters, Clock(t, float(tick), ticks.step))
         if progress and tick % 500 == 499:
             progress(500)
     return finished(loop.columns, np.array(rows).reshape(-1, len(loop.columns)), code, tick, ticks, cycle)
+
+
+def always(law: Callable[..., S]) -> Callable[..., S]:
+    """The law of floats, once more on arrays of one element where floats raise what other numbers go on from (1 / 0)."""
+
+    def run(*given: Any) -> S:
+        try:
+            return law(*given)
+        except (ArithmeticError, ValueError):
+            with np.errstate(all="ignore"):
+                result = law(*(stack([one]) for one in given))
+            return rebuild(result, iter(pick(result, 0, 1)))
+
+    return run
 
 
 def fly_arrays(loop: ClosedLoop, parameters: Sequence[Any], starts: Sequence[Any], ticks: Ticks) -> list[FlightLog]:

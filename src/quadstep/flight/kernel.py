@@ -1,18 +1,22 @@
 """A traced loop as machine code of this computer."""
 
 import ctypes
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import llvmlite
 from llvmlite import binding as llvm
 
+from quadstep.errors import UserError
 from quadstep.flight import code_cache, sweep_trace, trace
 
 SCHEDULER = "-pre-RA-sched=list-ilp"
-"""Instructions ordered so that independent ones stand side by side: a tenth to a fifth more steps a second (AVX2)."""
+"""Instructions ordered so that independent ones stand side by side: a tenth to a fifth more steps a second (AVX2). On x86 only:
+on ARM it makes LLVM 22 crash.
+"""
 
 DIRECTION = "-misched-prera-direction=topdown"
 """And once more before registers are given out, from the first instruction down: another tenth, whatever the loop."""
@@ -26,21 +30,47 @@ class Kernel:
     fly: Any
 
 
+WIDTHS = {"x86-64": 2, "nehalem": 2, "haswell": 4, "skylake-avx512": 8, "znver4": 8}
+"""Processors that $QUADSTEP_CPU may name (LLVM ends the process at a name that it does not know), and the numbers in f64 that
+their vector registers hold.
+"""
+
+
+class Processor(NamedTuple):
+    """What code is written for. name, features: as LLVM has them, no features for those of the name; doubles: numbers in f64
+    that a vector register holds.
+    """
+
+    name: str
+    features: str
+    doubles: int
+
+
 @lru_cache(maxsize=1)
-def host() -> tuple[str, str]:
-    """Name and features of this machine's processor; prepares LLVM for it."""
+def host() -> Processor:
+    """This machine's processor, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
+
+    A flight is the same to the bit for any of them. Instructions that this machine lacks end the process.
+    """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    for option in (SCHEDULER, DIRECTION):
-        llvm.set_option("", option)
-    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    native = llvm.Target.from_default_triple().name.startswith("x86")
+    if native:
+        for option in (SCHEDULER, DIRECTION):
+            llvm.set_option("", option)
+    chosen = os.environ.get("QUADSTEP_CPU")
+    if chosen:
+        if not native or chosen not in WIDTHS:
+            allowed = ", ".join(WIDTHS) if native else "none on this machine"
+            raise UserError(f"QUADSTEP_CPU: {chosen!r:.60} is not known; allowed: {allowed}")
+        return Processor(chosen, "", WIDTHS[chosen])
+    features = llvm.get_host_cpu_features().flatten()
+    return Processor(llvm.get_host_cpu_name(), features, 8 if "+avx512f" in features else 4 if "+avx," in features else 2)
 
 
 def host_width(double: bool) -> int:
-    """Numbers in one vector register of this machine."""
-    _, features = host()
-    doubles = 8 if "+avx512f" in features else 4 if "+avx," in features else 2
-    return doubles if double else 2 * doubles
+    """Numbers in one vector register of that processor."""
+    return host().doubles * (1 if double else 2)
 
 
 def compile_module(text: str, double: bool) -> Kernel:
@@ -65,7 +95,7 @@ def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: boo
 
 def machine_code(text: str) -> llvm.ExecutionEngine:
     """An LLVM module compiled and in memory; taken from the cache where it has been compiled before."""
-    cpu, features = host()
+    cpu, features, _ = host()
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
     name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION)
     code = code_cache.read(name)

@@ -19,15 +19,11 @@ NEWEST = 90
 OLDEST = 70
 FEATURES = "+ptx78"
 
-OPTIONS = ("-nvptx-prec-divf32=1", "-nvptx-prec-sqrtf32=0")
-"""In f32 quotients are good to two units in the last place and roots to one, at a third of the price."""
+OPTIONS = ("-nvptx-prec-divf32=2", "-nvptx-prec-sqrtf32=1")
+"""Quotients and roots rounded as IEEE 754 has it, in f32 too: the same bits as on the lanes of any processor."""
 
 SCHEDULER = "-pre-RA-sched=default"
 """As this machine's own code has another, and the option is LLVM's for all it writes; here it would cost registers."""
-
-FLUSH = '"denormal-fp-math-f32"="preserve-sign,preserve-sign"'
-"""In f32 what is below the smallest normal number counts as zero."""
-
 
 @lru_cache(maxsize=1)
 def prepare() -> llvm.Target:
@@ -67,9 +63,7 @@ def program(
         raise UserError("a controller that calls Python cannot fly on a graphics processor")
     trace.function.calling_convention = "ptx_kernel"
     trace.module.triple = TRIPLE
-    text = str(trace.module)
-    head = text[text.index("define ptx_kernel") : text.index("{", text.index("define ptx_kernel"))]
-    return text.replace(head, f"{head.rstrip()} {FLUSH}\n")
+    return str(trace.module)
 
 
 def assembly(text: str, architecture: int = NEWEST) -> str:

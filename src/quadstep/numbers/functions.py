@@ -5,9 +5,12 @@ A kind of number joins in by carrying a class attribute `functions` with the met
 """
 
 import math
+import struct
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
+
+from quadstep.numbers.elementary import Elementary
 
 Number: TypeAlias = float
 """A number in a law. The type checker reads a law as if it were over floats; any other kind behaves the same."""
@@ -33,29 +36,41 @@ class Functions(Protocol):
     def number(self, word: Any) -> Any: ...
 
 
-class Floats:
+DOUBLE, WHOLE = struct.Struct("<d"), struct.Struct("<q")
+EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
+MANTISSA = (1 << MANTISSA_BITS) - 1
+EXPONENT = (1 << 11) - 1
+
+
+def bits_of(x: float) -> int:
+    """The 64 bits of a float, as a whole number with sign."""
+    bits: int = WHOLE.unpack(DOUBLE.pack(x))[0]
+    return bits
+
+
+def float_of(bits: int) -> float:
+    """The float of these bits, below 2^63."""
+    x: float = DOUBLE.unpack(WHOLE.pack(bits))[0]
+    return x
+
+
+class Floats(Elementary):
     """Python floats, with IEEE results where `math` would raise: a diverging flight is an outcome, not an exception."""
 
-    def sin(self, x: float) -> float:
-        return math.sin(x) if math.isfinite(x) else math.nan
+    def bit(self, x: float, place: int) -> bool:
+        return bits_of(x) >> place & 1 == 1
 
-    def cos(self, x: float) -> float:
-        return math.cos(x) if math.isfinite(x) else math.nan
+    def power(self, m: float) -> float:
+        return float_of((bits_of(m) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS)
 
-    def exp(self, x: float) -> float:
-        try:
-            return math.exp(x)
-        except OverflowError:
-            return math.inf
+    def fraction(self, x: float) -> float:
+        return float_of(bits_of(x) & MANTISSA | EXPONENT_BIAS - 1 << MANTISSA_BITS)
 
-    def log(self, x: float) -> float:
-        return math.log(x) if x > 0.0 else -math.inf if x == 0.0 else math.nan
+    def exponent(self, x: float) -> float:
+        return float((bits_of(x) >> MANTISSA_BITS & EXPONENT) - EXPONENT_BIAS + 1)
 
     def sqrt(self, x: float) -> float:
         return math.sqrt(x) if x >= 0.0 else math.nan
-
-    def atan2(self, y: float, x: float) -> float:
-        return math.atan2(y + 0.0, x + 0.0)  # -0.0 counts as 0.0, as in lanes
 
     def where(self, condition: bool, yes: float, no: float) -> float:
         return yes if condition else no
@@ -67,18 +82,23 @@ class Floats:
         return float(word)
 
 
-class Arrays:
+class Arrays(Elementary):
     """NumPy arrays: one flight an element."""
 
-    sin = staticmethod(np.sin)
-    cos = staticmethod(np.cos)
-    exp = staticmethod(np.exp)
-    log = staticmethod(np.log)
     sqrt = staticmethod(np.sqrt)
     where = staticmethod(np.where)
 
-    def atan2(self, y: Any, x: Any) -> Any:
-        return np.arctan2(y + 0.0, x + 0.0)
+    def bit(self, x: Any, place: int) -> Any:
+        return x.view(np.int64) >> place & 1 == 1
+
+    def power(self, m: Any) -> Any:
+        return ((m.view(np.int64) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS).view(np.float64)
+
+    def fraction(self, x: Any) -> Any:
+        return (np.asarray(x).view(np.int64) & MANTISSA | EXPONENT_BIAS - 1 << MANTISSA_BITS).view(np.float64)
+
+    def exponent(self, x: Any) -> Any:
+        return ((np.asarray(x).view(np.int64) >> MANTISSA_BITS & EXPONENT) - EXPONENT_BIAS + 1).astype(np.float64)
 
     def word(self, x: Any) -> Any:
         return x.astype(np.uint64)
@@ -112,25 +132,25 @@ def foreign_functions(value: Any) -> Any:
 
 
 def sin(x: Number) -> Number:
-    """Sine of an angle [rad]."""
+    """Sine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond."""
     result: Number = functions_of(x).sin(x)
     return result
 
 
 def cos(x: Number) -> Number:
-    """Cosine of an angle [rad]."""
+    """Cosine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond."""
     result: Number = functions_of(x).cos(x)
     return result
 
 
 def exp(x: Number) -> Number:
-    """Exponential."""
+    """Exponential; infinite above 709 (f32: 88), zero below -708 (f32: -87)."""
     result: Number = functions_of(x).exp(x)
     return result
 
 
 def log(x: Number) -> Number:
-    """Natural logarithm; -inf at zero, NaN below. On lanes it stops falling below the smallest normal number."""
+    """Natural logarithm; -inf at zero, NaN below. It stops falling below the smallest normal number."""
     result: Number = functions_of(x).log(x)
     return result
 
@@ -182,7 +202,12 @@ def clip(x: Number, low: Number, high: Number) -> Number:
 
 def absolute(x: Number) -> Number:
     """Magnitude."""
-    return where(x < 0.0, -x, x)
+    return abs(x)
+
+
+def entry(index: Number, size: int) -> Number:
+    """A whole index held to the entries of a table, 0 to size - 1; in a flight gone astray, NaN is the last."""
+    return where(index < size - 1.0, where(index > 0.0, index, 0.0), size - 1.0)
 
 
 def sigmoid(x: Number) -> Number:

@@ -1,9 +1,9 @@
 """Lanes: numbers whose operators emit LLVM vector instructions, one flight a lane.
 
 Feed lanes to a law and what comes out is the machine code of that law. Constants fold (x * 0, x * 1, x + 0) and what has
-been computed in a block is not computed again, so matrix notation costs nothing once compiled. A product and a sum may become
-one operation, the same way in every lane; sums keep their order. NaN and infinity keep their meaning, so that divergence is
-seen.
+been computed in a block is not computed again, so matrix notation costs nothing once compiled. Every operation is rounded by
+itself, in the order of the law: nothing is fused or reassociated, so lanes of any processor give what Python floats give. NaN and
+infinity keep their meaning, so that divergence is seen. What folding does to zeros and NaN: docs/decisions/0012-equal-bits.md.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from typing import Any
 
 from llvmlite import ir
 
+from quadstep.numbers.functions import entry
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
-
-FLAGS = ("contract", "arcp", "nsz")
 
 
 class Emitter:
@@ -143,7 +142,7 @@ class Lane(PythonOperators):
         emitter = self.emitter
         x, y = emitter.value(a), emitter.value(b)
         build = getattr(emitter.builder, operation)
-        return Lane(emitter, emitter.once((operation, x, y), lambda: build(x, y, flags=FLAGS)))
+        return Lane(emitter, emitter.once((operation, x, y), lambda: build(x, y)))
 
     def __add__(self, other: Any) -> Any:
         if not isinstance(other, OPERANDS):
@@ -180,6 +179,9 @@ class Lane(PythonOperators):
     def __neg__(self) -> Any:
         emitter = self.emitter
         return Lane(emitter, emitter.once(("fneg", self.value), lambda: emitter.builder.fneg(self.value)))
+
+    def __abs__(self) -> Any:
+        return Lane(self.emitter, self.emitter.intrinsic("fabs", self.value))
 
     def _compare(self, operation: str, other: Any) -> Any:
         emitter = self.emitter
@@ -226,14 +228,11 @@ class LaneTable:
     def __init__(self, emitter: Emitter, pointer: ir.Value, size: int) -> None:
         self.emitter, self.given, self.size = emitter, pointer, size
 
-    def at(self, index: Lane | float) -> Lane:
-        """The entry at a whole index, a separate load for each lane. Beyond the ends, as in a flight gone astray: the last."""
+    def at(self, index: Any) -> Lane:
+        """The entry at a whole index, a separate load for each lane; see `entry`."""
         emitter, builder = self.emitter, self.emitter.builder
-        wanted = emitter.value(index)
-        whole = emitter.once(("fptoui", wanted), lambda: builder.fptoui(wanted, emitter.wholes))
-        last = emitter.whole_constant(self.size - 1)
-        within = emitter.once(("within", whole, last), lambda: builder.icmp_unsigned("<", whole, last))
-        whole = emitter.once(("entry", within), lambda: builder.select(within, whole, last))
+        wanted = emitter.value(entry(index, self.size))
+        whole = emitter.once(("fptosi", wanted), lambda: builder.fptosi(wanted, emitter.wholes))
         if emitter.width == 1:
             return Lane(emitter, builder.load(builder.gep(emitter.here(self.given), [whole])))
         result = ir.Constant(emitter.vector, ir.Undefined)

@@ -1,14 +1,14 @@
 """Script numbers: feed them to a law and what is left is a list of assignments, to be written as JavaScript.
 
 Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
-contracted: each assignment is one operation on doubles, so a script gives what Python floats give, up to sines and
-exponentials. NaN and infinity keep their meaning. No text from outside enters: names are made from places in arrays.
+contracted: each assignment is one operation on doubles, so a script gives what Python floats give, to the bit. NaN and infinity keep their meaning. No text from outside enters: names are made from places in arrays.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from quadstep.numbers.functions import entry
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 
@@ -21,7 +21,7 @@ class Node(NamedTuple):
 
 
 CONSTANT, INPUT = "constant", "input"
-CONDITIONS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not"))
+CONDITIONS = frozenset(("<", "<=", ">", ">=", "==", "!=", "and", "or", "not", "bit"))
 COMMUTATIVE = frozenset("+*")
 
 
@@ -134,6 +134,9 @@ class ScriptNumber(PythonOperators):
         inner = before.operands[0] if before.operation == "negative" else self.record.place("negative", self.place)
         return ScriptNumber(self.record, inner)
 
+    def __abs__(self) -> Any:
+        return ScriptNumber(self.record, self.record.place("magnitude", self.place))
+
     def _compare(self, operation: str, other: Any) -> ScriptCondition:
         return ScriptCondition(self.record, self.record.place(operation, self.place, self.record.at(other)))
 
@@ -177,5 +180,6 @@ class ScriptTable:
         self.place = record.place(INPUT, text=name)
 
     def at(self, index: Any) -> ScriptNumber:
-        """The entry at a whole index."""
-        return ScriptNumber(self.record, self.record.place("entry", self.place, self.record.at(index)))
+        """The entry at a whole index; see `entry`."""
+        place = self.record.at(entry(index, self.size))
+        return ScriptNumber(self.record, self.record.place("entry", self.place, place))

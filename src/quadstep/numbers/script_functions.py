@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from quadstep.numbers.elementary import Elementary
 from quadstep.numbers.script import Record, ScriptCondition, ScriptNumber
 from quadstep.numbers.script_words import ScriptWord
 
@@ -21,13 +22,18 @@ JAVASCRIPT = {
     "or": "({}||{})",
     "not": "(!{})",
     "where": "({}?{}:{})",
-    "sin": "Math.sin({})",
-    "cos": "Math.cos({})",
-    "exp": "Math.exp({})",
-    "log": "Math.log({})",
+    "sin": "sin({})",
+    "cos": "cos({})",
+    "exp": "exp({})",
+    "log": "log({})",
+    "atan2": "atan2({},{})",
     "sqrt": "Math.sqrt({})",
-    "atan2": "Math.atan2({}+0,{}+0)",  # -0 counts as 0, as everywhere
-    "entry": "{}[{}|0]",
+    "magnitude": "Math.abs({})",
+    "bit": "((D[0]={},W[0]&{})!==0)",
+    "power": "(D[0]={},W[1]=W[0]+1023<<20,W[0]=0,D[0])",
+    "fraction": "(D[0]={},W[1]=W[1]&0xFFFFF|0x3FE00000,D[0])",
+    "exponent": "(D[0]={},(W[1]>>>20&0x7FF)-1022)",
+    "entry": "{}[{}]",
     "word": "({}|0)",
     "word +": "({}+{}|0)",
     "word &": "({}&{})",
@@ -36,7 +42,10 @@ JAVASCRIPT = {
     "word <<": "({}<<{})",
     "word >>": "({}>>>{}|0)",
 }
-"""Every operation as text around its operands; brackets keep each a whole, so that none can be read with its neighbours."""
+"""Every operation as text around its operands; brackets keep each a whole, so that none can be read with its neighbours.
+
+sin and its like are functions that `library` writes; D and W are the bits of one number, see there.
+"""
 
 
 class ScriptFunctions:
@@ -72,6 +81,24 @@ class ScriptFunctions:
 
     def number(self, word: ScriptWord) -> ScriptNumber:
         return word.number()
+
+
+class ScriptSteps(Elementary):
+    """sin and its like written out, operation by operation."""
+
+    where = ScriptFunctions.where
+
+    def bit(self, x: ScriptNumber, place: int) -> ScriptCondition:
+        return ScriptCondition(x.record, written(x.record, "bit", x, 1 << place).place)
+
+    def power(self, m: ScriptNumber) -> ScriptNumber:
+        return written(m.record, "power", m)
+
+    def fraction(self, x: ScriptNumber) -> ScriptNumber:
+        return written(x.record, "fraction", x)
+
+    def exponent(self, x: ScriptNumber) -> ScriptNumber:
+        return written(x.record, "exponent", x)
 
 
 def written(record: Record, operation: str, *operands: Any) -> ScriptNumber:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.functions import Number
+from quadstep.numbers.functions import Number, entry
 from quadstep.numbers.linear import Matrix, Vector
 
 S = TypeVar("S")
@@ -29,10 +29,11 @@ class Table:
         return len(self.values)
 
     def at(self, index: Number) -> Number:
-        """The entry at a non-negative whole `index`, which may be any kind of number."""
-        if isinstance(index, np.ndarray):
-            return cast(Number, self.array[index.astype(np.int64)])
-        return self.values[int(index)]
+        """The entry at a whole `index`, a float or an array; see `entry`."""
+        place: Any = entry(index, self.size)
+        if isinstance(place, np.ndarray):
+            return cast(Number, self.array[place.astype(np.int64)])
+        return self.values[int(place)]
 
 
 def flatten(structure: Any) -> list[Any]:

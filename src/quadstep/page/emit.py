@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, cast
 from quadstep.flight.closed_loop import Clock, ClosedLoop
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import Record, ScriptTable
+from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
 
 
@@ -93,6 +94,7 @@ def script(writer: Writer, sections: list[Section], size: int, width: int, table
     return "\n".join(
         [
             "(()=>{'use strict';",
+            library(),
             f"const C=new Float64Array({size}),K=new Float64Array({len(writer.kept)}),X=new Float64Array({writer.carried});",
             *functions,
             "function fly(P,T,S,ticks,R){",
