@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.metrics import errors_of, position_errors, rmse
+from quadstep.analysis.metrics import errors_of, largest_angle, position_errors, rmse
 from quadstep.flight.log import FlightLog
 
 SATURATED = 1e-3
@@ -44,7 +44,7 @@ def airframe_metrics(log: FlightLog, since: float = 0.0) -> dict[str, Any]:
     measured = np.linalg.norm(log.table("x_m", "y_m", "z_m") - log.table("x", "y", "z"), axis=1)
     result["measured_rmse[m]"] = rmse(measured)
     attitude = log.table("q_w", "q_x", "q_y", "q_z")
-    result["largest_tilt[rad]"] = float(np.arccos(np.clip(1.0 - 2.0 * (attitude[:, 1:3] ** 2).sum(axis=1), -1.0, 1.0)).max())
+    result["largest_tilt[rad]"] = largest_angle(1.0 - 2.0 * (attitude[:, 1:3] ** 2).sum(axis=1))
     forces = rotor_thrusts(log)
     result["rotors"] = {
         "least[N]": float(forces.min()),

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.log import FlightLog
+from quadstep.numbers import atan2, cos
 
 POSITION, ATTITUDE = ("x", "y", "z"), ("psi", "theta", "phi")
 INPUTS = ("u", "tau_psi", "tau_theta", "tau_phi")
@@ -29,6 +30,13 @@ def attitude_errors(log: FlightLog) -> NDArray[np.float64]:
     """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
     errors: NDArray[np.float64] = log.table("psi_d", "theta_d", "phi_d") - log.table(*ATTITUDE)
     return errors
+
+
+def largest_angle(cosines: Any) -> float:
+    """The largest angle [rad] of those with these cosines, an array; round-off beyond 1 counts as 1."""
+    cosines = np.clip(cosines, -1.0, 1.0)
+    angles: Any = atan2(np.sqrt((1.0 - cosines) * (1.0 + cosines)), cosines)
+    return float(angles.max())
 
 
 def settling_time(t: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:
@@ -76,7 +84,7 @@ def lagrange_metrics(log: FlightLog) -> dict[str, Any]:
         for i, name in enumerate(ATTITUDE):
             result["attitude"][name]["error_settling[s]"] = settling_time(t, e2[:, i])
             result["attitude"][name]["angle_settling[s]"] = settling_time(t, attitude[:, i] - log.column(f"{name}_d")[-1])
-    result["largest_tilt[rad]"] = float(np.arccos(np.clip(np.cos(attitude[:, 1]) * np.cos(attitude[:, 2]), -1, 1)).max())
+    result["largest_tilt[rad]"] = largest_angle(cos(attitude[:, 1]) * cos(attitude[:, 2]))
     for name, unit in zip(INPUTS, ("N", "N m", "N m", "N m"), strict=True):
         values = log.column(name)
         result[name] = {

@@ -8,6 +8,7 @@ from llvmlite import ir
 from quadstep.flight.scored import Scored
 from quadstep.flight.ticking import INDEX, Ticking
 from quadstep.numbers import Number, Table, flatten
+from quadstep.numbers.lane import Emitter
 from quadstep.numbers.lane_words import WHOLE, LaneWord
 
 COUNTERS = ("first", "past", "count", "last")
@@ -105,15 +106,23 @@ class SweepTrace(Ticking):
         self.enter("flight")
 
     def _draw(self, generate: Generate, count: int, row: int) -> None:
-        """Draw the flight's varying numbers: written into the results from this row on and kept for `address`."""
+        """Draw the flight's varying numbers: written into the results from this row on and kept for `address`.
+
+        In f64 whatever the flight is flown in, as `draws.draw` does, and rounded as it rounds.
+        """
+        emitter = Emitter(self.builder, ir.DoubleType(), self.emitter.width)
         number = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
-        flight: Any = LaneWord(self.emitter, number)
+        flight: Any = LaneWord(emitter, number)
         values = generate((flight >> 16).number(), (flight & 0xFFFF).number())
         if len(values) != count:
             raise ValueError(f"{len(values)} numbers generated for {count} that vary")
-        self.drawn = [self.variable(self.lane(value).value) for value in values]
+        self.drawn = [self.variable(self._narrow(emitter.value(value))) for value in values]
         for place, slot in enumerate(self.drawn, row):
             self.builder.store(self.builder.load(slot), self.address("results", INDEX(place)), align=self.align)
+
+    def _narrow(self, value: ir.Value) -> ir.Value:
+        """A number in f64 as one of the flight's kind."""
+        return value if self.emitter.double else self.builder.fptrunc(value, self.emitter.vector)
 
     def _constant_memory(self, size: int) -> None:
         """Where the host puts what all flights read: an instruction takes a number from there as fast as from a register."""
