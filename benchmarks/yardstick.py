@@ -16,6 +16,9 @@ from quadstep.numbers import flatten, rebuild
 
 SOURCE = Path(__file__).with_suffix(".c")
 COMPILER = ("cc", "-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
+STRICT = "-ffp-contract=off"
+"""Every operation rounded by itself, as in the laws; without it the compiler fuses products and sums where the processor can."""
+
 LINE = 64
 """Bytes: vectors lie on whole cache lines."""
 
@@ -26,9 +29,11 @@ CYCLE, SCORE = 86, 12
 class Yardstick:
     """The flights of a sweep, laid out as the C wants them: a struct of vectors for each block of flights."""
 
-    def __init__(self, sweep: Sweep, start: Any, parameters: Any, values: NDArray[np.float64], folder: Path) -> None:
+    def __init__(
+        self, sweep: Sweep, start: Any, parameters: Any, values: NDArray[np.float64], folder: Path, fused: bool
+    ) -> None:
         self.number, self.ticks = sweep.number, sweep.ticks
-        library = ctypes.CDLL(str(compiled(folder, sweep.double)))
+        library = ctypes.CDLL(str(compiled(folder, sweep.double, fused)))
         self.call = library.fly
         real = ctypes.c_double if sweep.double else ctypes.c_float
         self.call.argtypes, self.call.restype = [ctypes.c_int64] * 3 + [real] + [ctypes.c_void_p] * 5, None
@@ -83,10 +88,11 @@ class Yardstick:
         return np.array([code, np.sqrt(square / samples), np.sqrt(largest), np.sqrt(norm)]).T
 
 
-def compiled(folder: Path, double: bool) -> Path:
-    """The C as a shared library."""
-    library = folder / f"yardstick{64 if double else 32}.so"
-    subprocess.run([*COMPILER, f"-DDOUBLE={int(double)}", "-shared", "-fPIC", SOURCE, "-o", library], check=True)
+def compiled(folder: Path, double: bool, fused: bool) -> Path:
+    """The C as a shared library. fused: whether products and sums may become one operation."""
+    library = folder / f"yardstick{64 if double else 32}{'-fused' if fused else ''}.so"
+    options = [*COMPILER, *([] if fused else [STRICT])]
+    subprocess.run([*options, f"-DDOUBLE={int(double)}", "-shared", "-fPIC", SOURCE, "-o", library], check=True)
     return library
 
 

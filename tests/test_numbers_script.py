@@ -62,7 +62,7 @@ def through_script(law, *columns, table=None):
     script = (
         written(law, len(columns), table)
         + f"const T=new Float64Array({values});"
-        + f"console.log(JSON.stringify({text}.map(s=>law(s.map(Number),T).map(String))))"
+        + f"console.log(JSON.stringify({text}.map(s=>law(s.map(Number),T).map(x=>Object.is(x,-0)?'-0':String(x)))))"
     )
     return np.array(
         json.loads(run_node(script).replace('"Infinity"', '"inf"').replace('"-Infinity"', '"-inf"')), dtype=float
@@ -236,6 +236,7 @@ def test_a_law_cannot_branch():
 def test_no_name_from_outside_reaches_the_text():
     """Operations come from one table and names from places; nothing else is ever written."""
     text = written(lambda a, b: sin(a) * b + where(a > b, exp(b), log(a)), 2)
+    text = re.sub(r"\b0x[\dA-F]+|[\d.]+e[-+]?\d+", "0", text)
     names = set(re.findall(r"[A-Za-z_$][\w$]*", text))
     frame = {"use", "strict", "const", "new", "function", "law", "return", "Array", "from", "Float64Array"}
     assert {name for name in names if not re.fullmatch(r"[vf]\d+|[ABDKTWX]|[xy]", name)} - frame == {

@@ -64,7 +64,7 @@ class DeviceFlyer(Flyer):
         )
 
     def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
-        """The flights from `first` up to `past`. What was drawn is written as drawn here in f64: the same to round-off.
+        """The flights from `first` up to `past`. What was drawn is written as drawn here, in f64.
 
         Raises UserError for values that cannot be flown.
         """

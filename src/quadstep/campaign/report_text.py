@@ -203,7 +203,7 @@ def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
         what = f"it ends at {log.ended:.4g} s"
     else:
         return ""
-    why = "in f32, whose round-off such a flight amplifies" if not campaign.double else "on other cores"
+    why = "in f32, whose round-off such a flight amplifies" if not campaign.double else "with another version"
     return f"Flown again in f64, {what}; the campaign flew it {why}."
 
 

@@ -100,15 +100,21 @@ def machine_code(text: str) -> llvm.ExecutionEngine:
     name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION)
     code = code_cache.read(name)
     if code is None:
-        module = llvm.parse_assembly(text)
-        module.verify()
-        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
-        tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
-        passes = llvm.create_pass_builder(target, tuning)
-        passes.getModulePassManager().run(module, passes)
-        code = target.emit_object(module)
+        code = object_code(text, target)
         code_cache.write(name, code)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine
+
+
+def object_code(text: str, target: llvm.TargetMachine) -> bytes:
+    """An LLVM module as an object file of this kind of machine, optimised without a change to any result."""
+    module = llvm.parse_assembly(text)
+    module.verify()
+    tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+    tuning.loop_unrolling = tuning.slp_vectorization = tuning.loop_vectorization = False
+    passes = llvm.create_pass_builder(target, tuning)
+    passes.getModulePassManager().run(module, passes)
+    code: bytes = target.emit_object(module)
+    return code

@@ -4,7 +4,7 @@
     swept = sweep.fly(values)                                # as often as wanted; values: a row a flight
 
 What a flight gives depends on its own numbers only, to the bit: not on the batch or its order, on the number of threads, or on
-which of its numbers vary. Processors with other instructions may differ in the last bits.
+which of its numbers vary, or on the processor.
 """
 
 import os

@@ -2,7 +2,7 @@
 
 So a flight meets the same noise whatever batch, engine, thread or order it is flown in. The generator is Threefry-2x32 with 20
 rounds (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", 2011). Its 32-bit words are the same on
-every kind of number; what is made of them differs by rounding.
+every kind of number, and so is what is made of them in f64.
 """
 
 import math

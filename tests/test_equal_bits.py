@@ -1,0 +1,133 @@
+"""The same flight gives the same bits, whatever flies it: every processor that LLVM can write for, NumPy and BLAS of another
+kind, ARM, JavaScript, floats, arrays, a thread of a graphics processor. Whole flights of these are compared beside each engine.
+"""
+
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from quadstep.campaign.flown import Flyer
+from quadstep.campaign.schema import read_campaign
+from quadstep.errors import UserError
+from quadstep.flight import kernel
+from quadstep.flight.sweep import Sweep
+from tests.bits.arm import MISSING, swept_on_arm
+from tests.bits.flights import CAMPAIGNS, SPECIAL, functions, inputs, same
+from tests.campaigns import written
+from tests.flights import through_lanes
+from tests.pages import needs_node
+from tests.test_numbers_script import through_script
+
+
+def numpy_features():
+    """What NumPy chooses its loops by, of this processor."""
+    core = importlib.import_module("numpy._core._multiarray_umath")
+    return [name for name in core.__cpu_dispatch__ if core.__cpu_features__[name]]
+
+
+OTHER_NUMPY = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": " ".join(numpy_features())}
+MACHINES = {cpu: {"QUADSTEP_CPU": cpu} for cpu in kernel.WIDTHS} | {"other NumPy and BLAS": OTHER_NUMPY}
+X86 = kernel.host().features.find("+sse2") >= 0
+
+
+@pytest.fixture(scope="module")
+def digests(tmp_path_factory):
+    """What `tests.bits.flights` prints in a process of its own, with these variables set; None where it dies of an instruction."""
+    cache = str(tmp_path_factory.mktemp("cache"))
+
+    def run(**variables):
+        command = [sys.executable, "-m", "tests.bits.flights"]
+        answer = subprocess.run(
+            command, env={**os.environ, "QUADSTEP_CACHE": cache, **variables}, capture_output=True, text=True, check=False
+        )
+        if answer.returncode == -signal.SIGILL:
+            return None
+        assert not answer.returncode, answer.stderr
+        return json.loads(answer.stdout)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def native(digests):
+    return digests()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", MACHINES)
+def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor(machine, digests, native):
+    if "QUADSTEP_CPU" in MACHINES[machine] and not X86:
+        pytest.skip("this processor cannot run code for x86-64")
+    other = digests(**MACHINES[machine])
+    if other is None:
+        pytest.skip(f"this processor cannot run code for {machine}")
+    assert len(native) == 10
+    assert other == native
+
+
+def test_a_processor_that_is_not_known_is_refused_in_one_line(monkeypatch):
+    monkeypatch.setenv("QUADSTEP_CPU", "pentium")
+    kernel.host.cache_clear()
+    with pytest.raises(UserError, match=r"QUADSTEP_CPU: 'pentium' is not known; allowed: "):
+        kernel.host()
+    monkeypatch.delenv("QUADSTEP_CPU")
+    kernel.host()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(MISSING), reason=f"{' and '.join(MISSING)} not installed: no ARM processor to emulate")
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_arm_flies_what_this_machine_flies(name, precision, tmp_path):
+    mission, vary = CAMPAIGNS[name]
+    flown = []
+
+    class Both(Sweep):
+        def __init__(self, loop, ticks, start, parameters, varying, double):
+            super().__init__(loop, ticks, start, parameters, varying, double)
+            self.given = start, parameters
+
+        def fly(self, values, **_):
+            swept = super().fly(values)
+            flown.append((swept, swept_on_arm(self, *self.given, values, tmp_path)))
+            return swept
+
+    campaign = read_campaign(written(tmp_path / "campaign", vary, mission, f'precision = "{precision}"'))
+    Flyer(campaign, Both).fly(0, 24)
+    assert flown
+    for here, there in flown:
+        assert (here.outcome == there.outcome).all()
+        assert (here.ended == there.ended).all()
+        assert here.metrics.tobytes() == there.metrics.tobytes()
+
+
+@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
+def test_functions_are_the_same_bits_in_lanes_of_every_width(double):
+    x = inputs(2000, double)
+    one, *others = (same(through_lanes(functions, x, x[::-1].copy(), double=double, width=width)) for width in (1, 2, 4, 8, 16))
+    assert others == [one] * 4
+
+
+def test_functions_are_the_same_bits_on_floats_arrays_and_lanes():
+    x = inputs(20_000)
+    y = x[::-1].copy()
+    with np.errstate(all="ignore"):
+        arrays = same(functions(x, y))
+    assert same(through_lanes(functions, x, y)) == arrays
+    assert same(np.array([functions(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)]).T) == arrays
+
+
+@needs_node
+def test_functions_are_the_same_bits_in_javascript():
+    x = inputs(1200)
+    y = np.concatenate([np.roll(x, 1), np.repeat(SPECIAL, len(SPECIAL))])
+    x = np.concatenate([x, np.tile(SPECIAL, len(SPECIAL))])
+    for part in np.array_split(np.array([x, y]), 4, axis=1):  # a command line has its limits
+        with np.errstate(all="ignore"):
+            assert same(through_script(functions, *part)) == same(functions(*np.ascontiguousarray(part)))
