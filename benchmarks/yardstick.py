@@ -17,7 +17,7 @@ from quadstep.numbers import flatten, rebuild
 SOURCE = Path(__file__).with_suffix(".c")
 COMPILER = ("cc", "-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 STRICT = "-ffp-contract=off"
-"""Every operation rounded by itself, as in the laws; without it the compiler fuses products and sums where the processor can."""
+"""Every operation rounded by itself, as in the laws; without it products and sums are fused where the processor can."""
 
 LINE = 64
 """Bytes: vectors lie on whole cache lines."""

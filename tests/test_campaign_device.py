@@ -1,7 +1,6 @@
 """A campaign on a graphics processor: what varies and the noise drawn there, by the laws that draw them here."""
 
 import numpy as np
-import pyarrow as pa
 import pytest
 
 from quadstep.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch

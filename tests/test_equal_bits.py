@@ -1,5 +1,5 @@
-"""The same flight gives the same bits, whatever flies it: every processor that LLVM can write for, NumPy and BLAS of another
-kind, ARM, JavaScript, floats, arrays, a thread of a graphics processor. Whole flights of these are compared beside each engine.
+"""The same flight gives the same bits on every processor that LLVM can write for, with NumPy and BLAS of another kind, and on
+ARM; so do functions on floats, arrays and in JavaScript. Whole flights of these are compared beside each engine.
 """
 
 import importlib
@@ -17,6 +17,7 @@ from quadstep.campaign.schema import read_campaign
 from quadstep.errors import UserError
 from quadstep.flight import kernel
 from quadstep.flight.sweep import Sweep
+from quadstep.numbers import atan2, exp, sqrt, where
 from tests.bits.arm import MISSING, swept_on_arm
 from tests.bits.flights import CAMPAIGNS, SPECIAL, functions, inputs, same
 from tests.campaigns import written
@@ -38,7 +39,7 @@ X86 = kernel.host().features.find("+sse2") >= 0
 
 @pytest.fixture(scope="module")
 def digests(tmp_path_factory):
-    """What `tests.bits.flights` prints in a process of its own, with these variables set; None where it dies of an instruction."""
+    """What `tests.bits.flights` prints in a process with these variables set; None where an instruction kills it."""
     cache = str(tmp_path_factory.mktemp("cache"))
 
     def run(**variables):
@@ -110,7 +111,8 @@ def test_arm_flies_what_this_machine_flies(name, precision, tmp_path):
 @pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 def test_functions_are_the_same_bits_in_lanes_of_every_width(double):
     x = inputs(2000, double)
-    one, *others = (same(through_lanes(functions, x, x[::-1].copy(), double=double, width=width)) for width in (1, 2, 4, 8, 16))
+    y = x[::-1].copy()
+    one, *others = (same(through_lanes(functions, x, y, double=double, width=width)) for width in (1, 2, 4, 8, 16))
     assert others == [one] * 4
 
 
@@ -121,6 +123,28 @@ def test_functions_are_the_same_bits_on_floats_arrays_and_lanes():
         arrays = same(functions(x, y))
     assert same(through_lanes(functions, x, y)) == arrays
     assert same(np.array([functions(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)]).T) == arrays
+
+
+def folding(x, y):
+    """Zeros and ones wherever they fold while a law is traced."""
+    return [
+        x * 0, 0.0 * x + y, x + 0, 0.0 + x, x - 0.0, 0 - x, x * 1, 1.0 * x, -1 * x, x / 1, 0.0 / x + y, (x * 0.0) * y + x,
+        where(x * 0.0 > y, x, y), atan2(x * 0.0, y), atan2(y, 0.0 * x), sqrt(0.0 * x) + exp(0.0 * y), abs(x * 0.0 - y),
+    ]  # fmt: skip
+
+
+@needs_node
+def test_folding_changes_no_finite_result():
+    x = inputs(800)
+    x = x[np.isfinite(x) & (x != 0.0)]
+    y = x[::-1].copy()
+    with np.errstate(all="ignore"):
+        floats = np.array([np.broadcast_to(one, x.shape) for one in folding(x, y)])
+    finite = np.isfinite(floats)
+    assert finite.mean() > 0.9
+    script = np.hstack([through_script(folding, *np.ascontiguousarray(part)) for part in np.array_split([x, y], 4, axis=1)])
+    for traced in (through_lanes(folding, x, y), script):
+        assert (traced[finite] == floats[finite]).all()
 
 
 @needs_node

@@ -1,4 +1,4 @@
-"""A sweep for ARM, run by QEMU: the object that LLVM writes for it, linked to a C program that reads and writes its buffers."""
+"""A sweep for ARM, run by QEMU: what LLVM writes for it, linked to a C program that reads and writes its buffers."""
 
 import shutil
 import subprocess

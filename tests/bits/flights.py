@@ -1,7 +1,7 @@
 """What is flown on one processor after the other; `python -m tests.bits.flights` prints what the bits of each come to.
 
-Case 1 with its log and campaigns of the paper's vehicle, of a real one in turbulence and of one that flies on its Kalman filter, each
-in f64 and f32, whose draws are correlated, cut off, log-normal and Sobol; and every function of a number.
+Case 1 with its log and campaigns of the paper's vehicle, of a real one in turbulence and of one that flies on its Kalman
+filter, each in f64 and f32, whose draws are correlated, cut off, log-normal and Sobol; and every function of a number.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadstep.analysis.flight_metrics import flight_metrics
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.schema import read_campaign
 from quadstep.flight.lanes import fly_lanes
@@ -68,7 +69,7 @@ def results():
         x = inputs(4096, double)
         yield f"functions {kind}", same(through_lanes(functions, x, x[::-1].copy(), double=double))
         flown = fly_lanes(CASE_1, [parameters()], [state()], TICKS, double=double)[0]
-        yield f"case 1 {kind}", flown.rows.tobytes()
+        yield f"case 1 {kind}", flown.rows.tobytes() + json.dumps(flight_metrics(flown)).encode()
         for name, (mission, vary) in CAMPAIGNS.items():
             with tempfile.TemporaryDirectory() as folder:
                 file = written(Path(folder), vary, mission, f'precision = "{kind}"')

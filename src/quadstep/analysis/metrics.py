@@ -1,6 +1,6 @@
 """Metrics of a flight of the paper's plant, computed from its log."""
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,7 @@ def lagrange_metrics(log: FlightLog) -> dict[str, Any]:
     if len(log.rows) < 2:
         return result
     t, attitude = log.column("t"), log.table(*ATTITUDE)
+    _, theta, phi = cast(Any, attitude.T)
     e1 = position_errors(log)
     result["position"] = errors_of(e1, POSITION, "m")
     result["position_rmse[m]"] = rmse(np.linalg.norm(e1, axis=1))
@@ -84,7 +85,7 @@ def lagrange_metrics(log: FlightLog) -> dict[str, Any]:
         for i, name in enumerate(ATTITUDE):
             result["attitude"][name]["error_settling[s]"] = settling_time(t, e2[:, i])
             result["attitude"][name]["angle_settling[s]"] = settling_time(t, attitude[:, i] - log.column(f"{name}_d")[-1])
-    result["largest_tilt[rad]"] = largest_angle(cos(attitude[:, 1]) * cos(attitude[:, 2]))
+    result["largest_tilt[rad]"] = largest_angle(cos(theta) * cos(phi))
     for name, unit in zip(INPUTS, ("N", "N m", "N m", "N m"), strict=True):
         values = log.column(name)
         result[name] = {

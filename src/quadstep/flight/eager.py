@@ -21,7 +21,7 @@ Progress = Callable[[int], None]
 
 def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
     """One flight on Python floats."""
-    rows: list[list[float]] = []
+    rows: list[tuple[float, ...]] = []
     runs, advance = [always(task.run) for task in loop.tasks], always(loop.advance)
     row = always(lambda *given: tuple(loop.row(*given)))
     cycle, code, tick = loop.start(start, parameters), 0.0, 0

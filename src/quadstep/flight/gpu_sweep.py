@@ -20,8 +20,8 @@ THREADS = 128
 """Of a block."""
 
 REGISTERS = 168
-"""Of a thread at most, in f32: as many as let three blocks live on one processor. The paper's loop then keeps some 112 bytes in
-local memory; with 200 registers, and two blocks, none.
+"""Of a thread at most, in f32: as many as let three blocks live on one processor. The paper's loop then keeps some 112 bytes
+in local memory; with 200 registers, and two blocks, none.
 """
 
 MOST_FLIGHTS = 2**32

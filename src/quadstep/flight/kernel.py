@@ -14,8 +14,8 @@ from quadstep.errors import UserError
 from quadstep.flight import code_cache, sweep_trace, trace
 
 SCHEDULER = "-pre-RA-sched=list-ilp"
-"""Instructions ordered so that independent ones stand side by side: a tenth to a fifth more steps a second (AVX2). On x86 only:
-on ARM it makes LLVM 22 crash.
+"""Instructions ordered so that independent ones stand side by side: a tenth to a fifth more steps a second (AVX2). On x86
+only: on ARM it makes LLVM 22 crash.
 """
 
 DIRECTION = "-misched-prera-direction=topdown"
@@ -48,7 +48,7 @@ class Processor(NamedTuple):
 
 @lru_cache(maxsize=1)
 def host() -> Processor:
-    """This machine's processor, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
+    """The processor of this machine, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
 
     A flight is the same to the bit for any of them. Instructions that this machine lacks end the process.
     """

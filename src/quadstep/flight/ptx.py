@@ -25,6 +25,7 @@ OPTIONS = ("-nvptx-prec-divf32=2", "-nvptx-prec-sqrtf32=1")
 SCHEDULER = "-pre-RA-sched=default"
 """As this machine's own code has another, and the option is LLVM's for all it writes; here it would cost registers."""
 
+
 @lru_cache(maxsize=1)
 def prepare() -> llvm.Target:
     """LLVM ready to write PTX. ValueError where it was built without."""

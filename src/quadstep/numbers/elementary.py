@@ -1,8 +1,8 @@
 """sin, cos, exp, log and atan2, written once for every kind of number out of operations that IEEE 754 fixes to the bit.
 
 Sums, products, quotients, comparisons and `where` in the order written here, and four steps on the bits of a number: so the
-same argument gives the same bits on every engine, processor and compiler. Each function is a reduction to a short interval and a
-polynomial, fitted there by Chebyshev interpolation in 40 digits (`mpmath.chebyfit`). Largest errors in units of the last
+same argument gives the same bits on every engine, processor and compiler. Each function is a reduction to a short interval and
+a polynomial, fitted there by Chebyshev interpolation in 40 digits (`mpmath.chebyfit`). Largest errors in units of the last
 place, measured without fused operations: docs/decisions/0012-equal-bits.md.
 """
 
@@ -76,7 +76,7 @@ class Elementary:
     where(condition, yes, no), abs(x), and `precise(x)`: f64, not f32?
     bit(x, place): whether the bit of this place, 0 the lowest, is set in x;
     power(m): 2^n for m = n + SHIFTER, n within the exponents of normal numbers;
-    fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; of any other of no meaning.
+    fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else of no meaning.
     """
 
     where: Any

@@ -53,7 +53,8 @@ class LaneFunctions(Elementary):
             count = builder.lshr(bits_of(x), emitter.whole_constant(size))
             return builder.bitcast(builder.or_(count, emitter.whole_constant(whole(emitter, carrier))), emitter.vector)
 
-        return Lane(emitter, emitter.once(("exponent", x.value), carried)) - (carrier + (bias - 1))
+        count: Lane = Lane(emitter, emitter.once(("exponent", x.value), carried)) - (carrier + (bias - 1))
+        return count
 
     def sqrt(self, x: Lane) -> Lane:
         return Lane(x.emitter, x.emitter.intrinsic("sqrt", x.value))

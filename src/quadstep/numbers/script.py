@@ -1,7 +1,8 @@
 """Script numbers: feed them to a law and what is left is a list of assignments, to be written as JavaScript.
 
 Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
-contracted: each assignment is one operation on doubles, so a script gives what Python floats give, to the bit. NaN and infinity keep their meaning. No text from outside enters: names are made from places in arrays.
+contracted: each assignment is one operation on doubles, so a script gives what Python floats give, to the bit. NaN and
+infinity keep their meaning. No text from outside enters: names are made from places in arrays.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The functions that JavaScript has of its own too, written out for it from those of every engine, so that it gives their bits."""
+"""sin, cos, exp, log and atan2 written out in JavaScript from those of every engine, whose bits they give."""
 
 from functools import lru_cache
 
