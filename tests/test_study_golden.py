@@ -1,4 +1,4 @@
-"""The study gives the committed numbers, to the bit. If a change is meant to move them: `make golden`, and look at the difference."""
+"""The study gives the committed numbers to the bit. If a change is meant to move them: `make golden`, and look at the diff."""
 
 import json
 
