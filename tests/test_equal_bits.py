@@ -142,7 +142,9 @@ def test_folding_changes_no_finite_result():
         floats = np.array([np.broadcast_to(one, x.shape) for one in folding(x, y)])
     finite = np.isfinite(floats)
     assert finite.mean() > 0.9
-    script = np.hstack([through_script(folding, *np.ascontiguousarray(part)) for part in np.array_split([x, y], 4, axis=1)])
+    script = np.hstack(
+        [through_script(folding, *np.ascontiguousarray(part)) for part in np.array_split(np.array([x, y]), 4, axis=1)]
+    )
     for traced in (through_lanes(folding, x, y), script):
         assert (traced[finite] == floats[finite]).all()
 

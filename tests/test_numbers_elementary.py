@@ -17,7 +17,7 @@ QUARTERS = np.arange(-600, 600) * math.pi / 2
 ANGLES = np.concatenate([RANDOM.uniform(-30, 30, 6000), RANDOM.uniform(-1.6e6, 1.6e6, 2000), QUARTERS])
 POWERS = RANDOM.uniform(-708, 709, 8000)
 POSITIVE = np.concatenate([np.exp(RANDOM.uniform(-700, 700, 4000)), RANDOM.uniform(0.5, 2.0, 4000)])
-PLANE = RANDOM.normal(size=(2, 8000)) * 10.0 ** RANDOM.integers(-3, 3, (2, 8000))
+PLANE = np.ldexp(RANDOM.normal(size=(2, 8000)), RANDOM.integers(-10, 10, (2, 8000)))
 CASES = {
     "sin": (sin, mpmath.sin, (ANGLES,)),
     "cos": (cos, mpmath.cos, (ANGLES,)),

@@ -44,7 +44,7 @@ def inputs(count, double=True):
     random = np.random.default_rng(7)
     kind, whole = (np.float64, np.uint64) if double else (np.float32, np.uint32)
     bits = random.integers(0, np.iinfo(whole).max, count, dtype=whole).view(kind)
-    usual = (random.normal(size=count) * 10.0 ** random.integers(-6, 6, count)).astype(kind)
+    usual = np.ldexp(random.normal(size=count), random.integers(-20, 20, count)).astype(kind)
     with np.errstate(over="ignore"):
         return np.concatenate([bits, usual, np.array(SPECIAL).astype(kind)])
 
