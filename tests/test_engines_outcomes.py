@@ -105,7 +105,7 @@ def test_a_flight_that_has_ended_stays_as_it_was_even_if_its_path_comes_by_later
     numbers, start = parameters(1.0, end=(8, 0, 0), limits=Limits(5.0, 100.0, 1.5)), state((6, 0, 0), (1, 0, 0))
     log = EVERY_ENGINE[engine](CASE_1, numbers, start, Ticks(0.004, (1,), 5, 250))
     assert (log.outcome, log.ended) == (Outcome.OFF_PATH, 0.0)
-    assert flatten(log.final) == flatten(CASE_1.start(start, numbers))
+    np.testing.assert_array_equal(flatten(log.final), flatten(CASE_1.start(start, numbers)))
 
 
 @pytest.mark.parametrize("batch", [fly_arrays, fly_lanes])
@@ -215,7 +215,7 @@ def test_outcomes_of_a_long_flight_do_not_depend_on_how_it_is_sliced():
     told = []
     logs = fly_lanes(NESTED, [numbers] * 2, [state(), state(attitude=(0, math.pi / 2, 0))], ticks, told.append)
     assert sum(told) == 100_401
-    assert len(told) == 2
+    assert told == [0, 100_000, 401]  # compiled, then flown
     assert [log.outcome for log in logs] == [Outcome.COMPLETED, Outcome.SINGULAR]
     np.testing.assert_allclose(logs[0].column("t"), 2.0 * np.arange(1005), atol=1e-9)
     np.testing.assert_allclose(logs[0].table("x", "y", "z")[-1], [20, 5, 10], atol=1e-3)

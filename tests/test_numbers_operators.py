@@ -36,18 +36,13 @@ def test_max_and_min_say_what_to_use_instead(number, function):
         function(number)
 
 
-@pytest.mark.parametrize("power", [3, 0.5, -1, "x"])
-def test_other_powers_are_refused(number, power):
-    with pytest.raises(TypeError, match=r"the power 2 only, .* sqrt\(x\)"):
+@pytest.mark.parametrize("power", [2, 3, 0.5, -1, "x"])
+def test_powers_are_refused(number, power):
+    with pytest.raises(TypeError, match=r"no powers: .* sqrt\(x\)"):
         number**power
-
-
-def test_a_square_is_a_product(number):
-    assert number**1 is number
-    assert type(number**2) is type(number)
 
 
 def test_on_lanes_they_are_what_they_are_on_floats():
     x = np.array([-2.5, 0.0, 1.5, 1e100, -1e-3])
-    got = through_lanes(lambda x: [abs(x), x**2, +x], x)
-    np.testing.assert_array_equal(got, [np.abs(x), x * x, x])
+    got = through_lanes(lambda x: [abs(x), +x], x)
+    np.testing.assert_array_equal(got, [np.abs(x), x])
