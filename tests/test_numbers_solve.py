@@ -64,6 +64,13 @@ def test_rows_that_begin_late_are_those_with_zeros_before():
     assert solve_definite([row.tolist() for row in ragged], [b.tolist()]) == solve_definite(lower(matrix), [b.tolist()])
 
 
+def test_rows_may_begin_before_those_above_them():
+    arrow = np.diag([2.0, 3.0, 4.0, 9.0])
+    arrow[3, :3] = arrow[:3, 3] = 1.0
+    rows, b = [[2.0], [3.0], [4.0], [1.0, 1.0, 1.0, 9.0]], [1.0, -2.0, 0.5, 3.0]
+    np.testing.assert_allclose(solve_definite(rows, [b])[0], np.linalg.solve(arrow, b), rtol=1e-14)
+
+
 @pytest.mark.parametrize("matrix", [[[0.0]], [[-1.0]], [[1.0, 1.0], [1.0, 1.0]], [[1.0, 2.0], [2.0, 1.0]], [[np.nan]]])
 def test_what_is_not_positive_definite_is_refused(matrix):
     with pytest.raises(ValueError, match="positive definite"):

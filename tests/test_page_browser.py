@@ -10,8 +10,10 @@ import pytest
 from quadstep import read_mission
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
+from quadstep.mission.paths import CirclePath
 from quadstep.page.missions import fly_missions
 from tests.needs import CHROMIUM, CHROMIUM_PROGRAM, needs, package
+from tests.pages import fly_page, needs_node
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -252,6 +254,18 @@ def test_control_is_the_mission_with_that_number(open_page, tmp_path, flight, co
     count = min(len(flown), len(log.rows))  # a slower turn makes the page's flight longer, as its path is
     assert count > 300
     np.testing.assert_array_equal(flown[:count], log.rows[:count])
+
+
+@needs_node
+def test_slider_gives_the_very_bits_of_the_mission_with_that_number(open_page, page_file):
+    flight, period = "script-alert-1-script", 7.7
+    assert 2.0 * np.pi * (1.0 / period) != 2.0 * np.pi / period  # as the frequency is in Python
+    page = open_page(f"#flight={flight}")
+    page.evaluate("period => quadstep.setControl('period', period)", period)
+    (answer,) = fly_page(page_file, {"flight": flight, "values": {"period": [period]}})
+    frequency = answer["parameters"][answer["names"].index("path.frequency.0")]
+    assert frequency == CirclePath(type="circle", radius=3.0, period=period).build(Path()).parameters.frequency[0]
+    np.testing.assert_array_equal(rows(page), answer["values"])
 
 
 def test_typed_number_is_held_to_its_bounds_and_nonsense_is_left(open_page):

@@ -1,0 +1,141 @@
+"""A digest of every number that flights are set up with; run as a program it prints them, one a line, with its name."""
+
+import hashlib
+import json
+import tempfile
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from quadstep.campaign.draws import draw
+from quadstep.campaign.planner import planner
+from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
+from quadstep.comparison.cell import scenario_table
+from quadstep.comparison.flights import mission
+from quadstep.mission.airframe import LAYOUTS
+from quadstep.mission.check import check
+from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml
+from quadstep.mission.vehicle_list import preset_names
+from quadstep.numbers import Table, flatten
+from quadstep.tuning.ground import asked
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+STEP = {"type": "step", "end": [1.0, 0.0, 2.0], "duration": 3.0}
+FLIGHTS = np.arange(40)
+
+TILTED = [
+    {"position": [0.21, 0.01, 0.03], "axis": [0.1, 0.0, 0.995], "spin": "ccw"},
+    {"position": [0.11, 0.19, 0.0], "axis": [0.0, 0.1, 0.995], "spin": "cw"},
+    {"position": [-0.12, 0.18, 0.01], "axis": [-0.1, 0.0, 0.995], "spin": "ccw"},
+    {"position": [-0.2, -0.02, 0.0], "axis": [0.0, -0.1, 0.995], "spin": "cw"},
+    {"position": [-0.1, -0.2, 0.0], "spin": "ccw"},
+    {"position": [0.13, -0.17, -0.01], "spin": "cw"},
+]
+
+WIDE = """
+mission = {}
+[vary]
+"vehicle.mass" = {type = "normal", mean = 2.6, deviation = 0.3, low = 1.7, high = 3.1}
+"vehicle.rotor.torque_coefficient" = {type = "log-normal", median = 1e-7, sigma = 0.5, low = 2e-8}
+"vehicle.rotor.rise_time" = {type = "log-normal", median = 0.03, sigma = 0.3}
+"wind.mean.2" = {type = "normal", mean = -1.0, deviation = 0.2, low = -0.9}
+"vehicle.inertia.2" = {type = "sobol", low = 0.03, high = 0.05}
+"path.end.0" = {type = "sobol", low = -1.0, high = 1.0}
+"path.end.1" = {type = "uniform", low = -1.0, high = 1.0}
+"controller.k_x" = {type = "choice", values = [8.0, 9.0, 10.0], weights = [0.1, 0.7, 0.3]}
+"path.end.2" = {type = "grid", low = 0.3, high = 1.9, count = 7}
+[[correlated]]
+keys = ["wind.mean.0", "wind.mean.1", "start.rates.0", "start.rates.1"]
+mean = [1.0, 2.0, 0.1, 0.2]
+deviations = [0.3, 0.7, 0.1, 0.2]
+correlation = [[1.0, 0.3, 0.1, 0.2], [0.3, 1.0, 0.7, 0.1], [0.1, 0.7, 1.0, -0.3], [0.2, 0.1, -0.3, 1.0]]
+"""
+
+
+def digest(*numbers):
+    """Of the bits of floats, arrays and tables."""
+    found = hashlib.sha256()
+    for one in numbers:
+        found.update(np.asarray(one.array if isinstance(one, Table) else one, dtype=np.float64).tobytes())
+    return found.hexdigest()
+
+
+def of_plan(plan):
+    """A flight's parameters and start."""
+    return digest(*flatten((plan.start, plan.parameters)))
+
+
+def recording(folder):
+    """An uneven recording with a gap."""
+    random = np.random.default_rng(3)
+    t = np.cumsum(random.uniform(0.001, 0.02, 900)) + np.where(np.arange(900) < 500, 0.0, 4.0)
+    columns = [t, np.sin(t), np.cos(0.7 * t), 0.1 * t, (2.0 * t + 3.0) % 6.283 - 3.1415]
+    rows = [",".join(map(repr, map(float, row))) for row in zip(*(np.round(one, 6) for one in columns), strict=True)]
+    (folder / "recording.csv").write_text("\n".join(["t,x,y,z,psi", *rows]))
+    return {"type": "recorded", "file": "recording.csv"}
+
+
+def waypoints():
+    """Two hundred of them, unevenly apart."""
+    random = np.random.default_rng(4)
+    t = np.round(np.concatenate([[0.0], np.cumsum(random.uniform(0.05, 3.0, 199))]), 3).tolist()
+    places = np.round(random.normal(size=(200, 4)), 3).tolist()
+    rows = [{"t": at, "position": place[:3], "yaw": place[3]} for at, place in zip(t, places, strict=True)]
+    return {"type": "waypoints", "waypoints": rows}
+
+
+def missions(folder):
+    """Missions by name, and where the files are that they name."""
+    yield "recorded", {"path": recording(folder)}, folder
+    yield "waypoints", {"path": waypoints()}, folder
+    for name in preset_names():
+        for kind in CONTROLLERS:
+            yield f"{name}, {kind}", {"vehicle": {"preset": name}, "path": STEP, "controller": {"type": kind}}, folder
+    for name in LAYOUTS:
+        vehicle = {"preset": "x500", "layout": name, "arm": 0.27}
+        yield f"layout {name}", {"vehicle": vehicle, "path": STEP, "controller": {"type": "backstepping"}}, folder
+    tilted = {"preset": "research-2.6kg", "rotors": TILTED}
+    yield "tilted rotors", {"vehicle": tilted, "path": STEP, "controller": {"type": "lqr"}}, folder
+
+
+def campaigns(folder):
+    """Campaigns by name."""
+    for path in sorted(EXAMPLES.glob("*.toml")):
+        if "mission" in read_toml(path):
+            yield path.stem, read_campaign(path)
+    content = {"vehicle": {"preset": "research-2.6kg"}, "path": STEP, "wind": {"mean": [1.0, 1.0, 1.0]}}
+    file = check(CampaignFile, tomllib.loads(WIDE), "wide")
+    yield "every distribution", campaign_of(file, "", content, "wide", folder)
+
+
+def digests():
+    """By name."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for path in sorted(EXAMPLES.glob("*.toml")):
+            content = read_toml(path)
+            if "path" in content and content["path"]["type"] != "recorded":  # one of ours is below
+                yield f"example {path.stem}", of_plan(plan_mission(read_mission(path), path))
+            if "tune" in content:
+                tuned = asked(path)
+                places = np.linspace(0.0, 1.0, 23)
+                values = [gain.range.value(place) for gain in tuned.gains for place in places]
+                yield f"candidates of {path.stem}", digest(values, tuned.start)
+        for scenario, table in scenario_table("x500").items():
+            yield f"study, {scenario}", of_plan(mission("x500", "adaptive, nets", table, 1001).plan())
+        for one, content, beside in missions(folder):
+            yield one, of_plan(check_mission(content, one, beside).plan(beside))
+        for one, campaign in campaigns(folder):
+            drawn = draw(campaign.file, FLIGHTS)
+            yield f"draws of {one}", digest(*(column.values for column in drawn.values()))
+            for place, batch in enumerate(planner(campaign).batches(FLIGHTS, drawn)):
+                yield f"flights of {one}, {place}", digest(batch.rows, *flatten((batch.start, batch.parameters)))
+    matrix = np.random.default_rng(5).normal(size=(40, 40))
+    yield "BLAS", digest(matrix @ matrix)
+    yield "NumPy's exp", digest(np.exp(np.linspace(-20.0, 20.0, 20_001)))
+
+
+if __name__ == "__main__":
+    print(json.dumps(dict(digests())))  # noqa: T201 (it is what this program does)
