@@ -125,7 +125,7 @@ def save(
     with drawing(sheet):
         figure = Figure(figsize=(width, height))
         tight = sheet.width is not None
-        left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.7, 0.78, 0.56)
+        left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.85, 0.95, 0.68) if sheet.titled else (0.7, 0.78, 0.56)
         across = (width - left - RIGHT - between * (columns - 1)) / columns
         top = 0.55 if sheet.titled else 0.32
         figure.subplots_adjust(
