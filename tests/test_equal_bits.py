@@ -18,10 +18,11 @@ from quadstep.errors import UserError
 from quadstep.flight import kernel
 from quadstep.flight.sweep import Sweep
 from quadstep.numbers import atan2, exp, sqrt, where
-from tests.bits.arm import MISSING, swept_on_arm
+from tests.bits.arm import swept_on_arm
 from tests.bits.flights import CAMPAIGNS, SPECIAL, functions, inputs, same
 from tests.campaigns import written
 from tests.flights import through_lanes
+from tests.needs import ARM_COMPILER, PROCESSOR, QEMU, needs, without
 from tests.pages import needs_node
 from tests.test_numbers_script import through_script
 
@@ -64,10 +65,10 @@ def native(digests):
 @pytest.mark.parametrize("machine", MACHINES)
 def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor(machine, digests, native):
     if "QUADSTEP_CPU" in MACHINES[machine] and not X86:
-        pytest.skip("this processor cannot run code for x86-64")
+        without(PROCESSOR, f"this one is no x86-64, so none of {machine} is run")
     other = digests(**MACHINES[machine])
     if other is None:
-        pytest.skip(f"this processor cannot run code for {machine}")
+        without(PROCESSOR, machine)
     assert len(native) == 10
     assert other == native
 
@@ -82,7 +83,7 @@ def test_a_processor_that_is_not_known_is_refused_in_one_line(monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(bool(MISSING), reason=f"{' and '.join(MISSING)} not installed: no ARM processor to emulate")
+@needs(QEMU, ARM_COMPILER)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_arm_flies_what_this_machine_flies(name, precision, tmp_path):

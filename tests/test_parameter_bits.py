@@ -8,9 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from quadstep.campaign import draws
+from tests.needs import PROCESSOR, without
 
 try:
     from numpy._core._multiarray_umath import __cpu_dispatch__ as dispatched
@@ -55,7 +55,7 @@ def of_machine(name):
 def test_the_numbers_of_every_flight_are_the_same_to_the_bit_whatever_the_processor():
     names = [name for name, (*_, needed) in MACHINES.items() if features.get(needed)]
     if len(names) < 2:
-        pytest.skip("only one of the kernels of OpenBLAS runs on this processor")
+        without(PROCESSOR, "only one of the kernels of OpenBLAS runs on this one")
     with ThreadPoolExecutor(2) as pool:
         found = dict(zip(names, pool.map(of_machine, names), strict=True))
     first = found[names[0]]

@@ -1,6 +1,5 @@
 """A sweep for ARM, run by QEMU: what LLVM writes for it, linked to a C program that reads and writes its buffers."""
 
-import shutil
 import subprocess
 
 import numpy as np
@@ -11,7 +10,6 @@ from quadstep.flight.sweep_trace import SweepTrace
 
 TRIPLE = "aarch64-linux-gnu"
 COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"
-MISSING = [tool for tool in (COMPILER, EMULATOR) if not shutil.which(tool)]
 
 PROGRAM = """
 #include <stdio.h>
