@@ -51,7 +51,8 @@ def flown(tmp_path_factory):
     """A flight of one second, figures and all, with a name that is markup in four languages."""
     folder = tmp_path_factory.mktemp("flown")
     mission = write(folder, f"name = '{NAME}'\n{LINE}")
-    return quadstep("fly", mission, "--out", folder / "out"), folder / "out"
+    run = quadstep("fly", mission, "--out", folder / "out", "--figures", "png,svg")
+    return run, folder / "out"
 
 
 def test_it_writes_exactly_the_documented_files(flown):
@@ -151,7 +152,7 @@ def test_the_summary_shows_name_errors_and_folder_as_plain_text(flown):
 @pytest.mark.parametrize("name", ["a\\u0001b", "two\\nlines", "\\u001b[31mred", "飛行 ✈"])
 def test_control_and_foreign_characters_in_a_name_are_refused_or_shown_without_noise(tmp_path, name):
     mission = write(tmp_path, f'name = "{name}"\n{LINE}')
-    run = quadstep_process("fly", mission, "--out", tmp_path / "out")
+    run = quadstep_process("fly", mission, "--out", tmp_path / "out", "--figures", "svg")
     if run.returncode == 2:
         assert run.stderr.count("\n") == 1
         assert "name" in run.stderr
@@ -200,7 +201,7 @@ def test_a_diverging_flight_keeps_its_finite_log_and_figures_up_to_then(diverged
     assert np.isfinite(list(log.values())).all()
     assert len(log["t[s]"]) > 10
     assert log["t[s]"][-1] < strict_json(folder / "metrics.json")["ended[s]"]
-    assert {f"figures/{name}.svg" for name in PICTURES} <= set(files(folder))
+    assert {f"figures/{name}.png" for name in PICTURES} <= set(files(folder))
 
 
 def test_a_diverging_flight_leaves_no_weights_to_start_another_from(diverged):

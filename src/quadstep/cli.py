@@ -24,7 +24,7 @@ from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliv
 from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
 from quadstep.report.pool import start_server
-from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
+from quadstep.report.sheet import ON_SCREEN, SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
 from quadstep.report.writable import provide_writable
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, complain, say, say_whole, width
@@ -120,7 +120,7 @@ def fly(
     ] = None,
     as_json: JsonOption = False,
     junit: JunitOption = None,
-    figures: FiguresOption = USUAL,
+    figures: FiguresOption = ON_SCREEN,
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:

@@ -9,7 +9,9 @@ import typer
 from quadstep.errors import UserError
 
 FORMATS = ("png", "svg", "pdf")
-USUAL = "png,svg"
+USUAL, ON_SCREEN = "png,svg", "png"
+"""Of what is kept or made a report of, and of a single flight, which is to be there at once."""
+
 SCREEN, PAPER = "screen", "paper"
 NARROWEST, WIDEST = 40.0, 1000.0
 """Widths [mm] at which labels still have room."""
