@@ -105,7 +105,7 @@ def test_more_flights_that_succeed_count_before_a_smaller_objective():
     better = compare(judge(), flown(0.5 * rmse, ended=lost), flown(rmse))
     assert better.verdict.startswith("The tuned gains are better")
     assert better.success_difference.value == pytest.approx(0.2)
-    assert better.objective.difference.value == pytest.approx(0.5), "over those that got through with both"
+    assert better.objective.difference.value == pytest.approx(0.5), "over those completed with both"
 
 
 def test_a_quantile_is_compared_as_a_quantile():

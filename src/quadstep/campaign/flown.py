@@ -99,7 +99,7 @@ def table(
 
 
 def judged(table: pa.Table, failure: Mapping[str, float]) -> pa.Table:
-    """The flights with a last column that says which succeed: those that got through, every metric known and not above its
+    """The flights with a last column that says which succeed: those completed, every metric known and not above its
     limit.
     """
     success = table[OUTCOME].to_numpy() == OUTCOMES[Outcome.COMPLETED]

@@ -29,7 +29,7 @@ SCREEN = Sheet()
 
 
 class Metric(NamedTuple):
-    """What is drawn of a metric. values: of the flights that got through, finite; limit: above it a flight has failed."""
+    """What is drawn of a metric. values: of completed flights, finite; limit: above it a flight has failed."""
 
     name: str
     values: Numbers
@@ -92,7 +92,7 @@ def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
             axes.axvline(metric.limit, color=LIMIT, linestyle="--", linewidth=1.4)
     if metric.limit is not None and metric.limit <= 3.0 * high:
         above.text(metric.limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
-    above.set_title(f"{count} that got through", fontsize=9, loc="left")
+    above.set_title(f"{count} completed", fontsize=9, loc="left")
     below.set_xlabel(metric.name)
 
 
@@ -169,7 +169,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
 
 class ByKey(NamedTuple):
     """What is drawn over a key. good: share of successes in each bin that has flights, by bin; errors: `QUANTILES` of the
-    position RMSE of those that got through, by bin that has any.
+    position RMSE of completed flights, by bin that has any.
     """
 
     good: dict[int, Estimate]
@@ -177,7 +177,7 @@ class ByKey(NamedTuple):
 
 
 def by_key(found: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
-    """The flights of each bin. rmse: a number a flight, NaN where it did not get through."""
+    """The flights of each bin. rmse: a number a flight, NaN where it did not complete."""
     counts = np.bincount(found.places, minlength=found.size)
     good = np.bincount(found.places, success, minlength=found.size).astype(int)
     known = np.isfinite(rmse)
@@ -240,7 +240,7 @@ def draw_errors(axes: Any, found: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
     axes.set_title("position RMSE [m]: median and middle 80 %", fontsize=9, loc="left")
     if not errors:
-        axes.text(0.5, 0.5, "none got through", transform=axes.transAxes, ha="center")
+        axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
     places = list(errors)
     low, middle, high = np.array(list(errors.values())).T

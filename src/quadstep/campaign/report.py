@@ -189,11 +189,11 @@ def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict
 
 
 def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], campaign: Campaign) -> Explained:
-    """Of the logarithm of the position RMSE of the flights that got through."""
+    """Of the logarithm of the position RMSE of completed flights."""
     known = np.nan_to_num(rmse) > 0.0
     count = int(known.sum())
     if count < FEWEST:
-        return Explained({}, None, f"too few flights got through with an error above 0 ({count})")
+        return Explained({}, None, f"too few flights completed with an error above 0 ({count})")
     return explained(Result(np.log10(rmse[known])), {key: one.parts.among(known) for key, one in columns.items()}, campaign)
 
 

@@ -93,10 +93,10 @@ def distributions(summary: Summary) -> list[str]:
     ]
     return [
         page.paragraph(
-            "Above, flights that got through. Below, the share of all flights with a larger value; a flight that ended early "
+            "Above, completed flights. Below, the share of all flights with a larger value; a flight that ended early "
             "counts as worse than any. Dashed: the limit above which a flight has failed."
         ),
-        page.table(("of those that got through", "share below", "value with its 95 % interval"), rows),
+        page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
     ]
 
 

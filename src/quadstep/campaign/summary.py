@@ -20,7 +20,7 @@ FEWEST = 20
 
 
 class Spread(NamedTuple):
-    """Quantiles of a metric over the flights that got through. quantiles: by share."""
+    """Quantiles of a metric over completed flights. quantiles: by share."""
 
     metric: str
     flights: int
@@ -28,7 +28,7 @@ class Spread(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """One of the worst flights. time: of its end, None if it got through."""
+    """One of the worst flights. time: of its end, None if it completed."""
 
     flight: int
     outcome: str
@@ -92,7 +92,7 @@ def sentences(summary: Summary) -> list[str]:
         lines.append(f"Ended early: {lost}.")
     for spread in summary.spreads:
         parts = [f"{100 * q:g} % below {e.value:.4g} [{e.low:.4g}, {e.high:.4g}]" for q, e in spread.quantiles.items()]
-        lines.append(f"{spread.metric} of the {spread.flights} that got through: {'; '.join(parts)}.")
+        lines.append(f"{spread.metric} of the {spread.flights} completed flights: {'; '.join(parts)}.")
     return lines
 
 

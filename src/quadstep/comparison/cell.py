@@ -14,10 +14,10 @@ from quadstep.numbers import Vector
 
 
 class Cell(NamedTuple):
-    """What came out. rmse: mean over the flights that got through [m], and its interval; largest: of all of these [m].
+    """What came out. rmse: mean over completed flights [m], and its interval; largest: of all of these [m].
 
     activity: mean change of the rotors' thrusts a second over the weight [1/s]. saturated: mean share of time. lost: flights
-    that did not get through, as a share with its exact interval.
+    that did not complete, as a share with its exact interval.
     """
 
     vehicle: str

@@ -46,7 +46,7 @@ def draw_vehicle(folder: Path, vehicle: str, cells: Sequence[Cell]) -> None:
         axes.set_yticks(range(len(scenarios)), scenarios[::-1])
         axes.set_xscale("log")
         plain(axes.xaxis)
-        axes.set_xlabel("position RMSE [cm], mean over the flights that got through, 95 % interval")
+        axes.set_xlabel("position RMSE [cm], mean over completed flights, 95 % interval")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, columnspacing=1.0, handletextpad=0.2)
         figure.text(0.015, 0.955, vehicle, fontsize=11)
         write(figure, folder / vehicle, Sheet())

@@ -162,7 +162,7 @@ def sections(out: Path, found: Comparison, vehicles: Sequence[str]) -> list[str]
         page.paragraph(
             f"{found.seeds} seeds a cell, from {FIRST_SEED} on; gains were found on others, with about the same budget for "
             f"each controller. Every flight has noise and latency (SI units): {noise}. Turbulence: Dryden, MIL-F-8785C, its "
-            "wind at 20 ft the mean wind. Cells: mean position RMSE [cm] over the flights that got through and its 95 % "
+            "wind at 20 ft the mean wind. Cells: mean position RMSE [cm] over completed flights and its 95 % "
             "interval; share of flights lost."
         ),
     ]

@@ -21,7 +21,7 @@ FLYABLE = 0.95
 
 OVER_LIMIT = "over-limit"
 CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
-"""Why a flight does not succeed: it got through, but failed by a limit of the user's; or it ended early."""
+"""Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
 RMSE, LARGEST = METRICS[:2]
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
@@ -30,7 +30,7 @@ MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
 class Cells(NamedTuple):
     """What the flights of each cell gave, arrays over (panel, row, column).
 
-    causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many got through.
+    causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
     rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where there is none. outcome: the most
     frequent one.
     """
@@ -80,7 +80,7 @@ def fly_cells(asked: Request, make: Callable[..., Flyer], progress: Progress | N
         outcome = flown[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
         failed = ~flown[SUCCESS].to_numpy()
         np.add.at(outcomes, (cell, outcome), 1)
-        np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it got through
+        np.add.at(causes, (cell[failed], outcome[failed]), 1)  # 0: it completed
         through = outcome == 0
         rmse[turn[through], cell[through]] = numbers(flown[RMSE])[through]
         np.fmax.at(largest, cell[through], numbers(flown[LARGEST])[through])

@@ -30,7 +30,7 @@ class Flown(NamedTuple):
 
     @property
     def completed(self) -> NDArray[np.bool_]:
-        """Which got through."""
+        """Which completed."""
         return np.equal(self.outcome, Outcome.COMPLETED)
 
     def metric(self, name: str) -> Floats:
@@ -40,7 +40,7 @@ class Flown(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """objective: NaN where no flight got through. parts: aggregates of metrics. lost: flights. violation: see `Judge`."""
+    """objective: NaN where no flight completed. parts: aggregates of metrics. lost: flights. violation: see `Judge`."""
 
     objective: float
     parts: dict[str, float]
@@ -50,7 +50,7 @@ class Judged(NamedTuple):
 
     @property
     def feasible(self) -> bool:
-        """Whether all flights got through and the constraints are kept."""
+        """Whether all flights completed and the constraints are kept."""
         return self.lost == 0 and self.violation == 0.0
 
 
@@ -97,7 +97,7 @@ class Judge(NamedTuple):
         return total
 
     def within(self, flown: Flown) -> NDArray[np.bool_]:
-        """Which flights got through and kept every constraint."""
+        """Which flights completed and kept every constraint."""
         good: NDArray[np.bool_] = flown.completed.copy()
         for name, limit in self.section.constraints.items():
             good &= flown.metric(name) <= limit.most

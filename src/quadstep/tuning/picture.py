@@ -27,7 +27,7 @@ def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet
 
 
 def draw_objective(axes: Any, found: Found) -> None:
-    """Every candidate's, told apart by whether it got through and kept the constraints, and the best so far."""
+    """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
     known = [one for one in found.history if math.isfinite(one.judged.objective)]
     kinds = (
         ("feasible", [one for one in known if one.judged.feasible], {"marker": ".", "color": "0.55"}),

@@ -18,8 +18,8 @@ AGGREGATES = {"mean": "mean", "p95": "95 % quantile", "worst": "largest"}
 
 
 class Row(NamedTuple):
-    """A metric with both gains, over the flights that got through with them; difference: tuned less present, flight by flight,
-    over those that got through with both. None where there is no such flight.
+    """A metric with both gains, over the flights completed with them; difference: tuned less present, flight by flight,
+    over those completed with both. None where there is no such flight.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Row(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """success: share of flights that got through and kept the constraints. objective, rows: of it, and of metrics."""
+    """success: share of flights that completed and kept the constraints. objective, rows: of it, and of metrics."""
 
     flights: int
     success: tuple[Estimate, Estimate]
