@@ -96,7 +96,7 @@ def test_a_chunk_counts_once_the_manifest_names_it(tmp_path):
         assert one.has(second)
     with store(tmp_path, resume=True) as one:
         assert one.missing == [first, third]
-        assert one.read()["flight"].to_pylist() == list(range(16, 32))
+        assert one.read(["flight"])["flight"].to_pylist() == list(range(16, 32))
         (tmp_path / "out" / first.file).write_bytes(parquet(fake(first)))  # killed before the manifest named it
         assert one.missing == [first, third]
 

@@ -108,7 +108,7 @@ CASES = {
     "no neurons": (BACKSTEPPING + "nets.neurons = 0\n", "controller.nets.neurons", "1"),
     "too many neurons": (BACKSTEPPING + "nets.neurons = 65\n", "controller.nets.neurons", "64"),
     "seed negative": (BACKSTEPPING + "nets.seed = -1\n", "controller.nets.seed", "0"),
-    "seed too large": (BACKSTEPPING + f"nets.seed = {2**63}\n", "controller.nets.seed", "less than"),
+    "seed too large": (BACKSTEPPING + f"nets.seed = {2**63}\n", "controller.nets.seed", "2^63"),
     "learning rate negative": (BACKSTEPPING + "nets.F1 = -5.0\n", "controller.nets.F1", "0"),
     "learning before the flight": (BACKSTEPPING + "nets.start = -1.0\n", "controller.nets.start", "0"),
     "rotor limits reversed": (LINE + "[vehicle]\nrotors.limits = [8.0, 2.0]\n", "vehicle.rotors", "limits", "least, greatest"),
@@ -219,7 +219,7 @@ def test_a_missing_mission_file_is_named(tmp_path):
 
 
 def test_a_folder_is_no_mission(tmp_path):
-    with pytest.raises(UserError, match=rf"^{re.escape(str(tmp_path))}: cannot be read: .*directory"):
+    with pytest.raises(UserError, match=rf"^{re.escape(str(tmp_path))}: cannot be read: it is a folder; a TOML file must be a regular file"):
         read_mission(tmp_path)
 
 
@@ -242,7 +242,7 @@ def test_weights_of_the_wrong_form_are_refused(tmp_path, case):
     (tmp_path / "w.json").write_text(json.dumps(BAD_WEIGHTS[case]), encoding="utf-8")
     message = refusal(tmp_path, WARM)
     assert "w.json" in message
-    assert "neurons x 3" in message
+    assert ("NaN is no number" if case == "nan" else "neurons x 3") in message
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"null", b"[" * 100_000])
@@ -260,6 +260,6 @@ def test_weights_of_other_nets_are_refused(tmp_path, changed):
 
 
 def test_missing_weights_and_a_folder_for_weights_are_refused(tmp_path):
-    assert "w.json: saved weights cannot be read: No such file" in refusal(tmp_path, WARM)
+    assert "w.json: cannot be read: No such file" in refusal(tmp_path, WARM)
     (tmp_path / "w.json").mkdir()
-    assert "directory" in refusal(tmp_path, WARM)
+    assert "it is a folder" in refusal(tmp_path, WARM)

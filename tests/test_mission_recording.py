@@ -131,7 +131,7 @@ FLAWS = {
     "repeated time": (rows((5, "2,3,0,1")), "line 5", "repeats", "2 s, then 2 s"),
     "backward time": (rows((4, "0.5,2,0,0")), "line 4", "backward", "1 s, then 0.5 s"),
     "not UTF-8": (b"t,x,y,z\n\xff\xfe\n", "not a text file"),
-    "huge field": ("t,x,y,z\n" + "9" * 200_000 + ",0,0,0\n", "not a text file"),
+    "huge field": ("t,x,y,z\n" + "9" * 200_000 + ",0,0,0\n", "line 2", "65536 characters"),
 }
 
 
@@ -170,7 +170,7 @@ def test_a_wide_file_is_listed_in_one_short_line(tmp_path):
 def test_a_missing_file_and_a_folder_are_named(tmp_path):
     with pytest.raises(UserError, match=r"path\.csv: .*No such file"):
         read_recording(tmp_path / "path.csv", COLUMNS, 1.0)
-    with pytest.raises(UserError, match="irectory"):
+    with pytest.raises(UserError, match="it is a folder; a recording must be a regular file"):
         read_recording(tmp_path, COLUMNS, 1.0)
 
 

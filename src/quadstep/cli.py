@@ -16,7 +16,7 @@ from typer.exceptions import TyperException
 from quadstep import __version__
 from quadstep.campaign.commands import add_campaign
 from quadstep.envelope.commands import add_envelope
-from quadstep.errors import InterruptedRun, UserError
+from quadstep.errors import InterruptedRun, UserError, one_line
 from quadstep.exit_codes import BAD_INPUT, DIVERGED, FAILED, INTERRUPTED, OUTPUT_LOST
 from quadstep.extras import missing_extra
 from quadstep.flight.engine import Engine
@@ -236,7 +236,7 @@ def vehicles(
     section = (
         load_preset(vehicle) if vehicle in preset_names() or not vehicle.endswith(".toml") else read_vehicle(Path(vehicle))
     )
-    show_table(section.description or vehicle, ("key", "value", "unit", "meaning", "source"), parameters(section))
+    show_table(one_line(section.description or vehicle), ("key", "value", "unit", "meaning", "source"), parameters(section))
 
 
 @app.command()

@@ -1,12 +1,38 @@
 """What went wrong in the user's terms: one line, what and where and what is allowed."""
 
+LONGEST = 1000
+"""Characters of a line."""
+
 
 class UserError(Exception):
     """Bad input or an impossible request; the command line prints it as one line and exits with 2."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
+        super().__init__(one_line(message))
 
 
 class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
+
+
+def one_line(text: str) -> str:
+    """Text as one line that is safe in a terminal, of at most `LONGEST` characters: the middle of a longer one is left out.
+
+    What does not print (control characters, marks that change the direction of text, half of a surrogate pair) is shown as
+    Python escapes it.
+    """
+    line = " ".join(cut(text, 4 * LONGEST).split())
+    return cut(line if line.isprintable() else "".join(map(visible, line)), LONGEST)
+
+
+def visible(sign: str) -> str:
+    """A character, or how Python escapes it where it does not print."""
+    return sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii")
+
+
+def cut(text: str, most: int) -> str:
+    """Text of at most so many characters; most of its beginning and some of its end stay."""
+    if len(text) <= most:
+        return text
+    end = most // 3
+    return f"{text[: most - end - 5]} ... {text[-end:]}"

@@ -13,3 +13,9 @@ class CampaignEngine(StrEnum):
 
 MOST_FLIGHTS = 10**9
 """Of one campaign; random numbers know 2^32."""
+
+LARGEST_CHUNK = 2**20
+"""Flights in one file of results: they are in memory together, 100 bytes and more each."""
+
+MOST_CHUNKS = 20_000
+"""Files of one campaign: its manifest names each and is written anew with each."""

@@ -1,6 +1,6 @@
 """The manifest of a campaign: what was flown, by what, and which files hold it."""
 
-import json
+import os
 import platform
 from importlib.metadata import version
 from pathlib import Path
@@ -10,7 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from quadstep import __version__
 from quadstep.campaign import draws
+from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.schema import Campaign
+from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.kernel import host
 
@@ -24,9 +26,9 @@ PACKAGES = ("numpy", "llvmlite", "pyarrow")
 class Named(BaseModel):
     """A file in a manifest."""
 
-    file: Annotated[str, Field(pattern=rf"^{FLIGHTS}/[0-9]{{5,}}\.parquet$")]
-    first: int
-    past: int
+    file: Annotated[str, Field(pattern=rf"^{FLIGHTS}/[0-9]{{5,9}}\.parquet$")]
+    first: Annotated[int, Field(ge=0, lt=MOST_FLIGHTS)]
+    past: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
     sha256: str
 
 
@@ -37,9 +39,9 @@ class Manifest(BaseModel):
     name: str
     fingerprint: str
     draws: int = 1
-    flights: Annotated[int, Field(ge=1)]
-    chunk: Annotated[int, Field(ge=1)]
-    chunks: list[Named]
+    flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
+    chunk: Annotated[int, Field(ge=1, le=LARGEST_CHUNK)]
+    chunks: Annotated[list[Named], Field(max_length=MOST_CHUNKS)]
     machines: list[dict[str, Any]]
     files: list[str] = []
 
@@ -75,12 +77,12 @@ def machine() -> dict[str, Any]:
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """The manifest in a folder, None where there is none. Raises UserError for one that cannot be read."""
     path = folder / MANIFEST
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not os.path.lexists(path):
         return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise UserError(f"{path}: cannot be read: {error!r:.100}; choose another --out") from None
+    try:
+        content = read_json(path)
+    except UserError as error:
+        raise UserError(f"{error}; choose another --out") from None
     try:
         Manifest.model_validate(content)
     except ValidationError:

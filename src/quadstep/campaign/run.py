@@ -42,8 +42,10 @@ def fly_campaign(
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
     campaign = read_campaign(path)
+    count = flights or campaign.flights
+    campaign.check_count(count)
     fly = engine_for(campaign, engine)
-    with opened(folder, campaign, flights or campaign.flights, engine, resume, overwrite) as store:
+    with opened(folder, campaign, count, engine, resume, overwrite) as store:
         missing = store.missing
         over = store.flights - sum(chunk.past - chunk.first for chunk in missing)
 
@@ -60,8 +62,8 @@ def fly_campaign(
             summary = summarise(store)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
-            kept, count = len(store.chunks) - len(store.missing), len(store.chunks)
-            raise InterruptedRun(f"{kept} of {count} files of flights are kept in {folder}; go on with --resume") from None
+            kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
+            raise InterruptedRun(f"{kept} of {wanted} files of flights are kept in {folder}; go on with --resume") from None
     return Finished(campaign, summary, folder)
 
 

@@ -9,18 +9,23 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from quadstep import files
 from quadstep.campaign.distributions import Correlated, Distribution, Grid
-from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.keys import parts
+from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import METRICS
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
-from quadstep.mission.read import check_mission, read_toml
+from quadstep.mission.read import check_mission
 
 CHUNK = 65_536
 """Flights in one file of results: what a killed run loses at most."""
+
+MOST_KEYS = 512
+"""That may vary; each takes 8 bytes of every flight."""
 
 THRESHOLDS = {name.partition("[")[0]: name for name in METRICS}
 """What a failure can be made of: metrics by their names without units."""
@@ -64,7 +69,7 @@ class CampaignFile(Section):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     precision: Literal["f32", "f64"] = "f64"
     score_period: Positive | None = None
-    chunk: Annotated[int, Field(ge=16, le=10**7)] = CHUNK
+    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK)] = CHUNK
     vary: Annotated[dict[str, Distribution], BeforeValidator(flat)] = Field(default_factory=dict)
     correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
     failure: dict[str, Positive] = Field(default_factory=dict)
@@ -81,6 +86,8 @@ class CampaignFile(Section):
             raise ValueError(f"vary: {error}") from None
         if self.combinations > MOST_FLIGHTS:
             raise ValueError(f"vary: the grids make {self.combinations:.3g} flights; allowed are at most {MOST_FLIGHTS}")
+        if len(keys) > MOST_KEYS:
+            raise ValueError(f"vary: {len(keys)} keys; allowed are at most {MOST_KEYS}")
         twice = [key for key in keys if keys.count(key) > 1]
         if twice:
             raise ValueError(f"{twice[0]}: varies twice")
@@ -127,6 +134,15 @@ class Campaign(NamedTuple):
         """How many there are if the command line does not say."""
         return self.file.flights or self.file.combinations
 
+    def check_count(self, flights: int) -> None:
+        """Refuses so many flights where they would make too many files. Raises UserError."""
+        made = -(-flights // self.file.chunk)
+        if made > MOST_CHUNKS:
+            raise UserError(
+                f"flights, chunk: {flights} flights, {self.file.chunk} a file, make {made} files; allowed are at most "
+                f"{MOST_CHUNKS}: choose a chunk of {-(-flights // MOST_CHUNKS)} or more"
+            )
+
     @property
     def double(self) -> bool:
         """Whether it is flown in f64."""
@@ -146,12 +162,10 @@ def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
     for name in sorted(set(strings(content))):
         path = folder / name
         try:
-            bits = path.read_bytes() if path.is_file() else None
-        except (OSError, ValueError):  # a name that no file can have, or no permission: flying will say so
-            bits = None
-        if bits is None:
+            with files.opened(path, files.ANY) as file:
+                found.append(hashlib.file_digest(file, "sha256").hexdigest())
+        except (OSError, UserError):  # no file, or none that may be read: flying will say so
             continue
-        found.append(hashlib.sha256(bits).hexdigest())
         if path.suffix == ".toml" and depth < DEEPEST:
             with contextlib.suppress(UserError):
                 found += digests(read_toml(path), path.parent, depth + 1)
@@ -177,7 +191,7 @@ def read_campaign(path: Path) -> Campaign:
         mission, folder = read_toml(source), source.parent
     else:
         source, mission, folder = path, file.mission, path.parent
-    return campaign_of(file, path.read_text(encoding="utf-8-sig"), mission, str(source), folder)
+    return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder)
 
 
 def campaign_of(file: CampaignFile, text: str, mission: dict[str, Any], source: str, folder: Path) -> Campaign:

@@ -11,18 +11,19 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from quadstep import __version__
-from quadstep.campaign.flown import judged
+from quadstep import __version__, files
+from quadstep.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
 from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
+from quadstep.flight.scored import METRICS
 from quadstep.report.publish import WRITING
 
 
@@ -101,10 +102,13 @@ class Store:
     def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
         """The flights of one file. Raises UserError."""
         path = self.folder / chunk.file
-        try:
-            return pq.ParquetFile(path).read(columns=None if columns is None else list(columns))
-        except (OSError, pa.ArrowException) as error:
-            raise UserError(f"{path}: cannot be read: {error}") from None
+        with files.opened(path, files.FLIGHTS) as file:
+            try:
+                parquet = pq.ParquetFile(file)
+                check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *METRICS))
+                return parquet.read(columns=None if columns is None else list(columns))
+            except (OSError, pa.ArrowException) as error:
+                raise UserError(f"{path}: cannot be read: {error}") from None
 
     def shorten(self, flights: int) -> None:
         """Forget and remove the files of flights beyond so many, where there were more before. Raises UserError."""
@@ -127,10 +131,8 @@ class Store:
             path = self.folder / chunk.file
             if not self.has(chunk):
                 continue
-            try:
-                digest = hashlib.sha256(path.read_bytes()).hexdigest()
-            except OSError as error:
-                raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+            with files.opened(path, files.FLIGHTS) as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != self.digests[chunk.file]["sha256"]:
                 raise UserError(
                     f"{path}: corrupted (its content is not what was written); delete this file, and --resume flies flights "
@@ -234,6 +236,19 @@ def sweep_up(folder: Path) -> None:
     for leftover in (*folder.glob(f"{WRITING}*"), *(folder / FLIGHTS).glob(f"{WRITING}*")):
         with contextlib.suppress(OSError):
             shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
+
+
+KINDS = {FLIGHT: "int64", OUTCOME: "dictionary", TIME: "double", SUCCESS: "bool"}
+"""How the types of the columns begin that every campaign has."""
+
+
+def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterable[str]) -> None:
+    """Refuses a file that has not these columns, or other flights, before it is read. Raises UserError."""
+    size = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
+    kinds = {field.name: str(field.type) for field in about.schema.to_arrow_schema()}
+    good = all(name in kinds and kinds[name].startswith(KINDS.get(name, "")) for name in columns)
+    if about.num_rows != chunk.past - chunk.first or not good or size > 4 * files.FLIGHTS.most:
+        raise UserError(f"{path}: holds other things than flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
 
 
 def parquet(table: pa.Table) -> bytes:

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from quadstep import files
 from quadstep.campaign.distributions import MOST_OPTIONS, Grid
 from quadstep.campaign.planner import Planner
 from quadstep.campaign.schema import THRESHOLDS, Campaign, CampaignFile, campaign_of, read_campaign
+from quadstep.documents import read_toml
 from quadstep.envelope.axes import MOST_CELLS, MOST_PANELS, Axis, check_axes, number, parse_axis, shown
 from quadstep.errors import UserError
-from quadstep.mission.read import check_mission, read_toml
+from quadstep.mission.read import check_mission
 
 MOST_FLIGHTS = 50_000_000
 NOISY_FLIGHTS = 20
@@ -82,7 +84,7 @@ def read_base(path: Path) -> Campaign:
         return read_campaign(path)
     mission = check_mission(content, str(path), path.parent)
     file = CampaignFile(name=mission.name, mission=content, seed=getattr(mission, "seed", 1))
-    return campaign_of(file, path.read_text(encoding="utf-8-sig"), content, str(path), path.parent)
+    return campaign_of(file, files.read_text(path, files.TOML), content, str(path), path.parent)
 
 
 def fitted(base: Campaign, axes: list[Axis]) -> list[Axis]:

@@ -1,32 +1,59 @@
 """A section checked: one line that says what is wrong, where, and what is allowed."""
 
+import contextlib
+import reprlib
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from quadstep.errors import UserError
+from quadstep.errors import UserError, cut
+from quadstep.mission.presets import origin
+
+LONGEST = 60
+"""Characters of a given value or a part of a key in a line."""
 
 Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def check(model: type[Checked], content: dict[str, Any], source: str, folder: Path = Path()) -> Checked:
     """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong."""
+    vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
     try:
         return model.model_validate(content, context={"folder": folder})
     except ValidationError as error:
-        problems = sorted(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
+        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise UserError(f"{source}: {describe(model, problems[0])}{more}") from None
+        said = describe(model, problems[0])
+        file = blamed(content, problems[0]["loc"], folder)
+        if file:
+            said = f"{vehicle}file: {file}: {said.removeprefix(vehicle).removeprefix('vehicle: ')}"
+        raise UserError(f"{source}: {said}{more}") from None
+    except UserError as error:  # about the file of a vehicle
+        raise UserError(f"{source}: {vehicle}file: {error}") from None
+
+
+def blamed(content: dict[str, Any], location: tuple[int | str, ...], folder: Path) -> Path | None:
+    """The file that a vehicle starts from where a problem at `location` comes from there."""
+    table, keys = content, location
+    if "vehicle" in content:
+        table, keys = content["vehicle"], location[1:]
+        if location[:1] != ("vehicle",):
+            return None
+    if not isinstance(table, dict) or not isinstance(table.get("file"), str):
+        return None
+    with contextlib.suppress(UserError, ValueError):  # no such file: that is the problem then
+        return origin(table, keys, folder) or origin(table, (), folder)
+    return None
 
 
 def describe(model: type[BaseModel], problem: Any) -> str:
     """One problem in the user's words: key, what is wrong, what is allowed."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
     models, keys, options = walk(model, problem["loc"])
-    key = ".".join(keys)
+    key = cut(".".join(cut(part, LONGEST) for part in keys), 3 * LONGEST)
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        wrong = "missing" if kind == "union_tag_not_found" else f"{context['tag']!r} is not known"
+        wrong = "missing" if kind == "union_tag_not_found" else f"{shorten(context['tag'])} is not known"
         allowed = ", ".join(name for option in options for name in types(option))
         return f"{key}.type: {wrong}; allowed: {allowed}"
     said = {
@@ -88,7 +115,19 @@ def types(option: type[BaseModel]) -> tuple[str, ...]:
     return get_args(option.model_fields["type"].annotation) if "type" in option.model_fields else ()
 
 
+class Shortened(reprlib.Repr):
+    """Values as Python writes them, of a few levels and entries only."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxstring, self.maxother, self.maxlist = 3, LONGEST, LONGEST, 12
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Python refuses to write numbers of very many digits."""
+        return repr(x) if x.bit_length() < 4 * LONGEST else "a very large number"
+
+
 def shorten(value: Any) -> str:
     """A given value, cut to fit a line."""
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    text = Shortened().repr(value)
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -1,6 +1,5 @@
 """The kinds of controller a mission can name, and the law and gains of each. Defaults are the choices of the study."""
 
-import json
 import math
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +11,7 @@ from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepp
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
 from quadstep.control.networks import Net, random_input_weights
+from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.mission.fields import (
     Finite,
@@ -88,10 +88,8 @@ class SavedWeights(Section):
 def read_weights(path: Path) -> SavedWeights:
     """Weights from the `weights.json` of an earlier flight. Raises UserError for anything else."""
     try:
-        saved = TypeAdapter(SavedWeights).validate_python(json.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise UserError(f"{path}: saved weights cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError):
+        saved = TypeAdapter(SavedWeights).validate_python(read_json(path))
+    except ValueError:
         saved = None
     if saved is None or not len(saved.W1) == len(saved.W2) == saved.neurons:
         raise UserError(f"{path}: not a weights.json as `quadstep fly` writes it (neurons, seed, W1 and W2 of neurons x 3)")

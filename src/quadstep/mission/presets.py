@@ -1,10 +1,14 @@
 """Vehicles in TOML: those that come with the package, and a user's own, which look the same."""
 
 import tomllib
+from collections.abc import Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
+
+from quadstep.documents import read_toml
+from quadstep.errors import UserError
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})
 """Keys that say where the rotors are, in two ways: a table that chooses one way says nothing in the other."""
@@ -38,22 +42,11 @@ def preset_table(name: Any) -> dict[str, Any]:
     return tomllib.loads((preset_folder() / f"{name}.toml").read_text(encoding="utf-8"))
 
 
-def vehicle_table(path: Path) -> dict[str, Any]:
-    """The keys of a user's own vehicle. Raises ValueError where the file cannot be read."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not valid TOML: {error}") from None
-
-
 def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, Any]:
     """The keys of a vehicle table on top of those of the `preset` or `file` it names, which is looked up from `folder`.
 
-    Raises ValueError for an unknown preset, a file that cannot be read, both keys at once, or files that name each other.
+    Raises ValueError for an unknown preset or both keys at once; UserError, naming the file, where that is about a file, where
+    one cannot be read, and for files that name each other.
     """
     preset, file = table.get("preset"), table.get("file")
     if preset is not None and file is not None:
@@ -61,14 +54,46 @@ def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, 
     if preset is not None:
         return merged(preset_table(preset), table)
     if file is not None:
-        if not isinstance(file, str) or not file.isprintable():
-            raise ValueError(f"file should be the name of a TOML file, not {file!r:.60}")
-        path = folder / file
+        path = named_file(table, folder)
         if depth == DEEPEST:
-            raise ValueError(f"{path}: more than {DEEPEST} files start from one another")
-        base = completed(vehicle_table(path), path.parent, depth + 1)
+            raise UserError(f"{path}: more than {DEEPEST} files start from one another")
+        own = read_toml(path)
+        try:
+            base = completed(own, path.parent, depth + 1)
+        except ValueError as error:
+            raise UserError(f"{path}: {error}") from None
         return merged({key: value for key, value in base.items() if key != "preset"}, table)
     return table
+
+
+def named_file(table: dict[str, Any], folder: Path) -> Path:
+    """The file that a vehicle table starts from. Raises ValueError."""
+    file = table["file"]
+    if not isinstance(file, str) or not file.isprintable() or not file:
+        raise ValueError(f"file should be the name of a TOML file, not {file!r:.60}")
+    return folder / file
+
+
+def origin(table: dict[str, Any], keys: Sequence[int | str], folder: Path) -> Path | None:
+    """The file that says what a vehicle table has at `keys`; None where the table does itself, or nobody.
+
+    What a table is as a whole, without `keys`, its file has said where it adds nothing.
+    """
+    path: Path | None = None
+    for _ in range(DEEPEST):
+        if says(table, keys) if keys else len(table) > 1:
+            return path
+        if "file" not in table:
+            return None
+        path = named_file(table, folder)
+        table, folder = read_toml(path), path.parent
+    return None
+
+
+def says(table: dict[str, Any], keys: Sequence[int | str]) -> bool:
+    """Whether a table has what is at `keys`. Only tables directly inside it are made of several files."""
+    value = table.get(str(keys[0]))
+    return value is not None and (len(keys) == 1 or not isinstance(value, dict) or keys[1] in value)
 
 
 def merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:

@@ -1,11 +1,11 @@
 """Reading a mission file: TOML, checked, with one line that says what is wrong, where, and what is allowed."""
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import BaseModel
 
+from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.check import check, sections, shorten, types
@@ -16,18 +16,6 @@ if TYPE_CHECKING:
     from quadstep.mission.airframe_mission import AirframeMission
 
 AnyMission: TypeAlias = "Mission | AirframeMission"
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file. Raises UserError naming it."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file in UTF-8") from None
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError; numbers of too many digits; lists too deep
-        raise UserError(f"{path}: not valid TOML: {error}") from None
 
 
 def read_mission(path: Path) -> AnyMission:

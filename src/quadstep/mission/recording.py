@@ -1,18 +1,25 @@
 """Reading a recorded path: a CSV of t, x, y, z and perhaps psi, with the flaws that real logs have named one by one."""
 
 import csv
+import io
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.errors import UserError
+from quadstep import files
+from quadstep.errors import UserError, cut
+from quadstep.mission.check import shorten
 from quadstep.mission.fields import MOST
 
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180.0}
 
 FEWEST_ROWS = 4
+MOST_ROWS = 200_000
+"""Of data; the path is fitted to them one by one."""
+
 SHORTEST = 1e-6
 """Least time between two rows [s]."""
 
@@ -26,38 +33,46 @@ def read_recording(
     its column is named, or where one called psi is there. shortest: how long a recording must be at least [s].
 
     Raises UserError for a missing file or column, a field that is no finite number, times that repeat or go backward, a
-    recording that is too short, and fewer than four rows.
+    recording that is too short, fewer than four rows and too many.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            numbered = [(reader.line_num, row) for row in reader if row]
-    except (OSError, ValueError, csv.Error) as error:
-        reason = (
-            error.strerror if isinstance(error, OSError) and error.strerror else "not a text file of comma-separated values"
-        )
-        raise UserError(f"{path}: cannot be read as a path: {reason}") from None
-    table = [row for _, row in numbered]
-    header = [name.partition("[")[0].strip() for name in table[0]] if table else []
+    with files.opened(path, files.RECORDING) as binary:
+        table = csv.reader(files.lines(path, io.TextIOWrapper(binary, encoding="utf-8-sig", newline="")))
+        try:
+            return read_table(path, ((table.line_num, row) for row in table if row), columns, angle_unit, shortest)
+        except (OSError, ValueError, csv.Error):
+            raise UserError(f"{path}: cannot be read as a path: not a text file of comma-separated values") from None
+
+
+def read_table(
+    path: Path, table: Iterator[tuple[int, list[str]]], columns: dict[str, str | None], angle_unit: float, shortest: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`read_recording` of the rows of a file, each with the number of its line."""
+    header = [name.partition("[")[0].strip() for name in next(table, (0, []))[1]]
     named = {key: name.partition("[")[0].strip() for key, name in columns.items() if name is not None}
     if columns["psi"] is None and "psi" in header:
         named["psi"] = "psi"
     twice = [name for name in named.values() if header.count(name) > 1]
     if twice:
-        raise UserError(f"{path}: column {twice[0]!r} stands more than once in the header")
+        raise UserError(f"{path}: column {shorten(twice[0])} stands more than once in the header")
     missing = [name for name in named.values() if name not in header]
     if missing:
-        have = ", ".join(header[:12]) + (", ..." if len(header) > 12 else "")
-        raise UserError(f"{path}: column {missing[0]!r} is missing; the file has: {have or 'nothing'}")
-    if len(table) - 1 < FEWEST_ROWS:
-        raise UserError(f"{path}: {len(table) - 1} rows of data; a path needs at least {FEWEST_ROWS}")
-    places = {key: header.index(name) for key, name in named.items()}
-    data = {key: np.array([number(path, line, row, place, header) for line, row in numbered[1:]])
-            for key, place in places.items()}  # fmt: skip
+        have = ", ".join(cut(name, 30) for name in header[:12]) + (", ..." if len(header) > 12 else "")
+        raise UserError(f"{path}: column {shorten(missing[0])} is missing; the file has: {have or 'nothing'}")
+    places = [header.index(name) for name in named.values()]
+    numbered: list[int] = []
+    found: list[list[float]] = []
+    for line, row in table:
+        if len(found) == MOST_ROWS:
+            raise UserError(f"{path}: more than {MOST_ROWS} rows of data, the most that a path may have; leave some out")
+        numbered.append(line)
+        found.append([number(path, line, row, place, header) for place in places])
+    if len(found) < FEWEST_ROWS:
+        raise UserError(f"{path}: {len(found)} rows of data; a path needs at least {FEWEST_ROWS}")
+    data = dict(zip(named, np.array(found).T, strict=True))
     times = data["t"]
     stuck = np.flatnonzero(np.diff(times) < SHORTEST)
     if len(stuck):
-        line = numbered[int(stuck[0]) + 2][0]
+        line = numbered[int(stuck[0]) + 1]
         before, after = times[stuck[0]], times[stuck[0] + 1]
         how = "repeats" if after == before else "goes backward" if after < before else "hardly moves"
         raise UserError(
@@ -66,7 +81,7 @@ def read_recording(
     span = times[-1] - times[0]
     if span < shortest:
         raise UserError(
-            f"{path}: line {numbered[-1][0]}: the recording ends after {span:g} s; with this smoothing it must last at least "
+            f"{path}: line {numbered[-1]}: the recording ends after {span:g} s; with this smoothing it must last at least "
             f"{shortest:g} s"
         )
     yaw = unwrapped(data["psi"] * angle_unit) if "psi" in data else np.zeros(len(times))
@@ -81,14 +96,15 @@ def unwrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def number(path: Path, line: int, row: list[str], place: int, header: list[str]) -> float:
-    """The finite number in one field."""
+    """The finite number in one field. Raises UserError."""
     text = row[place].strip() if place < len(row) else ""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value) or "_" in text:
-        raise UserError(f"{path}: line {line}, column {header[place]!r}: {text or 'nothing'!r} is not a finite number")
-    if abs(value) > MOST:
-        raise UserError(f"{path}: line {line}, column {header[place]!r}: {text} is beyond {MOST:g}")
-    return value
+    if math.isfinite(value) and abs(value) <= MOST and "_" not in text:
+        return value
+    wrong = f"{shorten(text or 'nothing')} is not a finite number"
+    if MOST < abs(value) < math.inf:
+        wrong = f"{cut(text, 30)} is beyond {MOST:g}"
+    raise UserError(f"{path}: line {line}, column {shorten(header[place])}: {wrong}")

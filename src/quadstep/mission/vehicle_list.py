@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from quadstep.errors import UserError
+from quadstep.documents import read_toml
+from quadstep.errors import UserError, one_line
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import check
 from quadstep.mission.fields import Quantity
-from quadstep.mission.presets import preset_names, preset_table, vehicle_table
+from quadstep.mission.presets import preset_names, preset_table
 
 __all__ = ["Parameter", "load_preset", "parameters", "preset_names", "read_vehicle"]
 
@@ -35,11 +36,7 @@ def load_preset(name: str) -> AirframeSection:
 
 def read_vehicle(path: Path) -> AirframeSection:
     """A vehicle in a file of one's own, which may itself start from a preset or a file. Raises UserError."""
-    try:
-        table = vehicle_table(path)
-    except ValueError as error:
-        raise UserError(str(error)) from None
-    return check(AirframeSection, table, str(path), path.parent)
+    return check(AirframeSection, read_toml(path), str(path), path.parent)
 
 
 def parameters(vehicle: AirframeSection) -> list[Parameter]:
@@ -76,7 +73,7 @@ def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, Any, Qu
 
 def source(sources: dict[str, str], key: str) -> str:
     """Where a number is from: what is said of its key, or of the table it is in."""
-    return sources.get(key) or sources.get(key.partition(".")[0], "")
+    return one_line(sources.get(key) or sources.get(key.partition(".")[0], ""))
 
 
 def shown(value: Any) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from quadstep.errors import UserError
+from quadstep.files import PAGE, read_bytes
 from quadstep.flight.engine import Engine
 from quadstep.terminal.screen import complain, say, say_whole
 
@@ -79,7 +80,7 @@ def check_target(path: Path) -> None:
     try:
         if path.is_dir():
             raise UserError(f"{path}: is a folder; --out needs a file")
-        if path.exists() and OWN_MARK not in path.read_text(encoding="utf-8", errors="replace"):
+        if path.exists() and OWN_MARK.encode() not in read_bytes(path, PAGE):
             raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None

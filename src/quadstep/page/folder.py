@@ -1,25 +1,30 @@
 """Results under a folder: what `quadstep serve` lists, and a recorded flight read back."""
 
+import contextlib
 import csv
-import errno
-import json
+import io
 import os
-import stat
 import warnings
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from quadstep import files
+from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import FlightLog
+from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
 
-DEEPEST, MOST_RESULTS, LARGEST_FILE = 6, 2000, 400_000_000
+DEEPEST, MOST_RESULTS = 6, 2000
 MOST_PAGES = 20
+LARGEST_NUMBER = 1e30
+"""In a row of a log that is drawn; differences and squares of larger ones leave the range of numbers."""
+
 REPORTS = (
     "page.html",
     "report.html",
@@ -64,18 +69,18 @@ def walk(root: Path) -> Iterator[str]:
 def result_in(root: Path, folder: Path) -> Result | None:
     """The result that a folder holds, if it does."""
     try:
-        files = {entry.name: entry.stat().st_mtime for entry in os.scandir(folder) if entry.is_file(follow_symlinks=False)}
+        found = {entry.name: entry.stat().st_mtime for entry in os.scandir(folder) if entry.is_file(follow_symlinks=False)}
     except OSError:  # not ours to read, or gone meanwhile
         return None
-    known = [name for name in REPORTS if name in files]
-    pages = sorted(name for name in files if name.endswith(".html") and name not in known and not name.startswith("."))
+    known = [name for name in REPORTS if name in found]
+    pages = sorted(name for name in found if name.endswith(".html") and name not in known and not name.startswith("."))
     shown = [*known, *pages[:MOST_PAGES]]
     if not shown:
         return None
     content = manifest(folder)
     name = content.get("name")
     title = name if isinstance(name, str) else folder.name
-    return Result(folder.relative_to(root), title, ending(content), max(files[name] for name in shown), tuple(shown))
+    return Result(folder.relative_to(root), title, ending(content), max(found[name] for name in shown), tuple(shown))
 
 
 def ending(content: dict[str, Any]) -> str:
@@ -90,36 +95,27 @@ def ending(content: dict[str, Any]) -> str:
 
 
 def manifest(folder: Path) -> dict[str, Any]:
-    """The content of metrics.json; empty where it is not there or something else."""
-    try:
-        with own_file(folder / MANIFEST) as file:
-            content = json.load(file)
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
-def own_file(path: Path) -> TextIO:
-    """A text file opened for reading; not what a link leads to, nor one that fills the memory. Raises OSError."""
-    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    if not stat.S_ISREG(os.fstat(handle).st_mode) or os.fstat(handle).st_size > LARGEST_FILE:
-        os.close(handle)
-        raise OSError(errno.EFBIG, "not a file, or too large a one")
-    return os.fdopen(handle, encoding="utf-8", newline="")
+    """The content of metrics.json; empty where it is not there or something else. Links are not followed."""
+    with contextlib.suppress(UserError):
+        content = read_json(folder / MANIFEST, links=False)
+        return content if isinstance(content, dict) else {}
+    return {}
 
 
 def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
-    """A log from the CSV that `quadstep fly` writes. Raises UserError for anything else."""
-    try:
-        with own_file(path) as file, warnings.catch_warnings(action="ignore"):  # of a log without rows
-            header = next(csv.reader(file), [])
-            rows = np.loadtxt(file, delimiter=",", ndmin=2, dtype=np.float64)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, csv.Error):
-        raise UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it") from None
+    """A log from the CSV that `quadstep fly` writes. Links are not followed. Raises UserError for anything else."""
+    other = UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it")
+    with files.opened(path, files.LOG, links=False) as binary, warnings.catch_warnings(action="ignore"):  # a log without rows
+        lines = files.lines(path, io.TextIOWrapper(binary, encoding="utf-8", newline=""))
+        try:
+            header = next(csv.reader(lines), [])
+            rows = np.loadtxt(lines, delimiter=",", ndmin=2, dtype=np.float64, max_rows=MOST_ROWS + 2)
+        except (OSError, ValueError, csv.Error):
+            raise other from None
     rows = rows if rows.size else np.zeros((0, len(header)))
     columns = {name.partition("[")[0]: name.partition("[")[2].removesuffix("]") for name in header}
     if rows.shape[1] != len(header) or len(columns) != len(header) or not {"t", "x", "y", "z"} <= columns.keys():
-        raise UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it")
-    return FlightLog(columns, rows[np.isfinite(rows).all(axis=1)], outcome, ended, None)
+        raise other
+    if len(rows) > MOST_ROWS + 1:
+        raise UserError(f"{path}: more than {MOST_ROWS} rows, the most that a log may have")
+    return FlightLog(columns, rows[(abs(rows) <= LARGEST_NUMBER).all(axis=1)], outcome, ended, None)

@@ -100,8 +100,8 @@ def folder_below(root: Path, path: str) -> Path:
 
 def answer(root: Path, target: str) -> Answer:
     """What a GET of `target` gets."""
-    path = urlsplit(target).path
     try:
+        path = urlsplit(target).path
         if path == "/":
             return Answer(HTTPStatus.OK, KINDS[".html"], list_page(root, results(root)))
         if path == "/favicon.ico":  # what browsers ask for of themselves
@@ -142,7 +142,10 @@ def row(result: Result) -> str:
         best = f"/fly/{base}"
     links = " ".join(f'<a href="{html.escape(href)}">{html.escape(name)}</a>' for name, href in files)
     name = f'<a href="{html.escape(best)}">{html.escape(result.name)}</a>'
-    written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
+    try:
+        written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
+    except (ValueError, OverflowError):  # a time that no calendar has
+        written = ""
     cells = [name, html.escape(place), written, html.escape(result.ending), links]
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 

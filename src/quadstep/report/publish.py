@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten
@@ -90,8 +91,8 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]
     if not folder.is_dir():
         raise UserError(f"{folder}: is a file; --out needs a folder")
     content: dict[str, Any] = {}
-    with contextlib.suppress(OSError, ValueError):
-        loaded = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    with contextlib.suppress(UserError):
+        loaded = read_json(folder / MANIFEST)
         content = loaded if isinstance(loaded, dict) else {}
     found = any(not path.name.startswith(WRITING) for path in folder.iterdir())
     if not overwrite and content.get("fingerprint") != identity and found:

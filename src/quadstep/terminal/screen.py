@@ -9,6 +9,8 @@ from typing import TextIO
 
 from rich.console import Console
 
+from quadstep.errors import one_line, visible
+
 BIDIRECTIONAL = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 REDIRECTED, UNKNOWN, LEAST = 120, 80, 20
 """Columns: of a file or pipe, of a terminal that does not say, and of the narrowest terminal that is served."""
@@ -36,7 +38,7 @@ def console(stream: TextIO | None = None) -> Console:
 
 def plain(text: str) -> str:
     """Text in which nothing speaks to the terminal: no escape sequences, no change of the direction of writing."""
-    return "".join("?" if c != "\n" and speaks(c) else c for c in text)
+    return "".join(visible(c) if c != "\n" and speaks(c) else c for c in text)
 
 
 def speaks(character: str) -> bool:
@@ -57,7 +59,7 @@ def say_whole(text: str) -> None:
 
 def complain(line: str) -> None:
     """One line on standard error."""
-    sys.stderr.write(f"quadstep: {plain(' '.join(line.split()))}\n")
+    sys.stderr.write(f"quadstep: {one_line(line)}\n")
     sys.stderr.flush()
 
 

@@ -10,13 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from quadstep import files
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.flown import Flyer, Progress
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
+from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import METRICS
 from quadstep.mission.check import check
-from quadstep.mission.read import AnyMission, check_mission, read_toml
+from quadstep.mission.read import AnyMission, check_mission
 from quadstep.mission.tune import TuneSection
 from quadstep.tuning.gains import Gain, gains_of, numbers, present, starting_point, with_numbers
 from quadstep.tuning.judge import Flown
@@ -96,7 +98,7 @@ def asked(path: Path) -> Asked:
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
     different = bool(section.vary or section.correlated) or noisy(mission)
-    return Asked(path, path.read_text(encoding="utf-8-sig"), content, mission, section, gains, different)
+    return Asked(path, files.read_text(path, files.TOML), content, mission, section, gains, different)
 
 
 def noisy(mission: Any) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from quadstep import __version__
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
+from quadstep.files import ANY, is_file, read_bytes
 from quadstep.mission.read import check_mission
 from quadstep.mission.tune import NAMES
 from quadstep.report.publish import MANIFEST, publishing, write_json
@@ -71,7 +72,7 @@ def silent(_flights: int, _best: float) -> None:
 def identity(wanted: Asked, budget: int, seed: int) -> str:
     """A digest of all that decides the result."""
     named, elsewhere = named_files(wanted)
-    files = [hashlib.sha256((wanted.path.parent / name).read_bytes()).hexdigest() for name in [*named, *elsewhere]]
+    files = [hashlib.sha256(read_bytes(wanted.path.parent / name, ANY)).hexdigest() for name in [*named, *elsewhere]]
     text = json.dumps([wanted.text, files, budget, seed])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -93,7 +94,7 @@ def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
 def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
     """The files that a mission names from its folder: those inside it, and those elsewhere, which can stay where they are."""
     folder = wanted.path.parent
-    names = sorted({name for name in strings(wanted.content) if "." in name and (folder / name).is_file()})
+    names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)})
     inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
     return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from quadstep.errors import UserError
+from quadstep.files import JSON, read_bytes
 from quadstep.report.publish import write_beside
 from quadstep.verify.rows import Result, Verdict
 
@@ -73,7 +74,7 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: is a folder; --json needs a file")
     if not path.parent.is_dir():
         raise UserError(f"{path}: cannot be written: no folder {path.parent}")
-    if path.is_file() and '"rows"' not in path.read_text(encoding="utf-8", errors="replace"):
+    if path.exists() and b'"rows"' not in read_bytes(path, JSON):
         raise UserError(f"{path}: exists and is no document of `quadstep verify`; name another file")
 
 

@@ -1,0 +1,94 @@
+"""TOML and JSON from outside, bounded in size, depth and numbers before anyone looks at what they say."""
+
+import json
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, NoReturn
+
+from quadstep import files
+from quadstep.errors import UserError
+
+DEEPEST = 32
+"""Tables and lists in one another, and parts of a dotted key. (The parser's memory grows with the square of the latter.)"""
+
+TEXTS = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*"""'  # in TOML: strings in quotes of each kind, and comments
+    r"|'''(?:[^']|'(?!''))*'''"
+    r'|"(?:[^"\\\n]|\\.)*"'
+    r"|'[^'\n]*'"
+    r"|\#[^\n]*",
+    re.DOTALL | re.VERBOSE,
+)
+DOTTED = re.compile(rf"(?:[A-Za-z0-9_-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file. Raises UserError naming it."""
+    return parse_toml(files.read_text(path, files.TOML), str(path))
+
+
+def parse_toml(text: str, source: str) -> dict[str, Any]:
+    """The content of TOML. Raises UserError naming `source`."""
+    bare = TEXTS.sub("t", text)
+    if DOTTED.search(bare) or depth(bare) > DEEPEST:
+        raise too_deep(source)
+    try:
+        content = tomllib.loads(text)
+    except ValueError as error:  # TOMLDecodeError; a number of too many digits
+        raise UserError(f"{source}: not valid TOML: {error}") from None
+    check(content, source)
+    return content
+
+
+def depth(text: str) -> int:
+    """How deep brackets stand in one another in TOML without its strings, at most."""
+    deepest = now = 0
+    for sign in re.findall(r"[\[\]{}]", text):
+        now += 1 if sign in "[{" else -1
+        deepest = max(deepest, now)
+    return deepest
+
+
+def read_json(path: Path, links: bool = True) -> Any:
+    """The content of a JSON file, every number of which is finite. Raises UserError naming it."""
+    text = files.read_text(path, files.JSON, links)
+    try:
+        content = json.loads(text, parse_constant=no_number)
+    except RecursionError:
+        raise too_deep(str(path)) from None
+    except ValueError as error:
+        raise UserError(f"{path}: not valid JSON: {error}") from None
+    check(content, str(path), finite=True)
+    return content
+
+
+def too_deep(source: str) -> UserError:
+    """What is said of too many levels."""
+    return UserError(f"{source}: nested too deep; at most {DEEPEST} levels are allowed")
+
+
+def no_number(name: str) -> NoReturn:
+    """NaN and Infinity are no JSON."""
+    raise ValueError(f"{name} is no number")
+
+
+def check(value: Any, source: str, key: str = "", level: int = 0, finite: bool = False) -> None:
+    """Refuses what is nested deeper than `DEEPEST` and whole numbers of more than 64 bits. Raises UserError naming `source`.
+
+    key: where the value is. finite: refuses infinity and NaN too.
+    """
+    if isinstance(value, dict | list):
+        if level > DEEPEST:
+            raise too_deep(source)
+        if isinstance(value, dict):
+            for name, inside in value.items():
+                check(inside, source, f"{key}.{name}" if key else name, level + 1, finite)
+        else:
+            for place, inside in enumerate(value):
+                check(inside, source, f"{key}[{place}]", level + 1, finite)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise UserError(f"{source}: {key}: should be a whole number from -2^63 to 2^63 - 1")
+    elif finite and isinstance(value, float) and not math.isfinite(value):
+        raise UserError(f"{source}: {key}: should be a finite number")
