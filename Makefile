@@ -7,11 +7,12 @@ READY := $(VENV)/ready
 PEERS := .venv-peers
 PIP := -m pip --disable-pip-version-check
 
-.PHONY: help setup reproduce test lint types bench bench-peers golden errata frontend clean
+.PHONY: help setup reproduce test fuzz lint types bench bench-peers golden errata frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests; some: make test TESTS='tests/test_cli.py -x'"
+	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
 	@echo "make bench      speed and memory, accuracy beside them"
 	@echo "make bench-peers  the same beside other simulators, installed into $(PEERS)"
@@ -56,6 +57,9 @@ reproduce: $(CORE)
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 --dist loadfile $(TESTS)
+
+fuzz: $(READY)
+	$(BIN)/python -m tests.fuzz
 
 lint: $(READY)
 	$(BIN)/ruff check .

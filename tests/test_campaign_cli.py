@@ -118,7 +118,7 @@ def test_other_mistakes_on_the_command_line(tmp_path):
     refused(fly(path, tmp_path / "out", "--fast"), "--fast")
     refused(quadstep("campaign"), "CAMPAIGN.toml")
     refused(fly(tmp_path / "none.toml", tmp_path / "out"), "none.toml", "No such file")
-    refused(fly(tmp_path, tmp_path / "out"), tmp_path, "directory")
+    refused(fly(tmp_path, tmp_path / "out"), tmp_path, "it is a folder")
     assert not (tmp_path / "out").exists()
 
 

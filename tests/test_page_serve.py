@@ -362,3 +362,26 @@ def test_it_ends_cleanly_when_told_to(root, number):
     running.send_signal(number)
     out, errors = running.communicate(timeout=20)
     assert (running.returncode, out, errors) == (0, "Stopped.\n", "")
+
+
+@pytest.mark.parametrize(
+    "text", ['{"ended[s]": %s, "outcome": "completed"}' % ("9" * 400), '{"position_rmse[m]": 1e308}', "[" * 10**5]
+)
+def test_one_absurd_result_leaves_the_list_standing(tmp_path, text):
+    (tmp_path / "absurd").mkdir()
+    (tmp_path / "absurd" / "metrics.json").write_text(text, encoding="utf-8")
+    (tmp_path / "good").mkdir()
+    (tmp_path / "good" / "report.html").write_text("<p>good</p>", encoding="utf-8")
+    os.utime(tmp_path / "good" / "report.html", (1e11, 1e11))
+    listed = answer(tmp_path, "/")
+    assert listed.status == 200
+    assert "/files/absurd/metrics.json" in listed.text
+    assert "/files/good/report.html" in listed.text
+
+
+@pytest.mark.parametrize("line", [b"GET http://[/ HTTP/1.1", b"GET //[ HTTP/1.1", b"GET http://[::1/ HTTP/1.0"])
+def test_an_address_that_is_none_is_answered(port, line, capfd):
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as one:
+        one.sendall(line + f"\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n".encode())
+        assert one.makefile("rb").readline().startswith((b"HTTP/1.0 404", b"HTTP/1.1 404"))
+    assert not capfd.readouterr().err

@@ -14,14 +14,17 @@ DEEPEST = 32
 """Tables and lists in one another, and parts of a dotted key. (The parser's memory grows with the square of the latter.)"""
 
 TEXTS = re.compile(
-    r'"""(?:[^"\\]|\\.|"(?!""))*"""'  # in TOML: strings in quotes of each kind, and comments
-    r"|'''(?:[^']|'(?!''))*'''"
-    r'|"(?:[^"\\\n]|\\.)*"'
-    r"|'[^'\n]*'"
-    r"|\#[^\n]*",
+    r"""
+    "{3} (?: [^"\\] | \\. | "(?!"") )*+ (?: "{3,5} | \Z )  # strings, to the end of the text where they have none;
+    | '{3} (?: [^'] | '(?!'') )*+ (?: '{3,5} | \Z )
+    | " (?: [^"\\\n] | \\. )*+ "?
+    | ' [^'\n]*+ '?
+    | \# [^\n]*+                                            # comments
+    """,
     re.DOTALL | re.VERBOSE,
 )
-DOTTED = re.compile(rf"(?:[A-Za-z0-9_-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
+DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.ASCII)
+"""Both take a time in proportion to the text, whatever it is."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -36,6 +39,8 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
         raise too_deep(source)
     try:
         content = tomllib.loads(text)
+    except RecursionError:
+        raise too_deep(source) from None
     except ValueError as error:  # TOMLDecodeError; a number of too many digits
         raise UserError(f"{source}: not valid TOML: {error}") from None
     check(content, source)

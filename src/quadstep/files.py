@@ -1,5 +1,6 @@
 """Files from outside: only regular ones, none larger than its kind may be. A pipe or a device would never end."""
 
+import contextlib
 import io
 import os
 import stat
@@ -96,6 +97,16 @@ def is_file(path: Path) -> bool:
         return path.is_file()
     except OSError:  # a name too long
         return False
+
+
+@contextlib.contextmanager
+def table(path: Path, kind: Kind, links: bool = True) -> Iterator[Iterator[str]]:
+    """The lines of a table in UTF-8, one by one, while the block runs.
+
+    Raises UserError as `opened` does, and where a line is longer than `LONGEST_LINE`; ValueError for other bytes.
+    """
+    with opened(path, kind, links) as file, io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
+        yield lines(path, text)
 
 
 def lines(path: Path, file: TextIO) -> Iterator[str]:

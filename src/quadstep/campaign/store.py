@@ -97,7 +97,10 @@ class Store:
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
         """The flights that are there, in order. Raises UserError for a file that cannot be read."""
         tables = [self.read_chunk(chunk, columns) for chunk in self.chunks if self.has(chunk)]
-        return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
+        try:
+            return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
+        except pa.ArrowException as error:
+            raise UserError(f"{self.folder / FLIGHTS}: files that are not of one campaign: {error}") from None
 
     def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
         """The flights of one file. Raises UserError."""
@@ -107,7 +110,7 @@ class Store:
                 parquet = pq.ParquetFile(file)
                 check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *METRICS))
                 return parquet.read(columns=None if columns is None else list(columns))
-            except (OSError, pa.ArrowException) as error:
+            except (OSError, ValueError, pa.ArrowException) as error:
                 raise UserError(f"{path}: cannot be read: {error}") from None
 
     def shorten(self, flights: int) -> None:

@@ -1,6 +1,7 @@
 """A section checked: one line that says what is wrong, where, and what is allowed."""
 
 import contextlib
+import re
 import reprlib
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
@@ -27,7 +28,7 @@ def check(model: type[Checked], content: dict[str, Any], source: str, folder: Pa
         said = describe(model, problems[0])
         file = blamed(content, problems[0]["loc"], folder)
         if file:
-            said = f"{vehicle}file: {file}: {said.removeprefix(vehicle).removeprefix('vehicle: ')}"
+            said = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', said) if vehicle else said}"
         raise UserError(f"{source}: {said}{more}") from None
     except UserError as error:  # about the file of a vehicle
         raise UserError(f"{source}: {vehicle}file: {error}") from None

@@ -67,7 +67,10 @@ class NetsSection(Section):
         if self.weights is None:
             rows = [Vector((0.0, 0.0, 0.0)) for _ in range(self.neurons)]
             return Matrix(rows), Matrix(rows)
-        saved = read_weights(folder / self.weights)
+        try:
+            saved = read_weights(folder / self.weights)
+        except UserError as error:
+            raise UserError(f"controller.nets.weights: {error}") from None
         if (saved.neurons, saved.seed) != (self.neurons, self.seed):
             raise UserError(
                 f"{folder / self.weights}: saved with neurons = {saved.neurons}, seed = {saved.seed}; "

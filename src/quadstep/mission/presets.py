@@ -84,7 +84,7 @@ def origin(table: dict[str, Any], keys: Sequence[int | str], folder: Path) -> Pa
         if says(table, keys) if keys else len(table) > 1:
             return path
         if "file" not in table:
-            return None
+            return None if keys else path
         path = named_file(table, folder)
         table, folder = read_toml(path), path.parent
     return None

@@ -1,7 +1,6 @@
 """Reading a recorded path: a CSV of t, x, y, z and perhaps psi, with the flaws that real logs have named one by one."""
 
 import csv
-import io
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,8 +34,8 @@ def read_recording(
     Raises UserError for a missing file or column, a field that is no finite number, times that repeat or go backward, a
     recording that is too short, fewer than four rows and too many.
     """
-    with files.opened(path, files.RECORDING) as binary:
-        table = csv.reader(files.lines(path, io.TextIOWrapper(binary, encoding="utf-8-sig", newline="")))
+    with files.table(path, files.RECORDING) as lines:
+        table = csv.reader(lines)
         try:
             return read_table(path, ((table.line_num, row) for row in table if row), columns, angle_unit, shortest)
         except (OSError, ValueError, csv.Error):

@@ -2,7 +2,6 @@
 
 import contextlib
 import csv
-import io
 import os
 import warnings
 from collections.abc import Iterator
@@ -105,8 +104,7 @@ def manifest(folder: Path) -> dict[str, Any]:
 def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
     """A log from the CSV that `quadstep fly` writes. Links are not followed. Raises UserError for anything else."""
     other = UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it")
-    with files.opened(path, files.LOG, links=False) as binary, warnings.catch_warnings(action="ignore"):  # a log without rows
-        lines = files.lines(path, io.TextIOWrapper(binary, encoding="utf-8", newline=""))
+    with files.table(path, files.LOG, links=False) as lines, warnings.catch_warnings(action="ignore"):  # a log without rows
         try:
             header = next(csv.reader(lines), [])
             rows = np.loadtxt(lines, delimiter=",", ndmin=2, dtype=np.float64, max_rows=MOST_ROWS + 2)
