@@ -40,7 +40,8 @@ KEYS = [
 SNIPPETS = [
     b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r", b"\n", b"\\", b'"', b"'''", b'"""', b"[", b"]", b"[[", b"{", b"}", b"=", b",",
     b"#", b"1e999", b"nan", b"-inf", b"9" * 400, b"0x" + b"f" * 300, b"[" * 300, b"a." * 300, b"_", b"\t" * 200,
-    b"\xe2\x80\xae", b"\x1b[2J", b"[path]\n", b'type = "circle"\n', b"1979-05-27T07:32:00Z", b";", b"%s%n", b"NaN", b"null", b"true",
+    b"\xe2\x80\xae",
+    b"\x1b[2J", b"[path]\n", b'type = "circle"\n', b"1979-05-27T07:32:00Z", b";", b"%s%n", b"NaN", b"null", b"true",
 ]  # fmt: skip
 
 Way = tuple[Any, ...]
