@@ -67,7 +67,7 @@ def test_nothing_in_a_cell_or_sentence_speaks_to_the_terminal(monkeypatch):
     for show in (say, say_whole, lambda text: show_table(text, ("a", "b"), [(text, text)])):
         text = printed(monkeypatch, 80, show, evil)
         assert not re.search("[\x00-\x09\x0b-\x1f\u202e]", text)
-        assert "?[31mred??back" in text
+        assert r"\x1b[31mred\x07\u202eback" in text
 
 
 def test_what_is_to_be_copied_is_never_broken(monkeypatch):
