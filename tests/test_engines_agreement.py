@@ -8,7 +8,7 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.columns import COLUMNS
-from quadstep.flight.eager import fly_arrays, fly_floats
+from quadstep.flight.eager import always, fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly, fly_all
 from quadstep.flight.lanes import fly_lanes
@@ -16,7 +16,7 @@ from quadstep.flight.loop import Loop
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.spline import through_waypoints
-from quadstep.numbers import Table, flatten, rebuild, vector
+from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import derivative
@@ -99,6 +99,15 @@ def test_engines_agree_whatever_the_clock(ticks):
     np.testing.assert_allclose(floats.column("t"), np.arange(len(floats.rows)) * ticks.step * ticks.log, atol=1e-12)
     agree(fly_lanes(CASE_1, [parameters()], [start], ticks)[0], floats)
     agree(fly_arrays(CASE_1, [parameters()], [start], ticks)[0], floats)
+
+
+def test_floats_go_on_where_python_raises():
+    law = always(lambda x, y: (where(x > 0.0, 1.0 / x, 2.0), vector(y / x, exp(1.0 / x)), y))
+    with np.errstate(all="raise"):
+        chosen, lost, kept = law(0.0, 3.0)
+        assert (chosen, lost[0], lost[1], kept) == (2.0, np.inf, np.inf, 3.0)
+        assert {type(leaf) for leaf in (chosen, *lost, kept)} == {float}
+        assert law(0.5, 3.0)[0] == 2.0
 
 
 def test_single_precision_lanes_stay_near_double():
