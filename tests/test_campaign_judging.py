@@ -52,7 +52,8 @@ def test_json_is_all_that_is_printed(tmp_path):
     assert (found["command"], found["passed"], found["requirement"], found["exit_code"]) == ("campaign", True, None, 0)
     worst = manifest(tmp_path / "out")["summary"]["worst"]
     assert [one["flight"] for one in found["worst"]] == [one["flight"] for one in worst]
-    assert found["worst"][0]["replay"] == f"quadstep fly {path} --flight {found['worst'][0]['flight']}"
+    again = f"quadstep fly {path} --flight {found['worst'][0]['flight']} --results {tmp_path / 'out'}"
+    assert found["worst"][0]["replay"] == again
 
 
 @pytest.mark.parametrize("share", ["nan", "1.5", "-1", "", "abc"])
