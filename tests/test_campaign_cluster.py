@@ -1,150 +1,398 @@
 """A campaign on a real cluster of several nodes, which are lost in mid-run: the same files as from one machine."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pyarrow as pa
 import pytest
 
-from quadstep.campaign import cluster
-from quadstep.campaign.cluster import Pieces, Span, connected, fly_span, spans
+from quadstep.campaign import cluster, cluster_connection
+from quadstep.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
 from quadstep.campaign.engine import CampaignEngine
+from quadstep.campaign.flown import Flyer
 from quadstep.campaign.run import fly_campaign
 from quadstep.campaign.schema import read_campaign
-from quadstep.campaign.store import Chunk
+from quadstep.campaign.store import Chunk, parquet
 from quadstep.errors import UserError
-from tests.campaigns import SHORT
+from tests.campaigns import SHORT, ended, flights, fly, leftovers, manifest, no_report, refused, rows, started, written
 from tests.needs import package
 
-CAMPAIGN = """
-mission = "mission.toml"
-flights = 1500
-chunk = 400
-[vary]
+LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
+HEAD = "chunk = 600\nflights = 3600\n"
+VARY = """
 "vehicle.mass" = { type = "normal", mean = 1.0, deviation = 0.1, low = 0.7, high = 1.3 }
-"disturbance.scale" = { type = "sobol", low = 0.0, high = 1.0 }
+"disturbance.scale" = { type = "sobol", low = 0.0, high = 300.0 }
 "controller.nets.enabled" = { type = "choice", values = [true, false] }
 """
-FILES = [f"{i:05d}.parquet" for i in range(4)]
-DRIVER = """
-import sys
-from pathlib import Path
-from quadstep.campaign import cluster
-from quadstep.campaign.engine import CampaignEngine
-from quadstep.campaign.run import fly_campaign
-cluster.SPAN = 50
-fly_campaign(Path(sys.argv[1]), Path(sys.argv[2]), engine=CampaignEngine.RAY, resume="resume" in sys.argv)
-"""
+"""The stronger disturbances end some flights early, so that columns have gaps."""
+
+STORE = 80 * 2**20
+TASK = "ray::quadstep_span"
 
 
 @pytest.fixture(scope="module")
-def campaign(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("campaign")
-    (folder / "mission.toml").write_text(SHORT.replace("duration = 0.4", "duration = 4.0"))
-    (folder / "campaign.toml").write_text(CAMPAIGN)
-    fly_campaign(folder / "campaign.toml", folder / "wanted")
-    return folder / "campaign.toml"
+def whole(tmp_path_factory):
+    """A campaign of six files and a second or two, flown on this machine's lanes: (its file, its folder)."""
+    folder = tmp_path_factory.mktemp("whole")
+    path = written(folder, VARY, LONG, HEAD)
+    assert fly(path, folder / "out").code == 0
+    return path, folder / "out"
 
 
 @pytest.fixture(scope="module")
 def nodes():
-    """A head that flies nothing and two nodes of one core, which `connected` finds."""
+    """A head that flies nothing and two nodes of one core, at RAY_ADDRESS; nothing of it runs on afterwards."""
     ray = package("ray")
     from ray.cluster_utils import Cluster
 
-    size = {"object_store_memory": 80 * 2**20, "include_dashboard": False}
-    whole = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, **size})
-    workers = [whole.add_node(num_cpus=1, object_store_memory=80 * 2**20) for _ in range(2)]
+    head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
+    whole = Cluster(initialize_head=True, head_node_args=head)
+    for _ in range(2):
+        whole.add_node(num_cpus=1, object_store_memory=STORE)
     os.environ["RAY_ADDRESS"] = whole.address
-    yield whole, workers
+    yield whole
     del os.environ["RAY_ADDRESS"]
+    mark = whole.head_node.get_session_dir_path()  # in the command line of its servers
     ray.shutdown()
     whole.shutdown()
+    assert soon(lambda: not any(mark in line for *_, line in processes())), "a server runs on"
 
 
-def content(folder):
-    return [(folder / "flights" / name).read_bytes() for name in FILES]
+@pytest.fixture(scope="module")
+def joined(nodes):
+    """The cluster, joined once for several tests, which meet workers that are awake."""
+    handler = signal.getsignal(signal.SIGTERM)
+    with cluster_connection.connected():
+        assert signal.getsignal(signal.SIGTERM) is handler, "Ray's way with SIGTERM has taken over"
+        yield nodes
 
 
-@pytest.mark.slow
-def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(campaign, nodes, tmp_path, monkeypatch):
-    whole, workers = nodes
-    monkeypatch.setattr(cluster, "SPAN", 50)
-    over, lost = [], []
-
-    def progress(flights, _):
-        over.append(flights)
-        if flights >= 200 and not lost:
-            lost.append("worker")
-            found = subprocess.run(["pgrep", "-f", "ray::fly_span"], check=False, capture_output=True, text=True).stdout
-            os.kill(int(found.split()[0]), signal.SIGKILL)
-        if flights >= 500 and len(lost) == 1:
-            lost.append("node")
-            whole.remove_node(workers.pop())
-            whole.add_node(num_cpus=1, object_store_memory=80 * 2**20)
-
-    fly_campaign(campaign, tmp_path / "out", engine=CampaignEngine.RAY, progress=progress)
-    assert lost == ["worker", "node"]
-    assert over[-1] == 1500
-    assert content(tmp_path / "out") == content(campaign.parent / "wanted")
+def processes():
+    """Process, parent, session and command line of all that run on this machine."""
+    said = subprocess.run(["ps", "-eo", "pid=,ppid=,sid=,args="], check=True, capture_output=True, text=True).stdout
+    return [(*map(int, line.split()[:3]), line) for line in said.splitlines()]
 
 
-@pytest.mark.slow
-def test_a_driver_that_was_killed_is_gone_on_with(campaign, nodes, tmp_path):
-    command = [sys.executable, "-c", DRIVER, str(campaign), str(tmp_path / "out")]
-    driver = subprocess.Popen(command)
-    while not (tmp_path / "out" / "flights" / FILES[0]).exists():
-        assert driver.poll() is None
+def flying():
+    """The workers that fly, of those that descend from this process: other clusters are nobody's business here."""
+    running = processes()
+    parents = {process: parent for process, parent, *_ in running}
+
+    def descends(process):
+        while process in parents and process != os.getpid():
+            process = parents[process]
+        return process == os.getpid()
+
+    return [process for process, *_, line in running if TASK in line and descends(process)]
+
+
+def a_worker():
+    """One that flies."""
+    seen = []
+    assert soon(lambda: seen.extend(flying()) or seen), "no worker flies"
+    return seen[0]
+
+
+def soon(true, seconds=30.0):
+    """Whether something comes true."""
+    deadline = time.monotonic() + seconds
+    while not true() and time.monotonic() < deadline:
         time.sleep(0.02)
-    driver.kill()
-    driver.wait()
-    assert not (tmp_path / "out" / "flights" / FILES[-1]).exists()
-    subprocess.run([*command, "resume"], check=True)
-    assert content(tmp_path / "out") == content(campaign.parent / "wanted")
+    return true()
+
+
+def under_way(path, out, *more):
+    """A process that flies on the cluster, and has finished one more file."""
+    before = len(flights(out))
+    process = started(path, out, "--engine", "ray", *more)
+    assert soon(lambda: len(flights(out)) > before or process.poll() is not None, 60.0)
+    assert process.poll() is None, process.communicate()
+    return process
+
+
+# Lost, killed, interrupted
 
 
 @pytest.mark.slow
-def test_what_a_worker_refuses_is_said_in_one_line_and_not_tried_again(campaign, nodes, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "__version__", "0.0")
-    with pytest.raises(UserError, match=r"^--engine ray: a worker has quadstep .*, here is 0\.0"):
-        fly_campaign(campaign, tmp_path / "out", engine=CampaignEngine.RAY)
+def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_path, monkeypatch):
+    path, straight = whole
+    monkeypatch.setattr(cluster, "SPAN", 100)
+    monkeypatch.setattr(cluster, "SMALLEST_SPAN", 100)
+    counts, lost = [], []
+
+    def progress(over, _):
+        counts.append(over)
+        if over >= 500 and not lost:
+            lost.append("worker")
+            os.kill(a_worker(), signal.SIGKILL)
+        if over >= 1200 and len(lost) == 1:
+            lost.append("node")
+            joined.remove_node(min(joined.worker_nodes, key=str), allow_graceful=False)
+            joined.add_node(num_cpus=1, object_store_memory=STORE)
+
+    with no_report():
+        fly_campaign(path, tmp_path / "out", engine=CampaignEngine.RAY, progress=progress)
+    assert lost == ["worker", "node"]
+    assert counts == sorted(counts)
+    assert counts[-1] == 3600
+    assert flights(tmp_path / "out") == flights(straight)
+    assert manifest(tmp_path / "out") == {**manifest(straight), "engine": "ray"}
 
 
-def test_a_cluster_that_is_not_there_is_said_in_one_line(monkeypatch):
-    ray = package("ray")
-    monkeypatch.setenv("RAY_ADDRESS", "127.0.0.1:1")
-    monkeypatch.setattr(ray, "is_initialized", lambda: False)
-    monkeypatch.setattr(ray, "init", refuse)
-    with pytest.raises(UserError, match=r"the cluster at RAY_ADDRESS = 127\.0\.0\.1:1 cannot be reached"), connected():
-        pass
+@pytest.mark.slow
+def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined, tmp_path):
+    path, straight = whole
+    out = tmp_path / "out"
+    driver = under_way(path, out)
+    driver.send_signal(signal.SIGINT)
+    code, said, err = ended(driver)
+    kept = len(flights(out))
+    assert (code, said) == (130, "")
+    assert err == f"quadstep: interrupted; {kept} of 6 files of flights are kept in {out}; go on with --resume\n"
+    assert 0 < kept < 6
+    assert soon(lambda: not flying()), "its workers fly on"
+
+    driver = under_way(path, out, "--resume")
+    driver.kill()
+    driver.communicate()
+    assert kept < len(flights(out)) < 6
+    assert soon(lambda: not flying()), "its workers fly on"
+
+    with no_report():
+        fly_campaign(path, out, engine=CampaignEngine.RAY, resume=True)
+    assert flights(out) == flights(straight)
+    assert not leftovers(out)
 
 
-def refuse(**_):
-    raise ConnectionError("nobody answers")
+@pytest.mark.slow
+def test_without_a_cluster_this_machine_is_one_for_as_long_as_it_takes(whole, tmp_path, monkeypatch):
+    path, straight = whole
+    monkeypatch.setenv("RAY_ADDRESS", "local")  # if unset, a cluster that these tests have started would be found
+    driver = started(path, tmp_path / "out", "--engine", "ray", "--flights", 600)
+
+    def servers():
+        return [line for _, _, session, line in processes() if session == driver.pid and "gcs_server" in line]
+
+    assert soon(servers), "no cluster was started"
+    code, said, err = ended(driver)
+    assert (code, err) == (0, "")
+    assert said.startswith("600 flights")
+    assert flights(tmp_path / "out").items() < flights(straight).items()
+    assert soon(lambda: not servers()), "its cluster runs on"
 
 
-def test_spans_cover_the_chunks_in_order(monkeypatch):
-    monkeypatch.setattr(cluster, "SPAN", 30)
+# Refused
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [0, 3], ids=["quadstep", "processor"])
+def test_what_a_worker_refuses_comes_out_as_itself(whole, joined, monkeypatch, place):
+    known = read_campaign(whole[0])
+    told = order(known)
+    name, here = told.needs[place]
+    needs = (*told.needs[:place], (name, "another"), *told.needs[place + 1 :])
+    monkeypatch.setattr(cluster, "order", lambda _: told._replace(needs=needs))
+    with pytest.raises(UserError, match=rf"^--engine ray: node \S+ has {name} {here}, .* another: ") as one:
+        list(flown_on_cluster(known, [Chunk("a", 0, 500)], lambda _: None))
+    assert type(one.value) is UserError
+
+
+class Trap:
+    """Leaves a mark where it is unpacked, and fails."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return exec, (f"open({str(self.path)!r}, 'a').write('once '); raise ZeroDivisionError('no way')",)
+
+
+@pytest.mark.slow
+def test_what_fails_on_a_worker_is_raised_as_it_is_and_not_tried_again(whole, joined, tmp_path, monkeypatch):
+    known = read_campaign(whole[0])
+    told = order(known)._replace(campaign=pickle.dumps(Trap(tmp_path / "marks")))
+    monkeypatch.setattr(cluster, "order", lambda _: told)
+    with pytest.raises(ZeroDivisionError, match="no way") as one:
+        list(flown_on_cluster(known, [Chunk("a", 0, 200)], lambda _: None))
+    assert type(one.value) is ZeroDivisionError
+    assert (tmp_path / "marks").read_text() == "once "
+
+
+@pytest.mark.slow
+def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
+    known = read_campaign(whole[0])
+    (tmp_path / "quadstep").mkdir()
+    missing = "No module named 'quadstep'"
+    (tmp_path / "quadstep/__init__.py").write_text(f'raise ModuleNotFoundError("{missing}", name="quadstep")')
+    bare = joined.add_node(num_cpus=4, object_store_memory=STORE, env_vars={"PYTHONPATH": str(tmp_path)})
+    try:
+        with pytest.raises(UserError, match=rf"worker at \d\S+ cannot import .*{missing}.*on every node$"):
+            list(flown_on_cluster(known, [Chunk("a", 0, 12000)], lambda _: None))
+    finally:
+        joined.remove_node(bare, allow_graceful=False)
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("127.0.0.1:1", "127.0.0.1:1 cannot be reached: Connection refused"),
+        ("nobody.invalid:6379", "nobody.invalid:6379 cannot be reached: "),
+        ("ray://127.0.0.1:10001", "should be HOST:PORT"),
+        ("http://127.0.0.1:8265", "should be HOST:PORT"),
+        ("head", "should be HOST:PORT"),
+        ("head:99999", "should be HOST:PORT"),
+    ],
+)
+def test_an_address_where_no_cluster_is(tmp_path, monkeypatch, address, said):
+    monkeypatch.setenv("RAY_ADDRESS", address)
+    calls = SimpleNamespace(is_initialized=lambda: False, shutdown=lambda: None)  # no need to ask Ray
+    monkeypatch.setitem(sys.modules, "ray", calls)
+    path = written(tmp_path, head="flights = 16")
+    refused(fly(path, tmp_path / "out", "--engine", "ray"), "--engine ray:", "RAY_ADDRESS = ", said)
+
+
+@pytest.mark.parametrize("error", [RuntimeError("Version mismatch: 3.11\nand 3.12"), SystemExit(15)])
+def test_a_cluster_that_cannot_be_joined_is_said_in_one_line(monkeypatch, error):
+    def init(**_):
+        raise error
+
+    monkeypatch.setattr(cluster_connection, "reach", lambda _: None)
+    with pytest.raises(UserError, match=r"RAY_ADDRESS = head:6379 cannot be joined: (RuntimeError: Version|no Ray answers)"):
+        cluster_connection.join(SimpleNamespace(init=init), "head:6379")
+
+
+@pytest.mark.parametrize(("address", "asked"), [("", ["auto", "local"]), ("local", ["local"]), ("auto", ["auto"])])
+def test_a_cluster_of_ones_own_is_started_only_where_there_is_none(address, asked):
+    addresses = []
+
+    def init(address, **_):
+        addresses.append(address)
+        if address == "auto":
+            raise ConnectionError("there is none")
+
+    if address == "auto":
+        with pytest.raises(UserError, match="RAY_ADDRESS = auto cannot be joined"):
+            cluster_connection.join(SimpleNamespace(init=init), address)
+    else:
+        cluster_connection.join(SimpleNamespace(init=init), address)
+    assert addresses == asked
+
+
+def test_a_cluster_that_loses_all_its_cores_is_given_up():
+    cores = [{"CPU": 1.0}, {}]
+    ray = SimpleNamespace(wait=lambda some, **_: ([], some), cluster_resources=lambda: cores.pop(0))
+    with pytest.raises(UserError, match="no core for 60 s"):
+        over(ray, ["task"])
+    assert not cores
+
+
+def test_files_that_are_not_on_a_worker_are_said_in_one_line(tmp_path):
+    mission = SHORT.replace(
+        'type = "minimum-jerk"\nend = [0.4, 0.1, 0.2]\nduration = 0.4', 'type = "recorded"\nfile = "wanted.csv"'
+    )
+    samples = "".join(f"{0.1 * i},{0.01 * i * i},0.0,0.0\n" for i in range(30))
+    path = written(tmp_path, '"vehicle.mass" = {type="uniform", low=0.9, high=1.1}', mission)
+    (tmp_path / "wanted.csv").write_text("t,x,y,z\n" + samples)
+    told = tuple(order(read_campaign(path)))
+    assert fly_span(told, 0, 16).num_rows == 16
+    cluster.FLYERS.clear()
+    for change in (lambda file: file.write_text("t,x,y,z\n" + samples.replace("0.01", "0.02")), lambda file: file.unlink()):
+        change(tmp_path / "wanted.csv")
+        with pytest.raises(UserError, match=r"node \S+: files that the mission names .* share ") as one:
+            fly_span(told, 0, 16)
+        assert str(tmp_path) in str(one.value)
+
+
+# Put together
+
+
+def test_spans_cover_the_chunks_in_order():
     chunks = [Chunk("a", 0, 64), Chunk("b", 64, 70)]
-    assert [tuple(span) for span in spans(chunks)] == [
+    assert [tuple(span) for span in spans(chunks, 30)] == [
         (chunks[0], 0, 30), (chunks[0], 30, 60), (chunks[0], 60, 64), (chunks[1], 64, 70)
     ]  # fmt: skip
 
 
+def test_a_task_is_small_enough_for_all_cores_and_large_enough_to_be_worth_it():
+    assert span_size(10**6, 1) == cluster.SPAN
+    assert span_size(10**6, 64) == 3907
+    assert span_size(1000, 4096) == cluster.SMALLEST_SPAN
+    assert span_size(10, 0) == cluster.SMALLEST_SPAN
+
+
 def test_pieces_are_put_together_in_order_whichever_comes_first():
-    chunk, pieces = Chunk("a", 0, 3), Pieces()
-    one, two = (pa.table({"flight": flights}) for flights in ([0, 1], [2]))
+    chunk, other, pieces = Chunk("a", 0, 3), Chunk("b", 3, 4), Pieces()
+    one, two, three = (pa.table({"flight": numbers}) for numbers in ([0, 1], [2], [3]))
     assert pieces.add(Span(chunk, 2, 3), two) is None
+    assert pieces.add(Span(other, 3, 4), three)["flight"].to_pylist() == [3]
     assert pieces.add(Span(chunk, 0, 2), one)["flight"].to_pylist() == [0, 1, 2]
+    assert not pieces.tables
 
 
-def test_a_worker_keeps_its_program(campaign):
-    known = read_campaign(campaign)
-    first = fly_span(known, "one", cluster.__version__, 0, 20)
-    flyer = cluster.FLYERS["one"]
-    fly_span(known, "one", cluster.__version__, 20, 40)
-    assert {"one": flyer} == cluster.FLYERS
-    assert first.num_rows == 20
+@pytest.mark.parametrize("size", [5, 37, 250])
+def test_pieces_of_any_size_make_the_same_file(whole, size):
+    path, straight = whole
+    flyer, chunk, pieces = Flyer(read_campaign(path)), Chunk("flights/00000.parquet", 0, 250), Pieces()
+    wanted = parquet(flyer.fly(0, 250))
+    assert len(set(rows(straight)["outcome"].to_pylist()[:250])) > 1, "some flights should end early"
+    *none, table = [pieces.add(span, flyer.fly(span.first, span.past)) for span in reversed(list(spans([chunk], size)))]
+    assert none == [None] * len(none)
+    assert parquet(table) == wanted
+
+
+def test_a_worker_keeps_its_program_and_no_other(whole):
+    known = read_campaign(whole[0])
+    told, stricter = (
+        order(known),
+        order(known._replace(file=known.file.model_copy(update={"failure": {"position_rmse": 1e-9}}))),
+    )
+    assert told.fingerprint == stricter.fingerprint
+    assert any(fly_span(tuple(told), 0, 20)["success"].to_pylist())
+    flyer = cluster.FLYERS[told]
+    assert fly_span(tuple(told), 20, 40)["flight"].to_pylist() == list(range(20, 40))
+    assert cluster.FLYERS[told] is flyer
+    assert not any(fly_span(tuple(stricter), 0, 20)["success"].to_pylist())
+    assert list(cluster.FLYERS) == [stricter]
+
+
+def test_a_worker_uses_one_core(whole, monkeypatch):
+    counts = []
+    monkeypatch.setattr(cluster.Sweep, "fly", recorded(cluster.Sweep.fly, counts))
+    cluster.FLYERS.clear()
+    fly_span(tuple(order(read_campaign(whole[0]))), 0, 16)
+    assert counts
+    assert set(counts) == {1}
+
+
+def recorded(real, counts):
+    def fly(self, values, threads=None, progress=None):
+        counts.append(threads)
+        return real(self, values, threads, progress)
+
+    return fly
+
+
+# Around it
+
+
+def test_ray_is_loaded_for_its_engine_only(whole, tmp_path):
+    path, _ = whole
+    program = (
+        "import sys, quadstep, quadstep.cli\nfrom quadstep.campaign.run import fly_campaign\nfrom pathlib import Path\n"
+        "import types; sys.modules['quadstep.campaign.report'] = types.SimpleNamespace(write_report=lambda *_: [])\n"
+        "fly_campaign(Path(sys.argv[1]), Path(sys.argv[2]), 64)\n"
+        "assert 'ray' not in sys.modules and 'quadstep.campaign.cluster' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", program, str(path), str(tmp_path / "out")], check=True)
+
+
+def test_a_cluster_that_was_joined_before_stays_so(monkeypatch):
+    ray = SimpleNamespace(is_initialized=lambda: True)  # any other call would fail
+    monkeypatch.setitem(sys.modules, "ray", ray)
+    with cluster_connection.connected() as got:
+        assert got is ray

@@ -1,42 +1,109 @@
 """A campaign on a Ray cluster: spans of flights flown wherever a core is free, put together as one machine would have them.
 
 A span that is lost with its worker or its node is flown again elsewhere; a flight depends on its number only, so nobody can
-tell.
+tell. `docs/cluster.md` says how to run one and what it was measured to do.
 """
 
-import logging
-import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, NamedTuple
+import pickle
+import platform
+import re
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
+from importlib.metadata import version
+from itertools import islice
+from typing import Any, NamedTuple, NoReturn
 
-import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from quadstep import __version__
+from quadstep.campaign.cluster_connection import connected, cores, first_line
 from quadstep.campaign.flown import Flyer, Progress
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
+from quadstep.flight.kernel import host
 from quadstep.flight.sweep import Sweep, Swept
 
 SPAN = 16_384
-"""Flights of one task at most: a second or so of work, some megabytes of results."""
+"""Flights of one task at most: some seconds of work, two megabytes of results."""
+
+SMALLEST_SPAN = 256
+"""Below it a task costs more than its flights."""
 
 AHEAD = 2
 """Tasks that wait or run for each core, so that none is idle and the driver is not flooded."""
 
-FLYERS: dict[str, Flyer] = {}
-"""Of this worker, by campaign."""
+LOSSES = 20
+"""How often a span may go down with its worker or node. Who loses it that often is brought down by it."""
+
+PATIENCE = 60.0
+"""How long a cluster may be without any core [s]: nodes come and go."""
+
+FLYERS: dict[Any, Flyer] = {}
+"""Of this worker, by what it was told; at most one."""
 
 
 class OneThread(Sweep):
     """A sweep on one core: the cluster has a task for each."""
 
-    def fly(self, values: NDArray[np.float64], progress: Callable[[int], None] | None = None) -> Swept:  # type: ignore[override]
+    def fly(self, values: ArrayLike, threads: int | None = 1, progress: Progress | None = None) -> Swept:
         """Fly a flight for each row of values."""
-        return super().fly(values, 1, progress)
+        return super().fly(values, threads, progress)
+
+
+# What a worker does
+
+
+class Order(NamedTuple):
+    """What workers are told.
+
+    needs: what decides a flight's bits. fingerprint: of the campaign. campaign: packed, as only a worker that has all it
+    needs can unpack it.
+    """
+
+    needs: tuple[tuple[str, str], ...]
+    fingerprint: str
+    campaign: bytes
+
+
+def order(campaign: Campaign) -> Order:
+    """The order to fly a campaign."""
+    return Order(needs(), campaign.fingerprint, pickle.dumps(campaign._replace(folder=campaign.folder.resolve())))
+
+
+def needs() -> tuple[tuple[str, str], ...]:
+    """What decides a flight's bits on a machine, besides the campaign: names and what they are here."""
+    packages = [(name, version(name)) for name in ("numpy", "llvmlite")]
+    return (("quadstep", __version__), *packages, ("processor", host()[0]))
+
+
+def fly_span(told: tuple[Any, ...], first: int, past: int) -> pa.Table:
+    """Flights of a campaign, whose laws stay compiled for the worker's next span. told: an `Order`. Raises UserError."""
+    if told not in FLYERS:
+        FLYERS.clear()
+        FLYERS[told] = Flyer(unpacked(Order(*told)), OneThread)
+    return FLYERS[told].fly(first, past)
+
+
+def unpacked(told: Order) -> Campaign:
+    """The campaign that is to be flown. Raises UserError where it would not be flown as on the machine that asks for it."""
+    here = f"--engine ray: node {platform.node()}"
+    for (name, mine), (_, theirs) in zip(needs(), told.needs, strict=False):
+        if mine != theirs:
+            raise UserError(
+                f"{here} has {name} {mine}, the machine that asks for flights {theirs}: results could differ in the last "
+                "bits; all nodes have to be alike"
+            )
+    campaign: Campaign = pickle.loads(told.campaign)
+    if campaign.fingerprint != told.fingerprint:
+        raise UserError(
+            f"{here}: files that the mission names are not there, or others: share {campaign.folder} between nodes"
+        )
+    return campaign
+
+
+# What the driver does
 
 
 class Span(NamedTuple):
@@ -47,55 +114,95 @@ class Span(NamedTuple):
     past: int
 
 
-def fly_span(campaign: Campaign, identity: str, version: str, first: int, past: int) -> pa.Table:
-    """On a worker: flights of a campaign, whose laws stay compiled for the next span. Raises UserError."""
-    if version != __version__:
-        raise UserError(f"--engine ray: a worker has quadstep {__version__}, here is {version}; install the same everywhere")
-    if identity not in FLYERS:
-        FLYERS.clear()
-        FLYERS[identity] = Flyer(campaign, OneThread)
-    return FLYERS[identity].fly(first, past)
-
-
-def spans(chunks: Sequence[Chunk]) -> Iterator[Span]:
-    """The chunks in order, cut to pieces."""
-    for chunk in chunks:
-        for first in range(chunk.first, chunk.past, SPAN):
-            yield Span(chunk, first, min(first + SPAN, chunk.past))
-
-
 def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Progress) -> Iterator[tuple[Chunk, pa.Table]]:
     """The flights of each chunk, as they come. Raises UserError for a cluster that is not there or cannot fly."""
     with connected() as ray:
-        from ray import exceptions  # noqa: PLC0415 (an extra, loaded where it is used)
+        size = span_size(sum(chunk.past - chunk.first for chunk in chunks), cores(ray))
+        pieces = Pieces()
+        with closing(flown_spans(ray, order(campaign), spans(chunks, size))) as flown:
+            for span, table in flown:
+                progress(table.num_rows)
+                whole = pieces.add(span, table)
+                if whole is not None:
+                    yield span.chunk, whole
 
-        task = ray.remote(num_cpus=1, max_retries=-1)(fly_span)
-        given = ray.put(campaign._replace(folder=campaign.folder.resolve()))
-        waiting, done = spans(chunks), Pieces()
-        flying: dict[Any, Span] = {}
-        again: list[Span] = []
-        more = True
-        while more or flying:
-            room = AHEAD * cores(ray)
-            while more and len(flying) < room:
-                span = again.pop() if again else next(waiting, None)
-                more = span is not None
-                if span is not None:
-                    flying[task.remote(given, campaign.fingerprint, __version__, span.first, span.past)] = span
-            ready, _ = ray.wait(list(flying), num_returns=1)
-            span = flying.pop(ready[0])
-            try:
-                table = ray.get(ready[0])
-            except exceptions.RayTaskError as error:
-                raise refused(error) from None
-            except (exceptions.ObjectLostError, exceptions.WorkerCrashedError, exceptions.NodeDiedError):
-                again.append(span)  # its result went down with a node before it was fetched
-                more = True
-                continue
-            progress(table.num_rows)
-            whole = done.add(span, table)
-            if whole is not None:
-                yield span.chunk, whole
+
+def span_size(flights: int, cores: int) -> int:
+    """Flights of a task: such that every core gets some tasks, to end together. No result depends on it."""
+    even = -(-flights // (4 * max(1, cores)))
+    return min(max(even, SMALLEST_SPAN), SPAN)
+
+
+def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
+    """The chunks in order, cut to pieces."""
+    for chunk in chunks:
+        for first in range(chunk.first, chunk.past, size):
+            yield Span(chunk, first, min(first + size, chunk.past))
+
+
+def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
+    """Spans as they come back, in any order; whatever ends this ends the tasks. Raises UserError."""
+
+    def quadstep_span(told: Any, first: int, past: int) -> Any:
+        # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
+        from quadstep.campaign.cluster import fly_span  # noqa: PLC0415 (on the worker)
+
+        return fly_span(told, first, past)
+
+    task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
+    told = ray.put(tuple(order))
+    flying: dict[Any, Span] = {}
+    try:
+        while True:
+            room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
+            for span in islice(waiting, room):
+                flying[task.remote(told, span.first, span.past)] = span
+            if not flying:
+                return
+            for reference in over(ray, list(flying)):
+                table = fetched(ray, reference, flying[reference])
+                yield flying.pop(reference), table
+    finally:
+        for reference in flying:
+            ray.cancel(reference, force=True)
+
+
+def over(ray: Any, flying: list[Any]) -> list[Any]:
+    """The tasks that are over, one at least. Raises UserError for a cluster that has lost all its cores."""
+    while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
+        if not cores(ray):
+            raise UserError(
+                f"--engine ray: the cluster has had no core for {PATIENCE:g} s; start nodes with CPUs, then --resume"
+            )
+    ready: list[Any] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
+    return ready
+
+
+def fetched(ray: Any, reference: Any, span: Span) -> pa.Table:
+    """What a task gave. Raises what was raised there, UserError for a worker that is not fit."""
+    try:
+        return ray.get(reference)
+    except ray.exceptions.RayTaskError as error:
+        refuse(error)
+    except ray.exceptions.RayError as error:
+        raise UserError(
+            f"--engine ray: flights {span.first} to {span.past - 1} are lost ({first_line(error)}); what is flown is kept, "
+            "--resume goes on from there"
+        ) from None
+
+
+def refuse(error: Any) -> NoReturn:
+    """Raise what a task raised on its worker."""
+    cause = error.cause
+    if isinstance(cause, UserError):
+        raise cause from None
+    if isinstance(cause, ImportError):
+        place = re.search(r"ip=([^\s,)]+)", str(error))
+        raise UserError(
+            f"--engine ray: the worker at {place[1] if place else 'some node'} cannot import what it needs "
+            f"({first_line(cause)}); install quadstep[cluster] {__version__} on every node"
+        ) from None
+    raise cause from error
 
 
 class Pieces:
@@ -112,45 +219,3 @@ class Pieces:
             return None
         del self.tables[span.chunk]
         return pa.concat_tables([parts[first] for first in sorted(parts)]).combine_chunks()
-
-
-@contextmanager
-def connected() -> Iterator[Any]:
-    """The module of Ray, connected to the cluster of RAY_ADDRESS, or to one of this machine's cores. Raises UserError."""
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    import ray  # noqa: PLC0415 (an extra, loaded where it is used)
-
-    address = os.environ.get("RAY_ADDRESS")
-    mine = not ray.is_initialized()
-    try:
-        if mine:
-            quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
-            own: dict[str, Any] = {} if address else {"include_dashboard": False}
-            ray.init(address=address or "local", **own, **quiet)
-        cores(ray)
-        yield ray
-    except (ConnectionError, TimeoutError) as error:
-        where = f"the cluster at RAY_ADDRESS = {address}" if address else "a cluster of this machine's cores"
-        raise UserError(f"--engine ray: {where} cannot be reached: {first_line(error)}") from None
-    finally:
-        if mine:
-            ray.shutdown()
-
-
-def cores(ray: Any) -> int:
-    """Of all nodes. Raises UserError where there are none."""
-    count = int(ray.cluster_resources().get("CPU", 0))
-    if count < 1:
-        raise UserError("--engine ray: the cluster has no free core; start nodes with at least one CPU")
-    return count
-
-
-def refused(error: Any) -> UserError:
-    """What went wrong on a worker, in one line."""
-    cause = error.cause
-    return cause if isinstance(cause, UserError) else UserError(f"--engine ray: a worker failed: {first_line(cause)}")
-
-
-def first_line(error: BaseException) -> str:
-    """What an error says first."""
-    return f"{type(error).__name__}: {error}".strip().partition("\n")[0][:300]
