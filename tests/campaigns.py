@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -172,6 +173,21 @@ def ended(process, timeout=60):
             process.kill()
             process.communicate()
     return process.returncode, out, err
+
+
+def soon(true, seconds=30.0):
+    """Whether something comes true."""
+    deadline = time.monotonic() + seconds
+    while not true() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return true()
+
+
+def processes():
+    """Process, parent, session and command line of all that run on this machine, but for those that only wait to be reaped."""
+    said = subprocess.run(["ps", "-wweo", "pid=,ppid=,sid=,stat=,args="], check=True, capture_output=True, text=True).stdout
+    lines = [line.split(None, 4) for line in said.splitlines()]
+    return [(*map(int, numbers), line) for *numbers, state, line in lines if not state.startswith("Z")]
 
 
 def number(column):

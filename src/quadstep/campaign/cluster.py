@@ -22,7 +22,6 @@ from quadstep.campaign.flown import Flyer, Progress
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
-from quadstep.flight.kernel import host
 from quadstep.flight.sweep import Sweep, Swept
 
 SPAN = 16_384
@@ -75,7 +74,7 @@ def order(campaign: Campaign) -> Order:
 def needs() -> tuple[tuple[str, str], ...]:
     """What decides a flight's bits on a machine, besides the campaign: names and what they are here."""
     packages = [(name, version(name)) for name in ("numpy", "llvmlite")]
-    return (("quadstep", __version__), *packages, ("processor", host()[0]))
+    return (("quadstep", __version__), *packages)
 
 
 def fly_span(told: tuple[Any, ...], first: int, past: int) -> pa.Table:

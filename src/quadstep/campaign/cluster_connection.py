@@ -1,67 +1,191 @@
-"""The connection to a Ray cluster: whichever there is, quietly, and left as it was found."""
+"""The connection to a Ray cluster: the one of RAY_ADDRESS, or one of this machine's cores that nobody else can reach.
 
+Who controls a cluster runs any Python on its nodes, and in the driver. So a cluster is joined only where it was named, and one
+that is started here listens on the loopback interface only and asks for a token that only its own processes know.
+"""
+
+import json
 import logging
 import os
 import re
+import secrets
+import select
 import signal
 import socket
+import subprocess
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
 from typing import Any
 
 from quadstep.errors import UserError
 
-ENVIRONMENT = {
+QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",  # nothing is sent anywhere
     "RAY_DEDUP_LOGS_SKIP_REGEX": ".*",  # what becomes of lost workers is not for the user's screen
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # else a warning about graphics processors that nobody asked for
 }
 """What Ray reads as it is imported."""
 
+OWN = {
+    "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",  # Ray's switch for nodes at 127.0.0.1, on Linux too
+    "RAY_AUTH_MODE": "token",
+    "RAY_AUTH_TOKEN": secrets.token_hex(32),
+}
+"""The same for a cluster of this machine's cores. Other users of the machine reach its loopback interface, hence the token.
+Ray keeps the first token that it reads, hence one token a process.
+"""
+
+KEEPER = Path(__file__).with_name("cluster_keeper.py")
+
 ANSWER = 5.0
-"""How long a head node may take to take a connection [s]. Ray itself would try for minutes, and then end the process."""
+"""How long a head node may take to take a connection [s]."""
+
+JOINING = 60.0
+"""How long it may take to let a driver in [s]. Ray itself would try for minutes, and then end the process."""
+
+START = 120.0
+"""How long a cluster of this machine's cores may take to start [s]: some seconds, on a machine that has nothing else to do."""
+
+END = 20.0
+"""How long it may take to end [s]."""
+
+TRIAL = "import logging, sys, ray; ray.init(address=sys.argv[1], log_to_driver=False, logging_level=logging.CRITICAL)"
 
 
 @contextmanager
 def connected() -> Iterator[Any]:
-    """The module of Ray, connected: to the cluster of RAY_ADDRESS, else to one that this machine is a node of, else to one of
-    this machine's cores, which ends with the block. Raises UserError.
+    """The module of Ray, connected: to the cluster of RAY_ADDRESS, else to one of this machine's cores, which ends with the
+    block. A program around this one that is connected already stays so. Raises UserError.
     """
-    for name, value in ENVIRONMENT.items():
-        os.environ.setdefault(name, value)
-    import ray  # noqa: PLC0415 (an extra, loaded where it is used)
-
-    if ray.is_initialized():  # by a program around this one, which goes on with it
-        yield ray
+    loaded: Any = sys.modules.get("ray")
+    if loaded and loaded.is_initialized():
+        yield loaded
         return
-    try:
-        with own_handler():
-            join(ray, os.environ.get("RAY_ADDRESS", "").strip())
-        yield ray
-    finally:
-        with own_handler():
-            ray.shutdown()
+    given = os.environ.get("RAY_ADDRESS", "").strip()
+    quiet = {name: os.environ.get(name, value) for name, value in QUIET.items()}
+    with environment(quiet), own_cluster() if given in ("", "local") else nullcontext(cluster_at(given)) as address:
+        import ray  # noqa: PLC0415 (an extra, loaded where it is used)
+
+        try:
+            with own_handler():
+                join(ray, address)
+            yield ray
+        finally:
+            with own_handler():
+                ray.shutdown()
 
 
 def join(ray: Any, address: str) -> None:
     """Connect. Raises UserError."""
-    quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
-    local: dict[str, Any] = {"address": "local", "include_dashboard": False}
-    if address not in ("", "auto", "local"):
-        reach(address)
     try:
-        if address:
-            ray.init(**(local if address == "local" else {"address": address}), **quiet)
-            return
-        try:
-            ray.init(address="auto", **quiet)
-        except ConnectionError:
-            ray.init(**local, **quiet)
+        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (Exception, SystemExit) as error:  # Ray ends the process where its head does not answer
-        where = f"the cluster at RAY_ADDRESS = {address}" if address else "a cluster of this machine's cores"
-        said = "no Ray answers there" if isinstance(error, SystemExit) else first_line(error)
-        raise UserError(f"--engine ray: {where} cannot be joined: {said}") from None
+        raise UserError(f"--engine ray: the cluster at {address} cannot be joined: {first_line(error)}") from None
+
+
+@contextmanager
+def environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Variables of the environment for a while."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+# A cluster of this machine's cores
+
+
+@contextmanager
+def own_cluster() -> Iterator[str]:
+    """The address of a cluster of this machine's cores, which ends with the block or with this process, whatever ends that.
+
+    Raises UserError.
+    """
+    with environment(OWN):
+        import ray  # noqa: PLC0415
+
+        where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
+        if where not in ("127.0.0.1", "::1"):
+            raise UserError(
+                f"--engine ray: this program has imported ray itself, and Ray would now listen on {where}; call ray.init() "
+                "first, or leave the import to quadstep"
+            )
+        keeper = subprocess.Popen(
+            [sys.executable, "-P", str(KEEPER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for the driver
+        )
+        with keeper:
+            try:
+                yield answered(keeper)
+            finally:
+                ended(keeper)
+
+
+def answered(keeper: subprocess.Popen[bytes]) -> str:
+    """The address of the cluster that was started. Raises UserError where none was."""
+    assert keeper.stdout
+    wrong = "--engine ray: Ray could not be started on this machine"
+    if not select.select([keeper.stdout], [], [], START)[0]:
+        raise UserError(f"{wrong}: not ready after {START:g} s")
+    line = keeper.stdout.readline()
+    said: dict[str, str] = json.loads(line) if line else {"error": "it ended before it was ready"}
+    if "error" in said:
+        raise UserError(f"{wrong}: {shortened(said['error'])}")
+    return said["address"]
+
+
+def ended(keeper: subprocess.Popen[bytes]) -> None:
+    """Have the cluster end, and wait for that."""
+    assert keeper.stdin
+    keeper.stdin.close()
+    with suppress(subprocess.TimeoutExpired):
+        keeper.wait(END)
+    with suppress(ProcessLookupError):  # as it should be
+        os.killpg(keeper.pid, signal.SIGKILL)
+
+
+# A cluster elsewhere
+
+
+def cluster_at(address: str) -> str:
+    """The address, if a cluster takes drivers there. Raises UserError.
+
+    A process of its own finds out: where something is wrong, Ray writes to the error stream, tries for minutes, and may abort.
+    """
+    if address != "auto":
+        reach(address)
+    wrong = f"--engine ray: the cluster at RAY_ADDRESS = {address} cannot be joined"
+    try:
+        trial = subprocess.run(
+            [sys.executable, "-P", "-c", TRIAL, address],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=JOINING,
+            check=False,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "RAY_NUM_REDIS_GET_RETRIES": "5"},
+        )
+    except subprocess.TimeoutExpired:
+        raise UserError(f"{wrong}: no Ray has answered in {JOINING:g} s") from None
+    if "AuthToken" in trial.stderr or "AuthenticationError" in trial.stderr:
+        raise UserError(f"{wrong}: it asks for its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
+    if trial.returncode:
+        last = trial.stderr.strip().rpartition("\n")[2]
+        raise UserError(f"{wrong}: {shortened(last) or 'Ray gave up without a word'}")
+    return address
 
 
 def reach(address: str) -> None:
@@ -101,4 +225,9 @@ def cores(ray: Any) -> int:
 
 def first_line(error: BaseException) -> str:
     """What an error says first."""
-    return f"{type(error).__name__}: {error}".strip().partition("\n")[0][:300]
+    return shortened(f"{type(error).__name__}: {error}")
+
+
+def shortened(text: str) -> str:
+    """The first line of a text, as a part of one."""
+    return text.strip().partition("\n")[0][:300]

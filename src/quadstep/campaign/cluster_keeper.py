@@ -1,0 +1,134 @@
+"""A Ray cluster of this machine's cores, for one driver: a program of its own, which ends the cluster when the driver is gone.
+
+Run by `cluster_connection.py`, which sets the environment that keeps Ray on the loopback interface and behind a token. It
+answers with one line of JSON, `{"address": "127.0.0.1:PORT"}` or `{"error": "..."}`, and runs until its standard input is
+closed: by a driver that is done, or by the kernel after a driver that was killed. Needs nothing but Ray.
+"""
+
+import contextlib
+import fcntl
+import json
+import logging
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import TextIO
+
+PREFIX = "quadstep-ray-"
+ROOM = "r"
+"""The folder within it that Ray is given, and opens to everybody."""
+
+LONGEST = 14
+"""Letters of the folder for temporary files at most: the paths of Ray's sockets below it must not have more than 103."""
+
+PATIENCE = 10.0
+"""How long Ray has for ending in its own way, or for a start that nobody waits for any more [s]."""
+
+
+def main() -> None:
+    """Start, answer, wait, end."""
+    driver = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # what Ray may print is no answer
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # as Ray has it too, once it is started
+    folder, _ = locked_folder()
+    over = threading.Event()
+    threading.Thread(target=watch, args=(over, folder), daemon=True).start()
+    try:
+        answer(driver, address=start(folder))
+        over.wait()
+    except (Exception, SystemExit) as error:
+        answer(driver, error=f"{type(error).__name__}: {error}")
+    finally:
+        shut_down()
+        end(folder)
+
+
+def start(folder: Path) -> str:
+    """The address of a new cluster. Raises whatever Ray raises, RuntimeError for one that would listen on a network."""
+    import ray  # noqa: PLC0415 (slow, and may fail)
+
+    where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
+    if where not in ("127.0.0.1", "::1"):
+        raise RuntimeError(f"Ray would listen on {where}")
+    ray.init(
+        address="local",
+        include_dashboard=False,
+        log_to_driver=False,
+        logging_level=logging.CRITICAL,
+        _temp_dir=str(folder / ROOM),
+    )
+    address: str = ray.get_runtime_context().gcs_address
+    return address
+
+
+def answer(driver: TextIO, **said: str) -> None:
+    """One line for the driver, if it still listens."""
+    with contextlib.suppress(OSError):
+        driver.write(json.dumps(said) + "\n")
+        driver.flush()
+
+
+def watch(over: threading.Event, folder: Path) -> None:
+    """Wait for the driver's end; see to it that this program ends soon after, in whatever Ray is stuck."""
+    sys.stdin.buffer.read()
+    over.set()
+    time.sleep(PATIENCE)
+    end(folder)
+
+
+def shut_down() -> None:
+    """Have Ray end its processes."""
+    if "ray" in sys.modules:
+        with contextlib.suppress(Exception, SystemExit):
+            sys.modules["ray"].shutdown()
+
+
+def end(folder: Path) -> None:
+    """End what is left of the cluster, and this program: Ray's agents would stay for a minute."""
+    while folder.exists():  # what is being written to it makes this fail
+        shutil.rmtree(folder, ignore_errors=True)
+    os.killpg(os.getpid(), signal.SIGKILL)
+
+
+def locked_folder() -> tuple[Path, int]:
+    """A new folder for Ray's session, for the eyes of this user only, and the handle whose lock says that it is in use.
+
+    Removes those of this user that are not in use: whoever was to remove them was killed.
+    """
+    place = short_place()
+    for old in Path(place).glob(PREFIX + "*"):
+        with contextlib.suppress(OSError):  # somebody else's, in use, or gone by now
+            remove_unused(old)
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=place))
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        if folder.exists():
+            return folder, handle
+        os.close(handle)  # another start took it for unused before it was locked
+
+
+def short_place() -> str:
+    """The folder for temporary files, /tmp if that is too long."""
+    place = tempfile.gettempdir()
+    return place if len(place) <= LONGEST else "/tmp"
+
+
+def remove_unused(folder: Path) -> None:
+    """Remove a folder if nobody has it locked. Raises OSError where it is in use, a link, or another user's."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        if os.fstat(handle).st_uid == os.getuid():
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os.close(handle)
+
+
+if __name__ == "__main__":
+    main()
