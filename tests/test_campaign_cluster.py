@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -27,7 +28,6 @@ from tests.campaigns import (
     manifest,
     no_report,
     processes,
-    refused,
     rows,
     soon,
     started,
@@ -230,12 +230,10 @@ def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
         ("head:99999", "should be HOST:PORT"),
     ],
 )
-def test_an_address_where_no_cluster_is(tmp_path, monkeypatch, address, said):
-    monkeypatch.setenv("RAY_ADDRESS", address)
-    calls = SimpleNamespace(is_initialized=lambda: False, shutdown=lambda: None)  # no need to ask Ray
-    monkeypatch.setitem(sys.modules, "ray", calls)
-    path = written(tmp_path, head="flights = 16")
-    refused(fly(path, tmp_path / "out", "--engine", "ray"), "--engine ray:", "RAY_ADDRESS = ", said)
+def test_an_address_where_no_cluster_is(address, said):
+    with pytest.raises(UserError, match=f"^--engine ray: .*RAY_ADDRESS = .*{re.escape(said)}") as one:
+        cluster_connection.cluster_at(address)
+    assert "\n" not in str(one.value)
 
 
 TRIALS = {
