@@ -24,7 +24,8 @@ from quadstep.judging.deliver import JsonOption, JunitOption, check_junit, deliv
 from quadstep.judging.metrics import parsed
 from quadstep.page.commands import add_commands
 from quadstep.report.pool import start_server
-from quadstep.report.sheet import ON_SCREEN, SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
+from quadstep.report.sheet import ON_SCREEN, SCREEN, USUAL, sheet
+from quadstep.report.sheet_options import FiguresOption, StyleOption, WidthOption
 from quadstep.report.writable import provide_writable
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, complain, say, say_whole, width

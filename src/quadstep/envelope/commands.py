@@ -7,7 +7,8 @@ import typer
 
 from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.extras import missing_extra
-from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.sheet_options import FiguresOption, StyleOption, WidthOption
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import say, say_whole
 

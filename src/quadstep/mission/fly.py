@@ -86,16 +86,17 @@ def fly_mission(
         metrics, found = mission.metrics(log)
         warnings = [*plan.warnings, *found]
         (out / "figures").mkdir()
-        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in mission.figures(log)] if len(log.rows) > 1 else []
         told("writing tables", 0, 1)
         write_csv(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
         told("writing the page", 0, 1)
-        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (loaded while others draw)
+        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (loaded where it is used)
 
         write_mission_page(out / "page.html", mission, plan, log, beside)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
+        told("drawing figures", 0, 1)  # last: by now their processes have loaded what they need
+        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in mission.figures(log)] if len(log.rows) > 1 else []
         for done, figure in enumerate(as_completed(drawn)):
             told("drawing figures", done, len(drawn))
             figure.result()

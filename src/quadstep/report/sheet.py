@@ -2,9 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
-
-import typer
+from typing import Any, NamedTuple
 
 from quadstep.errors import UserError
 
@@ -63,16 +61,6 @@ class Sheet(NamedTuple):
     def with_svg(self) -> "Sheet":
         """The same with SVG files, which a report is made of."""
         return self if "svg" in self.formats else self._replace(formats=(*self.formats, "svg"))
-
-
-FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Of the figures: png, svg, pdf.")]
-WidthOption = Annotated[
-    float | None,
-    typer.Option("--width", metavar="MM", help="Of a figure: 88 for one column, 180 for two.", show_default=False),
-]
-StyleOption = Annotated[
-    str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
-]
 
 
 def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN) -> Sheet:

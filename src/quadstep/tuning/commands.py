@@ -8,7 +8,8 @@ import typer
 
 from quadstep.errors import UserError
 from quadstep.extras import missing_extra
-from quadstep.report.sheet import SCREEN, USUAL, FiguresOption, StyleOption, WidthOption, sheet
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.sheet_options import FiguresOption, StyleOption, WidthOption
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
