@@ -87,7 +87,7 @@ def texts_of(values: Sequence[Any]) -> list[str]:
 def read_back(value: Any) -> Any:
     """A value of a column, in which tables and lists are JSON."""
     if isinstance(value, str) and value[:1] in ("{", "["):
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, RecursionError):
             return json.loads(value)
     return value
 
