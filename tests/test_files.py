@@ -177,6 +177,22 @@ def test_a_campaign_has_a_bounded_number_of_bounded_files(tmp_path, flights, chu
         assert not said
 
 
+def test_a_campaign_of_many_keys_has_smaller_files(tmp_path):
+    keys = "".join(f'"path.waypoints.{i}.yaw" = {{ type = "uniform", low = 0.0, high = 1.0 }}\n' for i in range(200))
+    places = ", ".join(f"{{ t = {i}.0, position = [{i}.0, 0.0, 0.0] }}" for i in range(200))
+    (tmp_path / "m.toml").write_text(f'[path]\ntype = "waypoints"\nwaypoints = [{places}]\n', encoding="utf-8")
+    for chunk, good in ((LARGEST_CHUNK, False), (LARGEST_CHUNK // 4, True)):
+        (tmp_path / "c.toml").write_text(f'mission = "m.toml"\nchunk = {chunk}\n[vary]\n{keys}', encoding="utf-8")
+        campaign = read_campaign(tmp_path / "c.toml")
+        if good:
+            campaign.check_count(MOST_FLIGHTS)
+        else:
+            with pytest.raises(
+                UserError, match=r"chunk: 1048576 flights of 2\d\d columns make a file of more than 1000 MB; choose"
+            ):
+                campaign.check_count(MOST_FLIGHTS)
+
+
 @pytest.mark.parametrize("number", ["1e30", str(10**30), str(MOST_FLIGHTS + 1), "NaN", "-1"])
 def test_a_manifest_with_an_absurd_number_is_refused(tmp_path, number):
     text = '{"name": "", "fingerprint": "", "flights": %s, "chunk": 16, "chunks": [], "machines": []}'

@@ -58,14 +58,14 @@ def depth(text: str) -> int:
 
 def read_json(path: Path, links: bool = True) -> Any:
     """The content of a JSON file, every number of which is finite. Raises UserError naming it."""
-    text = files.read_text(path, files.JSON, links)
+    text, source = files.read_text(path, files.JSON, links), str(path)
     try:
         content = json.loads(text, parse_constant=no_number)
     except RecursionError:
-        raise too_deep(str(path)) from None
+        raise too_deep(source) from None
     except ValueError as error:
-        raise UserError(f"{path}: not valid JSON: {error}") from None
-    check(content, str(path), finite=True)
+        raise UserError(f"{source}: not valid JSON: {error}") from None
+    check(content, source, finite=True)
     return content
 
 

@@ -135,7 +135,13 @@ class Campaign(NamedTuple):
         return self.file.flights or self.file.combinations
 
     def check_count(self, flights: int) -> None:
-        """Refuses so many flights where they would make too many files. Raises UserError."""
+        """Refuses so many flights where they would make too many files, or too large ones. Raises UserError."""
+        columns = len(self.file.keys) + len(METRICS) + 4
+        if 8 * columns * min(flights, self.file.chunk) > files.FLIGHTS.most:
+            raise UserError(
+                f"chunk: {self.file.chunk} flights of {columns} columns make a file of more than "
+                f"{files.FLIGHTS.most / 1e6:g} MB; choose a chunk of {files.FLIGHTS.most // (8 * columns)} or less"
+            )
         made = -(-flights // self.file.chunk)
         if made > MOST_CHUNKS:
             raise UserError(

@@ -1,19 +1,22 @@
 """Finished cells of a study that is not over, so that after an interruption the same command goes on from them."""
 
+import contextlib
 import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from quadstep import __version__
-from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.cell import Cell
 from quadstep.comparison.flights import FIRST_SEED, mission
+from quadstep.errors import UserError
+from quadstep.files import JSON, read_text
 from quadstep.report.publish import WRITING
 
 NAME = f"{WRITING}cells.jsonl"
-MOST_BYTES = 10_000_000
-"""A larger file was written by something else."""
+CELL = TypeAdapter(Cell)
 
 
 class Kept:
@@ -22,17 +25,16 @@ class Kept:
     def __init__(self, folder: Path) -> None:
         self.path = folder / NAME
         self.cells: dict[str, Cell] = {}
-        if self.path.is_file() and self.path.stat().st_size <= MOST_BYTES:
-            for line in self.path.read_text(encoding="utf-8", errors="replace").splitlines():
+        with contextlib.suppress(UserError):  # there is none, or something else wrote it
+            for line in read_text(self.path, JSON).splitlines():
                 self.read(line)
 
     def read(self, line: str) -> None:
         """Take in one line; one that was cut short by a kill counts for nothing."""
         try:
-            one = json.loads(line)
-            values = {**one["cell"], "rmse": Estimate(*one["cell"]["rmse"]), "lost": Estimate(*one["cell"]["lost"])}
-            self.cells[one["key"]] = Cell(**values)
-        except (ValueError, TypeError, KeyError):
+            one = json.loads(line)  # with NaN, where no flight completed
+            self.cells[str(one["key"])] = CELL.validate_python(one["cell"])
+        except (ValueError, TypeError, KeyError, RecursionError):
             return
 
     def add(self, key: str, cell: Cell) -> None:
