@@ -193,6 +193,12 @@ def test_a_campaign_of_many_keys_has_smaller_files(tmp_path):
                 campaign.check_count(MOST_FLIGHTS)
 
 
+def test_a_campaign_whose_mission_cannot_be_read_is_named_too(tmp_path):
+    (tmp_path / "c.toml").write_text('mission = "/dev/zero"\n', encoding="utf-8")
+    with pytest.raises(UserError, match=rf"^{tmp_path}/c\.toml: mission: /dev/zero: cannot be read: it is a device"):
+        read_campaign(tmp_path / "c.toml")
+
+
 @pytest.mark.parametrize("number", ["1e30", str(10**30), str(MOST_FLIGHTS + 1), "NaN", "-1"])
 def test_a_manifest_with_an_absurd_number_is_refused(tmp_path, number):
     text = '{"name": "", "fingerprint": "", "flights": %s, "chunk": 16, "chunks": [], "machines": []}'

@@ -156,6 +156,9 @@ class Recordings(Written):
         spoilt = ("\n" if random.random() < 0.9 else "\r\n").join(map(",".join, lines)).encode()
         (folder / self.file).write_bytes(spoilt if random.random() < 0.7 else scrambled(spoilt, random))
 
+    def named(self, folder: Path) -> str:
+        return str(folder)  # of the mission, where a recording makes a flight too long
+
     def use(self, folder: Path) -> None:
         plan = plan_mission(read_mission(folder / "mission.toml"), folder / "mission.toml")
         begun(plan)

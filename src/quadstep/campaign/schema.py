@@ -194,7 +194,10 @@ def read_campaign(path: Path) -> Campaign:
     file = check(CampaignFile, content, str(path))
     if isinstance(file.mission, str):
         source = path.parent / file.mission
-        mission, folder = read_toml(source), source.parent
+        try:
+            mission, folder = read_toml(source), source.parent
+        except UserError as error:
+            raise UserError(f"{path}: mission: {error}") from None
     else:
         source, mission, folder = path, file.mission, path.parent
     return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder)

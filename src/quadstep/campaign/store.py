@@ -109,9 +109,12 @@ class Store:
             try:
                 parquet = pq.ParquetFile(file)
                 check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *METRICS))
-                return parquet.read(columns=None if columns is None else list(columns))
+                table = parquet.read(columns=None if columns is None else list(columns))
             except (OSError, ValueError, pa.ArrowException) as error:
                 raise UserError(f"{path}: cannot be read: {error}") from None
+        if any(table[name].null_count for name in table.column_names if name not in (TIME, *METRICS)):
+            raise not_flights(path, chunk)
+        return table
 
     def shorten(self, flights: int) -> None:
         """Forget and remove the files of flights beyond so many, where there were more before. Raises UserError."""
@@ -251,7 +254,12 @@ def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterab
     kinds = {field.name: str(field.type) for field in about.schema.to_arrow_schema()}
     good = all(name in kinds and kinds[name].startswith(KINDS.get(name, "")) for name in columns)
     if about.num_rows != chunk.past - chunk.first or not good or size > 4 * files.FLIGHTS.most:
-        raise UserError(f"{path}: holds other things than flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
+        raise not_flights(path, chunk)
+
+
+def not_flights(path: Path, chunk: Chunk) -> UserError:
+    """What is said of a file that holds something else."""
+    return UserError(f"{path}: holds other things than flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
 
 
 def parquet(table: pa.Table) -> bytes:
