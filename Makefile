@@ -7,6 +7,9 @@ READY := $(VENV)/ready
 PEERS := .venv-peers
 PIP := -m pip --disable-pip-version-check
 
+# The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup reproduce test fuzz lint types bench bench-peers golden errata frontend clean
 
 help:

@@ -48,9 +48,9 @@ def temporary(monkeypatch):
     folder = Path(tempfile.mkdtemp(prefix="q", dir="/tmp"))
     monkeypatch.setenv("TMPDIR", str(folder))
     yield folder
-    left = list(folder.iterdir())
+    gone = soon(lambda: not list(folder.iterdir()))
     shutil.rmtree(folder)
-    assert not left
+    assert gone
 
 
 def keeper_of(driver):

@@ -50,7 +50,7 @@ def flown(tmp_path_factory):
     assert union in text
     text = text.replace(union, f"{section[1]}\n\n{union.replace('[', '[CascadedPDSection | ')}")
     place.write_text(
-        text.replace("import json\n", "import json\nfrom quadstep.control.cascaded_pd import CascadedPD, Gains\n", 1)
+        text.replace("import math\n", "import math\nfrom quadstep.control.cascaded_pd import CascadedPD, Gains\n", 1)
     )
     (folder / "own.toml").write_text(MISSION)
     run = subprocess.run(

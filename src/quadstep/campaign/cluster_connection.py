@@ -147,13 +147,16 @@ def answered(keeper: subprocess.Popen[bytes]) -> str:
 
 
 def ended(keeper: subprocess.Popen[bytes]) -> None:
-    """Have the cluster end, and wait for that."""
+    """Have the cluster end, and wait for that and for the end of its folder."""
     assert keeper.stdin
+    assert keeper.stdout
     keeper.stdin.close()
     with suppress(subprocess.TimeoutExpired):
         keeper.wait(END)
     with suppress(ProcessLookupError):  # as it should be
         os.killpg(keeper.pid, signal.SIGKILL)
+    while select.select([keeper.stdout], [], [], END)[0] and os.read(keeper.stdout.fileno(), 4096):
+        pass
 
 
 # A cluster elsewhere

@@ -12,12 +12,13 @@ import logging
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 PREFIX = "quadstep-ray-"
 ROOM = "r"
@@ -25,6 +26,14 @@ ROOM = "r"
 
 LONGEST = 14
 """Letters of the folder for temporary files at most: the paths of Ray's sockets below it must not have more than 103."""
+
+REMOVAL = """
+import os, shutil, signal, sys
+os.killpg(int(sys.argv[1]), signal.SIGKILL)
+while os.path.exists(sys.argv[2]):  # a process that is ending may still write
+    shutil.rmtree(sys.argv[2], ignore_errors=True)
+"""
+"""Ends a group of processes and removes a folder."""
 
 PATIENCE = 10.0
 """How long Ray has for ending in its own way, or for a start that nobody waits for any more [s]."""
@@ -37,7 +46,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # as Ray has it too, once it is started
     folder, _ = locked_folder()
     over = threading.Event()
-    threading.Thread(target=watch, args=(over, folder), daemon=True).start()
+    threading.Thread(target=watch, args=(over, folder, driver), daemon=True).start()
     try:
         answer(driver, address=start(folder))
         over.wait()
@@ -45,7 +54,7 @@ def main() -> None:
         answer(driver, error=f"{type(error).__name__}: {error}")
     finally:
         shut_down()
-        end(folder)
+        end(folder, driver)
 
 
 def start(folder: Path) -> str:
@@ -73,12 +82,12 @@ def answer(driver: TextIO, **said: str) -> None:
         driver.flush()
 
 
-def watch(over: threading.Event, folder: Path) -> None:
+def watch(over: threading.Event, folder: Path, driver: TextIO) -> None:
     """Wait for the driver's end; see to it that this program ends soon after, in whatever Ray is stuck."""
     sys.stdin.buffer.read()
     over.set()
     time.sleep(PATIENCE)
-    end(folder)
+    end(folder, driver)
 
 
 def shut_down() -> None:
@@ -88,11 +97,16 @@ def shut_down() -> None:
             sys.modules["ray"].shutdown()
 
 
-def end(folder: Path) -> None:
-    """End what is left of the cluster, and this program: Ray's agents would stay for a minute."""
-    while folder.exists():  # what is being written to it makes this fail
-        shutil.rmtree(folder, ignore_errors=True)
-    os.killpg(os.getpid(), signal.SIGKILL)
+def end(folder: Path, driver: TextIO) -> NoReturn:
+    """End what is left of the cluster, this program too, and remove its folder: Ray's agents would stay for a minute.
+
+    A process of another group does it, since what still runs here would write to the folder again. The driver's pipe stays
+    open until it has done so.
+    """
+    command = [sys.executable, "-I", "-S", "-c", REMOVAL, str(os.getpid()), str(folder)]
+    subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=driver, stderr=subprocess.DEVNULL, start_new_session=True)
+    while True:
+        signal.pause()
 
 
 def locked_folder() -> tuple[Path, int]:

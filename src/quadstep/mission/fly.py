@@ -95,11 +95,12 @@ def fly_mission(
         write_mission_page(out / "page.html", mission, plan, log, beside)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
         write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
-        told("drawing figures", 0, 1)  # last: by now their processes have loaded what they need
-        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in mission.figures(log)] if len(log.rows) > 1 else []
-        for done, figure in enumerate(as_completed(drawn)):
-            told("drawing figures", done, len(drawn))
+        jobs = mission.figures(log) if len(log.rows) > 1 else []
+        told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
+        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
+        for done, figure in enumerate(as_completed(drawn), 1):
             figure.result()
+            told("drawing figures", done, len(jobs))
     diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     return summarise(mission.name, log, metrics, tuple(warnings), judged)
