@@ -108,7 +108,7 @@ def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, temporary,
         driver.send_signal(number)
     code, said, err = ended(driver)
     if number == signal.SIGTERM:
-        assert (code, said) == (130, "")
+        assert (code, said) == (130, ""), err
         assert re.fullmatch(r"quadstep: interrupted; \d+ of \d+ files of flights are kept in .*\n", err)
     assert soon(lambda: not cluster_of(keeper)), "its cluster runs on"
 

@@ -140,7 +140,11 @@ def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
 
 
 def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
-    """Spans as they come back, in any order; whatever ends this ends the tasks. Raises UserError."""
+    """Spans as they come back, in any order. Raises UserError.
+
+    Tasks that are still flying when this ends do so with the connection: Ray aborts the driver where it cancels a task that
+    ends at the same moment.
+    """
 
     def quadstep_span(told: Any, first: int, past: int) -> Any:
         # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
@@ -151,19 +155,15 @@ def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tu
     task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
     told = ray.put(tuple(order))
     flying: dict[Any, Span] = {}
-    try:
-        while True:
-            room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
-            for span in islice(waiting, room):
-                flying[task.remote(told, span.first, span.past)] = span
-            if not flying:
-                return
-            for reference in over(ray, list(flying)):
-                table = fetched(ray, reference, flying[reference])
-                yield flying.pop(reference), table
-    finally:
-        for reference in flying:
-            ray.cancel(reference, force=True)
+    while True:
+        room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
+        for span in islice(waiting, room):
+            flying[task.remote(told, span.first, span.past)] = span
+        if not flying:
+            return
+        for reference in over(ray, list(flying)):
+            table = fetched(ray, reference, flying[reference])
+            yield flying.pop(reference), table
 
 
 def over(ray: Any, flying: list[Any]) -> list[Any]:

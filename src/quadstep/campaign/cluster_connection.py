@@ -74,7 +74,7 @@ def connected() -> Iterator[Any]:
                 join(ray, address)
             yield ray
         finally:
-            with own_handler():
+            with own_handler(), muted():  # what becomes of tasks that an interrupted driver leaves is for nobody's screen
                 ray.shutdown()
 
 
@@ -219,6 +219,19 @@ def own_handler() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def muted() -> Iterator[None]:
+    """Nothing is written to the error stream, by libraries that know no other way either."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def cores(ray: Any) -> int:
