@@ -15,7 +15,7 @@ from quadstep.flight.kernel import host_width
 from quadstep.flight.lanes import fly_lanes
 from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Sweep, places
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers.noise import key
 
 NOISE = {"gyro_noise": 0.002, "position_noise": 0.002, "velocity_noise": 0.02, "attitude_noise": 0.005}
@@ -49,7 +49,7 @@ INSTRUCTIONS = {4: "SSE2", 8: "AVX2", 16: "AVX-512"}
 
 def plans(content: dict[str, Any], count: int) -> list[FlightPlan]:
     """Flights that differ in their noise."""
-    one = AirframeMission.model_validate(content).plan()
+    one = MultirotorMission.model_validate(content).plan()
     return [one._replace(parameters=one.parameters._replace(key=key(seed, 0))) for seed in range(count)]
 
 

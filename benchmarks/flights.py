@@ -87,7 +87,7 @@ def solver_difference(one: FlightPlan, log: FlightLog, samples: int = 500) -> fl
     def rate(_: float, flat: Any, command: Command) -> list[float]:
         state = rebuild(one.start, iter(flat.tolist()))
         vehicle, disturbance = one.parameters.vehicle, one.parameters.disturbance
-        return flatten(derivative(vehicle, disturbance, one.loop.kinematics, state, command.thrust, command.torque))
+        return flatten(derivative(vehicle, disturbance, one.loop.plant.kinematics, state, command.thrust, command.torque))
 
     for tick in range(samples):
         cycle, _ = one.loop.sample(cycle, one.parameters, Clock(tick * step, float(tick), step))

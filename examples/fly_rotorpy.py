@@ -11,9 +11,9 @@ from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy
 from quadstep.control.opaque import flying
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 
-MISSION = AirframeMission.model_validate(
+MISSION = MultirotorMission.model_validate(
     {
         "vehicle": {"preset": "hummingbird", "effects": {"gyroscopic": False}},  # RotorPy's rotors have no inertia
         "path": {"type": "figure-eight", "length": 4.0, "width": 2.0, "period": 6.0, "turns": 1.0, "centre": [0.0, 0.0, 2.0]},

@@ -11,17 +11,18 @@ from quadstep.control.nested_saturation import NestedSaturation, NestedSaturatio
 from quadstep.control.networks import Net, random_input_weights
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.kernel import host
-from quadstep.flight.loop import Limits, Loop, Parameters
+from quadstep.flight.loop import Loop
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.lane import Emitter, Lane, LaneTable
+from quadstep.plants.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.lagrange import Vehicle
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
 
-CASE_1 = Loop(MinimumJerk(), Backstepping())
-NESTED = Loop(MinimumJerk(), NestedSaturation())
+CASE_1 = Loop(Lagrange(), MinimumJerk(), Backstepping())
+NESTED = Loop(Lagrange(), MinimumJerk(), NestedSaturation())
 CASE_1_TICKS = Ticks(0.002, (2,), 10, 20000)
 
 

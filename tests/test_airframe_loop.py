@@ -19,9 +19,10 @@ from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly, fly_all
 from quadstep.flight.lanes import fly_lanes
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
+from quadstep.plants.multirotor import Spun
 
 CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
 SENSORS = {
@@ -72,7 +73,7 @@ MASS, GRAVITY = 2.644, 9.81
 
 
 def plan(base=PLAIN, **changes):
-    return AirframeMission.model_validate({**base, **changes}).plan()
+    return MultirotorMission.model_validate({**base, **changes}).plan()
 
 
 def everything(controller, estimator=False, **changes):
@@ -330,7 +331,7 @@ def test_a_controller_is_told_what_the_limits_left_of_its_last_command():
     gains = SpyGains(thrust=70.0, torque=vector(1.0, 0.0, 3.0))
     one = spied(told_of_the_rotors, gains, simulation={"duration": 0.02, "log_period": 0.002})
     log = on_floats(one)
-    _, thrust, torque = allocate(one.loop.geometry, one.parameters.allocation, 70.0, gains.torque)
+    _, thrust, torque = allocate(one.loop.plant.geometry, one.parameters.allocation, 70.0, gains.torque)
     assert thrust < 70.0
     assert torque[2] < 3.0
     np.testing.assert_array_equal(shown(log)[0], 0.0)
@@ -364,16 +365,16 @@ def test_the_vehicle_flies_as_a_solver_says_under_the_same_held_commands():
     states = np.column_stack([log.table(*names), np.sqrt(forces / airframe.rotor.thrust)])
     assert len(states) == 9
     now = np.append(states[0], 0.0)
-    events, wind, effects = one.parameters.events, vector(4.0, -3.0, 1.0), one.loop.effects
+    events, wind, effects = one.parameters.events, vector(4.0, -3.0, 1.0), one.loop.plant.effects
     for k in range(8):
         u, *tau = log.table("u", "tau_x", "tau_y", "tau_z")[k].tolist()
-        wanted, _, _ = allocate(one.loop.geometry, one.parameters.allocation, u, Vector(tau))
+        wanted, _, _ = allocate(one.loop.plant.geometry, one.parameters.allocation, u, Vector(tau))
         properties, share = mass_properties(airframe, events, 0.004 * k + 1e-6), efficiencies(events, 4, 0.0)
         assert properties.mass == (MASS if k < 2 else pytest.approx(MASS + 0.4))
 
         def rate(_, leaves, properties=properties, share=share, wanted=wanted):
             state = rebuild(one.start, iter(leaves.tolist()))
-            return flatten(derivative(one.loop.geometry, airframe, properties, share, state, wanted, wind, effects))
+            return flatten(derivative(one.loop.plant.geometry, airframe, properties, share, state, wanted, wind, effects))
 
         now = solve_ivp(rate, (0.0, 0.004), now, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
         np.testing.assert_allclose(states[k + 1], now[:-1], rtol=1e-7, atol=1e-8)
@@ -537,7 +538,7 @@ def test_a_row_holds_what_its_column_names_say():
         r2=vector(2.0, 3.0, 6.0),
         weight_norms=vector(8.0, 9.0),
     )
-    cycle = cycle._replace(state=state, command=command, thrust=12.0, torque=vector(0.7, 0.8, 0.9))
+    cycle = cycle._replace(state=state, command=command, held=Spun(state.speeds, 12.0, vector(0.7, 0.8, 0.9)))
     row = dict(zip(one.loop.columns, one.loop.row(cycle, one.parameters, 0.25), strict=True))
 
     def holds(names, values):
@@ -548,7 +549,7 @@ def test_a_row_holds_what_its_column_names_say():
     holds("q_w q_x q_y q_z p q r", [0.8, 0.36, -0.48, 0.0, 7, 8, 9])
     holds("yaw pitch roll", yaw_pitch_roll(state.attitude))
     holds("x_d y_d z_d heading_d", [*reference.position, reference.yaw])
-    holds("x_m y_m z_m", one.loop.measured(cycle).position)
+    holds("x_m y_m z_m", one.loop.told(cycle).position)
     holds("yaw_d pitch_d roll_d u tau_x tau_y tau_z", [0.4, 0.5, 0.6, 11, 0.1, 0.2, 0.3])
     holds("u_a tau_x_a tau_y_a tau_z_a", [12, 0.7, 0.8, 0.9])
     holds("f1 f2 f3 f4", 1.9e-5 * np.array([300.0, 400.0, 500.0, 600.0]) ** 2)

@@ -13,7 +13,7 @@ from quadstep.flight.airframe_columns import airframe_columns
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import fly_floats
 from quadstep.flight.engines import FlightPlan
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
 from quadstep.numbers import flatten
@@ -390,7 +390,7 @@ def test_numbers_of_any_size_that_are_accepted_fly_to_an_outcome(data):
     assert json.loads(json.dumps(metrics, allow_nan=False))["outcome"] == log.outcome.name.lower()
 
 
-def planned(content) -> tuple[FlightPlan | None, AirframeMission | None]:
+def planned(content) -> tuple[FlightPlan | None, MultirotorMission | None]:
     try:
         mission = check_mission(content, "mission.toml")
         return mission.plan(), mission
@@ -402,7 +402,7 @@ def planned(content) -> tuple[FlightPlan | None, AirframeMission | None]:
 @pytest.mark.parametrize("place", range(len(LAWS)))
 def test_a_mission_survives_its_own_form(place):
     mission = check_mission(ALL_MISSIONS[place], "mission.toml")
-    assert isinstance(mission, AirframeMission)
+    assert isinstance(mission, MultirotorMission)
     assert check_mission(mission.model_dump(), "dump") == mission
     again = check_mission(json.loads(mission.model_dump_json()), "json")
     assert again == mission
@@ -447,7 +447,7 @@ PICTURES = {"position", "attitude", "inputs", "vehicle"}
 
 def without_airframe_figures(patch):
     without_figures(patch)
-    patch.setattr("quadstep.mission.airframe_mission.airframe_jobs", lambda *_: [])
+    patch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
     patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
 
 

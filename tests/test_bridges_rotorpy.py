@@ -15,7 +15,7 @@ from quadstep.control.opaque import Known, Wanted, flying
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import vector
 from tests.needs import package
@@ -32,7 +32,7 @@ def mission(duration=2.0, controller="geometric", **parts):
         **parts,
     }
     content["simulation"] = {**content["simulation"], "duration": duration}
-    return AirframeMission.model_validate(content)
+    return MultirotorMission.model_validate(content)
 
 
 def rmse(log):

@@ -260,7 +260,7 @@ class ForceAsWanted(Loop):
 
         def rate(state):
             force, _ = disturb(parameters.disturbance, state)
-            moved = derivative(vehicle, parameters.disturbance, self.kinematics, state, command.thrust, command.torque)
+            moved = derivative(vehicle, parameters.disturbance, self.plant.kinematics, state, command.thrust, command.torque)
             return moved._replace(velocity=acceleration(vehicle, command.desired_attitude, command.thrust, force))
 
         state = cycle.state
@@ -286,7 +286,7 @@ def test_the_printed_conditions_hold_and_the_flight_diverges():
 
 def test_and_what_makes_it_diverge_is_the_coupling():
     diverging = slow()
-    loop = ForceAsWanted(diverging.loop.path, diverging.loop.controller, diverging.loop.kinematics)
+    loop = ForceAsWanted(diverging.loop.plant, diverging.loop.path, diverging.loop.controller)
     log = fly(diverging._replace(loop=loop))
     assert log.outcome is Outcome.COMPLETED
     assert rmse(lengths(position_errors(log))) < 1e-6

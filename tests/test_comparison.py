@@ -223,7 +223,7 @@ def test_every_scenario_can_be_flown_with_noise_and_latency(vehicle):
         one = mission(vehicle, list(CONTROLLERS)[place % 5], scenario, 1001)
         plan = one.plan()
         assert (one.sensors.latency, one.sensors.noisy, one.seed) == (0.02, True, 1001)
-        assert plan.loop.suite.delay * plan.ticks.every[-3] * plan.ticks.step == pytest.approx(0.02)
+        assert plan.loop.sensing.delay * plan.ticks.every[-3] * plan.ticks.step == pytest.approx(0.02)
         assert one.score_from < plan.ticks.last * plan.ticks.step
         assert plan.warnings == ()
 

@@ -6,9 +6,9 @@ import pytest
 from quadstep.control.nested_saturation import NestedSaturation, NoMemory, nested
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Limits
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import flatten, rebuild, vector
+from quadstep.plants.lagrange import Limits
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import angular_acceleration, derivative

@@ -20,7 +20,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.guidance.reference import Reference
 from quadstep.mission.agility import agility
 from quadstep.mission.airframe_controllers import RotationSection
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.rotations import IDENTITY, cross, from_rotation_vector, from_yaw_pitch_roll, multiply, rotation_matrix
@@ -34,7 +34,9 @@ EVERY = pytest.mark.parametrize("kind", KINDS)
 def mission(kind="rotation-backstepping", vehicle="research-2.6kg", **content):
     path = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 6.0}
     controller = {"type": kind, **content.pop("controller", {})}
-    return AirframeMission.model_validate({"vehicle": {"preset": vehicle}, "path": path, "controller": controller, **content})
+    return MultirotorMission.model_validate(
+        {"vehicle": {"preset": vehicle}, "path": path, "controller": controller, **content}
+    )
 
 
 def asked(kind, measured=None, reference=HERE, samples=1, begin=None, **changes):

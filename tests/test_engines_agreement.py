@@ -17,6 +17,7 @@ from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.spline import through_waypoints
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
+from quadstep.plants.lagrange import Lagrange
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import derivative
@@ -63,21 +64,25 @@ def test_arrays_agree_with_floats_in_every_column_of_case_1(case_1_on_floats):
 FLIGHTS = {
     "backstepping": (CASE_1, parameters(6.0, vehicle=UNEQUAL), TILTED),
     "printed kinematics": (
-        Loop(CASE_1.path, CASE_1.controller, Kinematics.PRINTED),
+        Loop(Lagrange(Kinematics.PRINTED), CASE_1.path, CASE_1.controller),
         parameters(6.0, vehicle=UNEQUAL),
         TILTED,
     ),
-    "rotor limits": (Loop(CASE_1.path, CASE_1.controller, rotor_limits=True), parameters(6.0, vehicle=UNEQUAL), state()),
+    "rotor limits": (
+        Loop(Lagrange(rotor_limits=True), CASE_1.path, CASE_1.controller),
+        parameters(6.0, vehicle=UNEQUAL),
+        state(),
+    ),
     "late learning": (CASE_1, parameters(6.0, gains=gains(start=1.0)), TILTED),
     "disturbed": (CASE_1, parameters(disturbance=Disturbance(0.7, vector(0.1, 0.2, 0.3), same(-0.2))), TILTED),
     "nested saturation": (NESTED, parameters(5.0, gains=nested_gains()), TILTED),
     "nested saturation, printed": (
-        Loop(NESTED.path, NestedSaturation(Kinematics.PRINTED), Kinematics.PRINTED),
+        Loop(Lagrange(Kinematics.PRINTED), NESTED.path, NestedSaturation(Kinematics.PRINTED)),
         parameters(5.0, vehicle=UNEQUAL, gains=nested_gains(inertia=UNEQUAL.inertia)),
         TILTED,
     ),
-    "waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=WAYPOINTS), state()),
-    "orbit": (Loop(Orbit(), Backstepping()), parameters(path=ORBIT), state((0.0, 1.0, 0.0))),
+    "waypoints": (Loop(Lagrange(), Piecewise(), Backstepping()), parameters(path=WAYPOINTS), state()),
+    "orbit": (Loop(Lagrange(), Orbit(), Backstepping()), parameters(path=ORBIT), state((0.0, 1.0, 0.0))),
 }
 
 
@@ -160,8 +165,8 @@ def test_plans_of_different_structure_fly_together_and_come_back_in_order():
         "nested": (NESTED, parameters(gains=nested_gains()), SHORT),
         "seed 2": (CASE_1, parameters(gains=gains(seed=2)), SHORT),
         "eight neurons": (CASE_1, parameters(gains=gains(neurons=8)), SHORT),
-        "waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=WAYPOINTS), SHORT),
-        "other waypoints": (Loop(Piecewise(), Backstepping()), parameters(path=other_path), SHORT),
+        "waypoints": (Loop(Lagrange(), Piecewise(), Backstepping()), parameters(path=WAYPOINTS), SHORT),
+        "other waypoints": (Loop(Lagrange(), Piecewise(), Backstepping()), parameters(path=other_path), SHORT),
         "other clock": (CASE_1, parameters(gains=gains(seed=1)), SHORT._replace(last=400)),
     }
     plans = [FlightPlan(loop, one, TILTED, ticks) for loop, one, ticks in numbers.values()]

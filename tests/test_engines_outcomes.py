@@ -11,17 +11,25 @@ from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.columns import COLUMNS
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.lanes import fly_lanes
-from quadstep.flight.loop import Cycle, Limits, Loop, failure
+from quadstep.flight.loop import Cycle, Loop
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, flatten, vector
+from quadstep.plants.lagrange import Lagrange, Limits, Made
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.rotors import Rotors
 from tests.flights import CASE_1, NESTED, array, gains, nested_gains, parameters, random_state, same, state, vehicle
 
 TICKS = Ticks(0.004, (1,), 5, 1000)
 REST = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)
-LIMITS = Limits(distance=10.0, rate=20.0, pitch=1.5)
+LIMITED = parameters(limits=Limits(distance=10.0, rate=20.0, pitch=1.5))
 FINE = Command(9.81, same(0.0))
+
+
+def sampled(motion, command):
+    """The cycle after a sample."""
+    return Cycle(motion, (), (), None, command, Made(command.thrust, command.torque))
+
+
 EVERY_ENGINE = {
     "floats": fly_floats,
     "arrays": lambda loop, numbers, start, ticks: fly_arrays(loop, [numbers], [start], ticks)[0],
@@ -51,7 +59,7 @@ ENGINES = pytest.mark.parametrize("engine", EVERY_ENGINE)
     ],
 )
 def test_a_sample_ends_a_flight_at_its_limits(motion, outcome):
-    assert Outcome(int(failure(motion, FINE, REST, LIMITS))) is outcome
+    assert Outcome(int(Lagrange().outcome(LIMITED, motion, FINE, REST))) is outcome
 
 
 @pytest.mark.parametrize(
@@ -65,7 +73,7 @@ def test_a_sample_ends_a_flight_at_its_limits(motion, outcome):
     ],
 )
 def test_a_command_that_is_not_finite_ends_a_flight(command):
-    assert Outcome(int(failure(state(), command, REST, LIMITS))) is Outcome.NOT_FINITE
+    assert Outcome(int(Lagrange().outcome(LIMITED, state(), command, REST))) is Outcome.NOT_FINITE
 
 
 @ENGINES
@@ -158,7 +166,7 @@ def test_a_batch_of_flights_that_all_end_at_once_has_no_rows():
 
 @pytest.mark.parametrize("engine", ["floats", "arrays", "lanes"])
 def test_a_nan_from_the_nets_ends_a_flight_with_rotor_limits_too(engine):
-    loop = dataclasses.replace(CASE_1, rotor_limits=True)
+    loop = dataclasses.replace(CASE_1, plant=Lagrange(rotor_limits=True))
     broken = gains(weights_1=Matrix([same(math.nan)] * 10))
     numbers = parameters(gains=broken, vehicle=vehicle(rotors=Rotors(0.25, 0.02, 0.0, 6.0)))
     log = EVERY_ENGINE[engine](loop, numbers, state(), TICKS._replace(last=50))
@@ -167,7 +175,7 @@ def test_a_nan_from_the_nets_ends_a_flight_with_rotor_limits_too(engine):
 
 
 def test_rotor_limits_hold_every_logged_rotor_thrust():
-    limited = Loop(CASE_1.path, CASE_1.controller, rotor_limits=True)
+    limited = Loop(Lagrange(rotor_limits=True), CASE_1.path, CASE_1.controller)
     numbers = parameters(5.0, vehicle=vehicle(rotors=Rotors(0.25, 0.02, 1.0, 4.0)))
     free, held = (fly_lanes(loop, [numbers], [state()], TICKS)[0].table("f1", "f2", "f3", "f4") for loop in (CASE_1, limited))
     assert free.max() > 4.5
@@ -186,7 +194,13 @@ def test_a_row_holds_what_its_column_names_say():
         stored=7.0,
         weight_norms=vector(8.0, 9.0),
     )
-    row = dict(zip(COLUMNS, CASE_1.row(Cycle(motion, None, command), numbers, 4.0), strict=True))
+    row = dict(
+        zip(
+            COLUMNS,
+            CASE_1.row(sampled(motion, command), numbers, 4.0),
+            strict=True,
+        )
+    )
     wanted = np.concatenate([array(part) for part in motion])
     names = ["x", "y", "z", "x_dot", "y_dot", "z_dot", "psi", "theta", "phi", "psi_dot", "theta_dot", "phi_dot"]
     assert [row[name] for name in names] == wanted.tolist()
@@ -203,7 +217,7 @@ def test_a_row_holds_what_its_column_names_say():
 def test_logged_lyapunov_function_is_eq_55_without_the_ideal_weights():
     motion = state(attitude=(0.3, 0.4, -0.2))
     command = Command(9.81, same(0.0), r1=vector(1.0, 2.0, 2.0), r2=vector(1.0, -2.0, 3.0), stored=7.0)
-    row = CASE_1.row(Cycle(motion, None, command), parameters(vehicle=vehicle(mass=2.0)), 0.0)
+    row = CASE_1.row(sampled(motion, command), parameters(vehicle=vehicle(mass=2.0)), 0.0)
     s, r2 = np.sin(0.4), np.array([1, -2, 3])
     j = 5 * np.array([[1, 0, -s], [0, 1, 0], [-s, 0, 1]])
     assert row[list(COLUMNS).index("lyapunov")] == pytest.approx(0.5 * 2 * 9 + 0.5 * r2 @ j @ r2 + 7.0)

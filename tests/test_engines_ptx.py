@@ -23,12 +23,13 @@ from quadstep.guidance.piecewise import Piecewise
 from quadstep.mission.read import read_mission
 from quadstep.numbers import flatten
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
+from quadstep.plants.lagrange import Lagrange
 from tests.flights import parameters, state
 from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs
 from tests.test_engines_agreement import TILTED, WAYPOINTS
 from tests.test_engines_scored import CLOCK, LOOP, NUMBERS, PLACES, table, values
 
-WAYPOINT_LOOP = Loop(Piecewise(), Backstepping())
+WAYPOINT_LOOP = Loop(Lagrange(), Piecewise(), Backstepping())
 BOTH = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 
 

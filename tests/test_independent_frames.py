@@ -14,7 +14,7 @@ from quadstep.airframe.allocation import allocate
 from quadstep.airframe.geometry import Effects
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly_all
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_vector
@@ -60,7 +60,7 @@ def mission(preset, controller="geometric", move=(0.0, 0.0, 0.0), turn=0.0, seco
     pace = PACE.get(preset, 1.0)
     end = PLACE + 0.1 * pace * np.array(move)
     path = {"type": "minimum-jerk", "start": PLACE.tolist(), "end": end.tolist(), "duration": pace * seconds}
-    return AirframeMission.model_validate(
+    return MultirotorMission.model_validate(
         {
             "vehicle": {"preset": preset},
             "path": {**path, "yaw_end": turn},

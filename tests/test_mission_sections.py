@@ -8,11 +8,11 @@ from quadstep.control.backstepping import Backstepping
 from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.control.networks import random_input_weights
 from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.loop import Limits
 from quadstep.guidance.minimum_jerk import MinimumJerk
 from quadstep.guidance.orbit import Orbit
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.mission.read import check_mission
+from quadstep.plants.lagrange import Limits
 from quadstep.report.publish import fingerprint
 from quadstep.vehicle.kinematics import Kinematics
 
@@ -41,8 +41,8 @@ def test_a_path_alone_makes_the_papers_vehicle_under_the_papers_controller():
     vehicle, disturbance = flight.parameters.vehicle, flight.parameters.disturbance
     assert (vehicle.mass, list(vehicle.inertia), vehicle.gravity) == (1.0, [5.0, 5.0, 5.0], 9.81)
     assert (vehicle.rotors.arm, vehicle.rotors.moment) == (0.25, 0.05)
-    assert flight.loop.kinematics is Kinematics.STANDARD
-    assert not flight.loop.rotor_limits
+    assert flight.loop.plant.kinematics is Kinematics.STANDARD
+    assert not flight.loop.plant.rotor_limits
     assert (disturbance.scale, *disturbance.force, *disturbance.torque) == (1.0, *[0.0] * 6)
     assert flight.parameters.limits == Limits(100.0, 100.0, 1.57)
     assert flight.ticks == Ticks(0.002, (1,), 5, 2000)
@@ -110,13 +110,13 @@ def test_nets_that_are_off_never_start_and_late_ones_start_late():
 
 def test_rotor_limits_are_off_until_given():
     flight = plan(vehicle={"rotors": {"limits": [0, 8]}})
-    assert flight.loop.rotor_limits
+    assert flight.loop.plant.rotor_limits
     assert (flight.parameters.vehicle.rotors.minimum, flight.parameters.vehicle.rotors.maximum) == (0.0, 8.0)
 
 
 def test_printed_kinematics_reach_the_plant_and_the_reference_controller():
     flight = plan(vehicle={"kinematics": "printed"}, controller={"type": "nested-saturation"})
-    assert flight.loop.kinematics is Kinematics.PRINTED
+    assert flight.loop.plant.kinematics is Kinematics.PRINTED
     assert flight.loop.controller == NestedSaturation(Kinematics.PRINTED)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadstep.flight.eager import fly_floats
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten
 from quadstep.page.airframes import GHOSTS, LABELS, sections
@@ -21,7 +21,7 @@ CIRCLE = {"type": "circle", "radius": 2.0, "period": 8.0, "centre": [0.0, 0.0, 5
 def mission(name, **given):
     content = {"name": name, "vehicle": {"preset": "hummingbird"}, "path": CIRCLE, "simulation": {"duration": 0.5}, **given}
     found = check_mission(content, "test")
-    assert isinstance(found, AirframeMission)
+    assert isinstance(found, MultirotorMission)
     return found
 
 

@@ -23,9 +23,9 @@ from quadstep.control.paper_on_airframe import (
 from quadstep.flight.eager import fly_floats
 from quadstep.flight.engines import fly
 from quadstep.flight.integrator import runge_kutta_4
-from quadstep.flight.loop import Limits, Loop, Parameters
+from quadstep.flight.loop import Loop
 from quadstep.guidance.reference import Reference
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paper_law import PaperSection, as_paper_vehicle
 from quadstep.numbers import Vector, matrix, vector
 from quadstep.numbers.rotations import (
@@ -37,6 +37,7 @@ from quadstep.numbers.rotations import (
     rotation_matrix,
     yaw_pitch_roll,
 )
+from quadstep.plants.lagrange import Lagrange, Limits, Parameters
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics, euler_rate_matrix, thrust_direction
 from quadstep.vehicle.lagrange import Vehicle, derivative
@@ -248,10 +249,10 @@ def flown_on_both(lag):
         "controller": {"type": "backstepping"},
         "simulation": clock,
     }
-    plan = AirframeMission.model_validate(content).plan()
+    plan = MultirotorMission.model_validate(content).plan()
     airframe = plan.parameters.airframe
     vehicle = Vehicle(airframe.mass, airframe.inertia, airframe.gravity, Rotors(0.25, 0.02, 0.0, 1e9))
-    loop = Loop(TurnedAround(plan.loop.path), plan.loop.controller.law_on_angles, Kinematics.RIGID)
+    loop = Loop(Lagrange(Kinematics.RIGID), TurnedAround(plan.loop.path), plan.loop.controller.law_on_angles)
     limits = Limits(100.0, 100.0, 1.57)
     numbers = Parameters(vehicle, NO_DISTURBANCE, plan.parameters.path, plan.parameters.gains, limits)
     attitude = euler_angles(rotation_matrix(plan.start.attitude))
@@ -294,7 +295,7 @@ def test_with_ideal_rotors_it_flies_as_on_the_papers_plant():
 
 
 def test_the_mission_gives_it_the_papers_gains_scaled_to_the_vehicle():
-    vehicle = AirframeMission.model_validate({"vehicle": {"preset": "hummingbird"}, "path": PATH}).vehicle.build()
+    vehicle = MultirotorMission.model_validate({"vehicle": {"preset": "hummingbird"}, "path": PATH}).vehicle.build()
     section = PaperSection(type="backstepping", K_r1=(9.0, 8.0, 7.0))
     built = section.build(vehicle, None)
     gains = built.gains
@@ -308,7 +309,7 @@ def test_the_mission_gives_it_the_papers_gains_scaled_to_the_vehicle():
 def test_over_the_top_it_ends_as_an_outcome_or_goes_on():
     """The paper's law is singular at theta = 90 degrees; on the airframe nothing else is."""
     start = {"attitude": [0.0, 1.5, 0.0], "rates": [0.0, 4.0, 0.0]}
-    mission = AirframeMission.model_validate(
+    mission = MultirotorMission.model_validate(
         {
             "vehicle": {"preset": "hummingbird"},
             "path": {**PATH, "centre": [0.0, 0.0, 20.0]},

@@ -1,12 +1,17 @@
 """The wind a vehicle flies in: steady, swinging, in a gust, turbulent."""
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from quadstep.air.dryden import DRAWS, Dryden, Turbulence, gusts, start_turbulence, turbulence_step
+from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import Number, Vector, clip, cos, sin, sqrt, vector, where
+from quadstep.numbers.noise import normals
 
-__all__ = ["DRAWS", "Dryden", "Turbulence", "Wind", "start_turbulence", "turbulence_step", "wind_at"]
+__all__ = ["DRAWS", "Dryden", "MovingAir", "Turbulence", "Wind", "start_turbulence", "turbulence_step", "wind_at"]
+
+TURBULENCE_STREAM = 0
 
 
 class Wind(NamedTuple):
@@ -46,3 +51,22 @@ def direction(mean: Vector) -> Vector:
     windy = level > 0.0
     over = 1.0 / where(windy, level, 1.0)
     return vector(where(windy, over * x, 1.0), over * y)
+
+
+@dataclass(frozen=True)
+class MovingAir:
+    """The wind of a flight: its numbers are `p.wind`, its noise comes from `p.key`. stirs: whether it is turbulent."""
+
+    stirs: bool = False
+
+    def start(self) -> Turbulence:
+        """Calm."""
+        return start_turbulence()
+
+    def stir(self, air: Turbulence, p: Any, clock: Clock) -> Turbulence:
+        """The turbulence one period later."""
+        return turbulence_step(air, p.wind.turbulence, normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
+
+    def wind(self, air: Turbulence, p: Any, time: Number) -> Vector:
+        """The wind [m/s] at time t [s], world axes."""
+        return wind_at(p.wind, air, time)

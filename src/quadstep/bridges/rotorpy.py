@@ -19,11 +19,11 @@ from quadstep.airframe.allocation import allocate
 from quadstep.control.controller import Command, Measured
 from quadstep.control.opaque import Controller, Known, Wanted
 from quadstep.errors import UserError
-from quadstep.flight.airframe_loop import AirframeLoop
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
+from quadstep.plants.multirotor import Multirotor
 
 State: TypeAlias = Mapping[str, Any]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""
@@ -56,7 +56,7 @@ class Adapter:
     answer: dict[str, Any]
 
     def __init__(self, plan: FlightPlan) -> None:
-        if not isinstance(plan.loop, AirframeLoop):
+        if not isinstance(plan.loop.plant, Multirotor):
             raise UserError("RotorPy flies real vehicles: a mission whose [vehicle] has a preset, file, layout or rotors")
         self.loop, self.parameters = plan.loop, plan.parameters
         every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
@@ -101,7 +101,7 @@ class Adapter:
     def allocate(self) -> None:
         """The answer to RotorPy."""
         command, allocation = self.command, self.parameters.allocation
-        speeds, self.thrust, self.torque = allocate(self.loop.geometry, allocation, command.thrust, command.torque)
+        speeds, self.thrust, self.torque = allocate(self.loop.plant.geometry, allocation, command.thrust, command.torque)
         said = math.isfinite(command.desired_attitude.norm())
         w, i, j, k = from_yaw_pitch_roll(command.desired_attitude) if said else self.attitude
         turning = np.array(list(speeds))

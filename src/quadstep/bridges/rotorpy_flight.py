@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.air.wind import start_turbulence, wind_at
+from quadstep.air.wind import MovingAir, start_turbulence, wind_at
 from quadstep.airframe.events import Events
 from quadstep.airframe.motion import AirframeState
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Adapter, Trajectory, array, column
 from quadstep.errors import UserError
 from quadstep.extras import missing_extra
-from quadstep.flight.airframe_columns import airframe_row
-from quadstep.flight.airframe_loop import AirframeLoop, AirframeParameters, failure
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog, finished
+from quadstep.flight.loop import Loop
 from quadstep.mission.airframe import BuiltAirframe
+from quadstep.plants.multirotor import AirframeParameters, Spun
 from quadstep.sensing.suite import Suite
 
 STILL = start_turbulence()
@@ -44,8 +44,9 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -
     """
     controller, trajectory, ticks = Adapter(plan), Trajectory(plan), plan.ticks
     loop, parameters = controller.loop, controller.parameters
+    plant = loop.plant
     check(loop, parameters)
-    built = BuiltAirframe(loop.geometry, loop.effects, parameters.airframe, parameters.allocation)
+    built = BuiltAirframe(plant.geometry, plant.effects, parameters.airframe, parameters.allocation)
     vehicle = multirotor(to_quad_params(built), integrator)
     stride = math.gcd(ticks.log, ticks.last, *(every for every in ticks.every))
     step, state = stride * ticks.step, rotorpy_state(plan.start)
@@ -56,13 +57,13 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -
         try:
             answer = controller.update(t, state, trajectory.update(t))
             now, reference = airframe_state(state), loop.path.reference(t, parameters.path)
-            code = failure(now, controller.command, reference, parameters.airframe.ground, parameters.limits)
+            code = plant.outcome(parameters, now, controller.command, reference)
             if code:
                 break
             if tick % ticks.log == 0:
                 measured, wind = controller.measured(state), wind_at(parameters.wind, STILL, t)
-                flown = (reference, now, measured, controller.command, wind, t)
-                rows.append(airframe_row(parameters.airframe, loop.effects, *flown))
+                held = Spun(now.speeds, controller.thrust, controller.torque)
+                rows.append(plant.row(parameters, now, measured, controller.command, held, reference, wind, t))
             if tick < ticks.last:
                 state["wind"] = array(wind_at(parameters.wind, STILL, t + 0.5 * step))
                 state = vehicle.step(state, answer, step)
@@ -72,9 +73,13 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -
     return finished(loop.columns, np.array(rows).reshape(-1, len(loop.columns)), code, tick, ticks, state)
 
 
-def check(loop: AirframeLoop, parameters: AirframeParameters) -> None:
+def check(loop: Loop, parameters: AirframeParameters) -> None:
     """Raises UserError for parts of a mission that would be left out."""
-    lacking = {"turbulence": loop.turbulent, "sensors": loop.suite != Suite(), "events": parameters.events != Events()}
+    lacking = {
+        "turbulence": loop.air != MovingAir(),
+        "sensors": loop.sensing != Suite(),
+        "events": parameters.events != Events(),
+    }
     for what, has in lacking.items():
         if has:
             raise UserError(f"a flight on RotorPy's vehicle has no {what}; take them out of the mission")

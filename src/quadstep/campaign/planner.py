@@ -22,7 +22,8 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.scored import Scored, scored
-from quadstep.mission.read import AnyMission, check_mission, score_start
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 
 TYPICAL = 256
@@ -64,14 +65,14 @@ class Planner:
     ) -> None:  # fmt: skip
         self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
         self.typical, self.seed, self.score_period = typical, seed, score_period
-        self.begin = score_start(check_mission(content, source, folder))
+        self.begin = check_mission(content, source, folder).scored_from
         self.direct: dict[Any, list[str]] = {}
         self.checked: dict[Any, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[Any] = set()
 
     # One flight
 
-    def mission(self, values: Mapping[str, Any], flight: int | None = None) -> AnyMission:
+    def mission(self, values: Mapping[str, Any], flight: int | None = None) -> Mission:
         """The mission with these values. Raises UserError naming the key, and the flight if given."""
         content: Any = self.content
         said = "" if flight is None else f"flight {flight} ({shown(values)}): "

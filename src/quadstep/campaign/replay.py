@@ -10,14 +10,14 @@ from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
-from quadstep.mission.read import AnyMission
+from quadstep.mission.schema import Mission
 
 
 class Replay(NamedTuple):
     """values: what was drawn, by key. mission: with them. plan: the flight, with its own noise."""
 
     values: dict[str, Any]
-    mission: AnyMission
+    mission: Mission
     plan: FlightPlan
 
 

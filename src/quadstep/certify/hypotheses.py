@@ -73,7 +73,7 @@ def too_little(plan: FlightPlan, force: Array, sample: int) -> str:
 def check_flight(plan: FlightPlan, h: History) -> None:
     """After the flight. Raises UserError where rotor limits changed what the law asked for."""
     bitten = np.flatnonzero(h.excess > AGREEMENT * (1.0 + np.abs(h.thrust) + np.linalg.norm(h.torque, axis=1)))
-    if plan.loop.rotor_limits and len(bitten):
+    if plan.loop.plant.rotor_limits and len(bitten):
         raise UserError(
             f"vehicle.rotors.limits: they bite in {len(bitten)} of {len(h.t)} control samples, first at t = "
             f"{h.t[bitten[0]]:.4g} s; Theorem 5.1 knows no saturation: missing are limits wide enough for this flight"

@@ -57,7 +57,7 @@ class Lyapunov(NamedTuple):
 
 def matrices(plan: FlightPlan, h: History) -> Matrices:
     """J, J_dot and C along a flight."""
-    inertia, kinematics, count = plan.parameters.vehicle.inertia, plan.loop.kinematics, len(h.t)
+    inertia, kinematics, count = plan.parameters.vehicle.inertia, plan.loop.plant.kinematics, len(h.t)
     partials = effective_inertia_partials(h.state.attitude, inertia, kinematics)
     rates = as_rows(h.state.rates, count)
     return Matrices(
@@ -87,7 +87,7 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
     force, moment = disturb(plan.parameters.disturbance, h.state)
     moving = as_rows(acceleration(vehicle, h.state.attitude, h.thrust, force), count)  # type: ignore[arg-type]
     pushed = as_vector(h.torque) + moment
-    turning = angular_acceleration(vehicle, h.state.attitude, h.state.rates, pushed, plan.loop.kinematics)
+    turning = angular_acceleration(vehicle, h.state.attitude, h.state.rates, pushed, plan.loop.plant.kinematics)
     r1_dot = as_rows(h.reference.acceleration, count) - moving + slope_1 * (h.r1 - slope_1 * h.e1)
     r2_dot = h.desired_accelerations - as_rows(turning, count) + slope_2 * (h.r2 - slope_2 * h.e2)
     tuned = sum(-f * (w * rate).sum(axis=(1, 2)) for f, (_, w, rate) in zip(inverse, nets, strict=True))

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from quadstep.mission.airframe_mission import AirframeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.numbers import vector
 
 VEHICLES = ("crazyflie", "hummingbird", "x500", "research-2.6kg", "paper")
@@ -95,7 +95,7 @@ def scenarios(mass: float, arm: float) -> dict[str, dict[str, Any]]:
     }
 
 
-def mission(vehicle: str, controller: str, scenario: dict[str, Any], seed: int) -> AirframeMission:
+def mission(vehicle: str, controller: str, scenario: dict[str, Any], seed: int) -> MultirotorMission:
     """One flight."""
     content = {
         "name": vehicle,
@@ -106,4 +106,4 @@ def mission(vehicle: str, controller: str, scenario: dict[str, Any], seed: int) 
         "limits": {"distance": 20.0, "rate": 60.0},
         **scenario,
     }
-    return AirframeMission.model_validate(content)
+    return MultirotorMission.model_validate(content)

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.closed_loop import Clock, ClosedLoop, Task, Ticks
-from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, vector, where
+from quadstep.flight.closed_loop import Clock, Task, Ticks
+from quadstep.flight.loop import Loop
+from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, where
 
 INPUTS = ("thrust[N]", "torque_1[N m]", "torque_2[N m]", "torque_3[N m]")
 
@@ -44,18 +45,16 @@ class ScoredCycle(NamedTuple):
 class Scored:
     """A loop and the sums over it. begin: the time from which samples count [s].
 
-    What is summed comes from the loop's methods `position_error(cycle, parameters, time)`, `inputs(cycle)` and
-    `weight_norms(cycle)`, where it has them, else from its path, the state's position, the command and the nets' weights.
+    What is summed comes from its `position_error`, `inputs` and `weight_norms`.
     """
 
-    loop: Any
+    loop: Loop
     begin: float = 0.0
 
     @property
     def columns(self) -> Mapping[str, str]:
         """Those of the loop."""
-        columns: Mapping[str, str] = self.loop.columns
-        return columns
+        return self.loop.columns
 
     @property
     def tasks(self) -> tuple[Task, ...]:
@@ -65,7 +64,7 @@ class Scored:
     def start(self, start: Any, parameters: Any) -> ScoredCycle:
         """Nothing summed."""
         cycle = self.loop.start(start, parameters)
-        nothing, inputs, norms = 0.0, self.inputs(cycle), self.weight_norms(cycle)
+        nothing, inputs, norms = 0.0, self.loop.inputs(cycle), self.loop.weight_norms(cycle)
         none, no_norms = Vector([nothing] * len(inputs)), Vector([nothing] * len(norms))
         return ScoredCycle(cycle, Score(nothing, nothing, nothing, none, none, none, no_norms))
 
@@ -75,17 +74,16 @@ class Scored:
 
     def row(self, cycle: ScoredCycle, parameters: Any, time: Number) -> list[Number]:
         """The loop's."""
-        row: list[Number] = self.loop.row(cycle.flight, parameters, time)
-        return row
+        return self.loop.row(cycle.flight, parameters, time)
 
     def score(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> tuple[ScoredCycle, Number]:
         """One more sample."""
-        before, inputs = cycle.score, self.inputs(cycle.flight)
-        error = self.position_error(cycle.flight, parameters, clock.time)
+        before, inputs = cycle.score, self.loop.inputs(cycle.flight)
+        error = self.loop.position_error(cycle.flight, parameters, clock.time)
         square = error @ error
         known = where(before.samples > 0.0, 1.0, 0.0)  # the first sample changes nothing
         changes = [known * absolute(now - last) for now, last in zip(inputs, before.inputs, strict=True)]
-        norms = zip(self.weight_norms(cycle.flight), before.weight_norms, strict=True)
+        norms = zip(self.loop.weight_norms(cycle.flight), before.weight_norms, strict=True)
         score = Score(
             samples=before.samples + 1.0,
             squares=before.squares + square,
@@ -101,33 +99,6 @@ class Scored:
             score = rebuild(score, iter(kept))
         return cycle._replace(score=score), 0.0
 
-    def position_error(self, cycle: Any, parameters: Any, time: Number) -> Vector:
-        """Wanted position less the true one [m]."""
-        if hasattr(self.loop, "position_error"):
-            error: Vector = self.loop.position_error(cycle, parameters, time)
-        else:
-            error = self.loop.path.reference(time, parameters.path).position - cycle.state.position
-        return error
-
-    def inputs(self, cycle: Any) -> Vector:
-        """Thrust [N] and torque [N m] being held, as the vehicle is told."""
-        if hasattr(self.loop, "inputs"):
-            inputs: Vector = self.loop.inputs(cycle)
-        else:
-            told = cycle if hasattr(cycle, "thrust") else cycle.command  # an airframe's cycle: after the rotors' limits
-            inputs = Vector((told.thrust, *told.torque))
-        return inputs
-
-    def weight_norms(self, cycle: Any) -> Vector:
-        """Frobenius norm of each net's weights; of a controller without nets, zeros."""
-        if hasattr(self.loop, "weight_norms"):
-            norms: Vector = self.loop.weight_norms(cycle)
-        elif hasattr(cycle.memory, "weights_1"):
-            norms = vector(cycle.memory.weights_1.norm(), cycle.memory.weights_2.norm())
-        else:
-            norms = cycle.command.weight_norms
-        return norms
-
 
 def within(task: Task) -> Any:
     """What a task of the loop does to the cycle around it."""
@@ -139,7 +110,7 @@ def within(task: Task) -> Any:
     return run
 
 
-def scored(loop: ClosedLoop, ticks: Ticks, period: float, begin: float = 0.0) -> tuple[Scored, Ticks]:
+def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0) -> tuple[Scored, Ticks]:
     """The loop with a score every `period` [s] from `begin` [s] on, rounded to whole steps, and the clock for both.
 
     There are no rows but the first.

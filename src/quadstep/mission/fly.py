@@ -22,7 +22,8 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
-from quadstep.mission.read import AnyMission, plan_mission, read_mission
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.schema import Mission
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -119,7 +120,7 @@ def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
     return fly(plan, engine, progress)
 
 
-def metric_names(mission: AnyMission, plan: FlightPlan) -> list[str]:
+def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
     """The metrics of a flight before it is flown: those of a log of zeros."""
     columns, ticks = plan.loop.columns, plan.ticks
     rows = np.zeros((2, len(columns)))
@@ -128,7 +129,7 @@ def metric_names(mission: AnyMission, plan: FlightPlan) -> list[str]:
     return list(scalars(metrics))
 
 
-def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[AnyMission, FlightPlan, Path]:
+def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[Mission, FlightPlan, Path]:
     """A mission, its flight, and where the files are that it names. Raises UserError."""
     if flight is None:
         if results is not None:
@@ -148,7 +149,7 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
     return one.mission, one.plan, campaign.folder
 
 
-def write_weights(path: Path, mission: AnyMission, log: FlightLog) -> None:
+def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
     """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
     memory = log.final.memory
     memory = memory.paper if isinstance(memory, CompletedMemory) else memory

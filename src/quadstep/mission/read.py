@@ -1,7 +1,7 @@
 """Reading a mission file: TOML, checked, with one line that says what is wrong, where, and what is allowed."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -9,21 +9,15 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.check import check, sections, shorten, types
-from quadstep.mission.presets import is_airframe
-from quadstep.mission.schema import Mission
-
-if TYPE_CHECKING:
-    from quadstep.mission.airframe_mission import AirframeMission
-
-AnyMission: TypeAlias = "Mission | AirframeMission"
+from quadstep.mission.schema import Mission, mission_kind
 
 
-def read_mission(path: Path) -> AnyMission:
+def read_mission(path: Path) -> Mission:
     """The mission in a TOML file. Raises UserError naming file, key and what is allowed."""
     return check_mission(read_toml(path), str(path), path.parent)
 
 
-def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
+def plan_mission(mission: Mission, path: Path) -> FlightPlan:
     """The flight that the mission in file `path` describes. Raises UserError naming the file."""
     try:
         return mission.plan(path.parent)
@@ -31,29 +25,19 @@ def plan_mission(mission: AnyMission, path: Path) -> FlightPlan:
         raise UserError(f"{path}: {error}") from None
 
 
-def score_start(mission: AnyMission) -> float:
-    """From when on a flight is scored [s]."""
-    start: float = getattr(mission, "score_from", 0.0)
-    return start
+def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> Mission:
+    """The mission in parsed TOML; `source` names it in the error. Files that it names are looked up from `folder`."""
+    kind = mission_kind(content)
+    wrong = mistaken(content, kind)
+    if wrong:
+        from quadstep.mission.lagrange import LagrangeMission  # noqa: PLC0415 (loaded only to say what is wrong)
+        from quadstep.mission.multirotor import MultirotorMission  # noqa: PLC0415
 
-
-def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> AnyMission:
-    """The mission in parsed TOML, for a real vehicle if it describes one; `source` names it in the error.
-
-    Files that describe a vehicle are looked up from `folder`.
-    """
-    real = is_airframe(content.get("vehicle"))
-    if not real and not mistaken(content, Mission):
-        return check(Mission, content, source)
-    from quadstep.mission.airframe_mission import AirframeMission  # noqa: PLC0415 (loaded only where it is used)
-
-    model: type[BaseModel]
-    other: type[BaseModel]
-    model, other = (AirframeMission, Mission) if real else (Mission, AirframeMission)
-    for key in mistaken(content, model):
-        if key not in mistaken(content, other):
-            raise UserError(f"{source}: {key} {NEEDS_VEHICLE if other is AirframeMission else NEEDS_PAPER}")
-    return check(AirframeMission, content, source, folder) if real else check(Mission, content, source)
+        for other, needs in ((MultirotorMission, NEEDS_VEHICLE), (LagrangeMission, NEEDS_PAPER)):
+            for key in wrong:
+                if key not in mistaken(content, other):
+                    raise UserError(f"{source}: {key} {needs}")
+    return check(kind, content, source, folder)
 
 
 NEEDS_VEHICLE = (

@@ -1,124 +1,125 @@
-"""A mission: everything a flight needs, as a user writes it. Every key but the path has a default: the paper's study."""
+"""A mission: everything a flight needs, as a user writes it. Every key but the path has a default.
 
-import math
+What a mission can say depends on what it flies: `Mission` has the keys that all have in common, and the plan they make. Its
+subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate` give the one that the vehicle asks for.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from pydantic import Field, model_validator
-
-from quadstep.analysis.metrics import lagrange_metrics, saturated_share
-from quadstep.flight.closed_loop import Ticks
+from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Limits, Loop, Parameters
+from quadstep.flight.loop import Loop
+from quadstep.flight.plant import Air, Plant
+from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.controllers import AnyController, BacksteppingSection
-from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
-from quadstep.mission.paths import AnyPath
+from quadstep.mission.fields import Name, Section
+from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.presets import is_airframe
 from quadstep.mission.tune import TuneSection
-from quadstep.mission.vehicles import VehicleSection
-from quadstep.numbers import Vector
 from quadstep.report.drawing import FigureJob
-from quadstep.report.panels import flight_jobs
-from quadstep.vehicle.disturbance import Disturbance
-from quadstep.vehicle.kinematics import Kinematics
-from quadstep.vehicle.state import State
+from quadstep.sensing.suite import Suite
 
 
-class StartSection(Section):
-    """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
+class Built(NamedTuple):
+    """What a mission flies, as laws and numbers.
 
-    position: Triple | None = None
-    velocity: Triple | None = None
-    attitude: Triple | None = None
-    rates: Triple = (0.0, 0.0, 0.0)
+    periods: of each task of the loop, by name [s]. numbers: the parameters,
+    given path and gains. start: the state at t = 0, given the reference then. warnings: what speaks against it, a line each.
+    """
 
-    @model_validator(mode="after")
-    def _upright(self) -> "StartSection":
-        if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
-            raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
-        return self
-
-
-class DisturbanceSection(Section):
-    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
-
-    scale: Finite = 1.0
-    force: Triple = (0.0, 0.0, 0.0)
-    torque: Triple = (0.0, 0.0, 0.0)
-
-
-class SimulationSection(ClockSection):
-    """Clock of the flight [s]."""
-
-    control_period: Positive = 0.002
-
-    def ticks(self, length: float) -> Ticks:
-        """The clock of a flight along a path of `length` [s]. Raises UserError for a flight too long or too short."""
-        return self.clock(length, [self.control_period])
-
-
-class LimitsSection(Section):
-    """When a flight counts as diverged: distance from the path [m], Euler rate [rad/s], |theta| short of 90 deg [rad]."""
-
-    distance: Positive = 100.0
-    rate: Positive = 100.0
-    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
+    plant: Plant
+    periods: Mapping[str, float]
+    numbers: Callable[..., Any]
+    start: Callable[[Reference], Any]
+    air: Air | None = None
+    sensing: Suite | None = None
+    guided: bool = False
+    warnings: Callable[[], list[str]] = list
 
 
 class Mission(Section):
-    """A mission file for the paper's plant."""
+    """What every mission has; the order of the keys is that of its subclass."""
 
-    name: Name = "Flight"
-    vehicle: VehicleSection = VehicleSection()
-    path: AnyPath
-    controller: AnyController = BacksteppingSection(type="backstepping")
-    start: StartSection = StartSection()
-    disturbance: DisturbanceSection = DisturbanceSection()
-    simulation: SimulationSection = SimulationSection()
-    limits: LimitsSection = LimitsSection()
-    tune: TuneSection | None = None
+    if TYPE_CHECKING:
+        name: Name
+        path: AnyPath
+        vehicle: Any
+        controller: Any
+        simulation: ClockSection
+        tune: TuneSection | None
 
+    @property
+    def noisy(self) -> bool:
+        """Whether flights of the same numbers differ by their noise."""
+        return False
+
+    @property
+    def model(self) -> Any:
+        """What the vehicle is to a controller."""
+        return self.vehicle
+
+    @property
+    def scored_from(self) -> float:
+        """From when on a flight is scored [s]."""
+        return 0.0
+
+    def __new__(cls, **given: Any) -> Self:
+        """The mission of the plant that the vehicle names."""
+        kind: Any = mission_kind(given) if cls is Mission else cls
+        made: Self = super().__new__(kind)
+        return made
+
+    @classmethod
+    def model_validate(cls, obj: Any, **how: Any) -> Self:
+        """The checked mission of the plant that the vehicle names. Raises pydantic's ValidationError."""
+        if cls is not Mission:
+            return super().model_validate(obj, **how)
+        kind: Any = mission_kind(obj)
+        found: Self = kind.model_validate(obj, **how)
+        return found
+
+    @abstractmethod
+    def build(self, path: BuiltPath) -> Built:
+        """What is flown along a path. Raises UserError."""
+
+    @abstractmethod
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""
-        metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
-        share = saturated_share(log, *limits) if limits else 0.0
-        if limits:
-            metrics["saturated_share"] = share
-        return metrics, [f"a rotor is at a limit in {100 * share:.3g} % of the log rows"] if share else []
 
+    @abstractmethod
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""
-        return flight_jobs(log, self.name)
 
     def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
         """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
 
-        warn: whether to look for what is to be said against it.
+        warn: whether to look for what speaks against it.
         """
-        path = self.path.build(folder)
-        controller = self.controller.build(self.vehicle, folder)
-        ticks = self.simulation.ticks(path.length)
-        disturbance = self.disturbance
-        loop = Loop(
-            path=path.law,
-            controller=controller.law,
-            kinematics=Kinematics(self.vehicle.kinematics),
-            rotor_limits=self.vehicle.rotors.limits is not None,
-        )
-        parameters = Parameters(
-            vehicle=self.vehicle.build(),
-            disturbance=Disturbance(disturbance.scale, Vector(disturbance.force), Vector(disturbance.torque)),
-            path=path.parameters,
-            gains=controller.gains,
-            limits=Limits(self.limits.distance, self.limits.rate, self.limits.pitch),
-        )
-        warnings = [*self.controller.warnings(self.vehicle), *self.vehicle.warnings()] if warn else []
-        wanted = path.law.reference(0.0, path.parameters)
-        start = State(
-            position=Vector(self.start.position) if self.start.position else wanted.position,
-            velocity=Vector(self.start.velocity) if self.start.velocity else wanted.velocity,
-            attitude=Vector(self.start.attitude) if self.start.attitude else Vector((wanted.yaw, 0.0, 0.0)),
-            rates=Vector(self.start.rates),
-        )
+        path, model = self.path.build(folder), self.model
+        built = self.build(path)
+        controller = self.controller.build(model, folder)
+        loop = Loop(built.plant, path.law, controller.law, built.air, built.sensing, built.guided)
+        ticks = self.simulation.clock(path.length, [built.periods[task.name] for task in loop.tasks])
+        last = ticks.last // ticks.log * ticks.log * ticks.step
+        if self.scored_from >= last:
+            raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")
+        parameters = built.numbers(path=path.parameters, gains=controller.gains)
+        start = built.start(path.law.reference(0.0, path.parameters))
+        warnings = [*self.controller.warnings(model), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
+
+
+def mission_kind(content: Any) -> type[Mission]:
+    """The mission whose vehicle this content describes."""
+    from quadstep.mission.lagrange import LagrangeMission  # noqa: PLC0415 (subclasses of the above)
+
+    vehicle = content.get("vehicle") if isinstance(content, dict) else None
+    if not is_airframe(vehicle):
+        return LagrangeMission
+    from quadstep.mission.multirotor import MultirotorMission  # noqa: PLC0415 (loaded only for a real vehicle)
+
+    return MultirotorMission

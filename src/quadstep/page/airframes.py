@@ -33,7 +33,7 @@ def airframe_controllers(mission: Any, plan: FlightPlan, folder: Path, laws: Law
     """The mission's own controller, then others with their usual gains. Raises UserError where its own cannot be held."""
     own = mission.controller
     belief = {key: value for key, value in own.model_dump(exclude_unset=True).items() if key in ("mass", "inertia")}
-    vehicle = mission.vehicle.build()
+    vehicle = mission.model
     result = [controller(own, vehicle, plan, folder, laws)]
     for section in sections():
         kind = get_args(section.model_fields["type"].annotation)[0]

@@ -17,7 +17,7 @@ from quadstep.mission.controllers import (
     NestedSaturationSection,
     NetsSection,
 )
-from quadstep.mission.schema import Mission
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.conditions import conditions
 from quadstep.page.controls import ANGLES, AXES, BELIEF, GAINS, NETS, each, from_zero, grouped, one, parameter, positive
 from quadstep.page.laws import NEURONS, Laws, widened
@@ -41,7 +41,7 @@ class Choice(NamedTuple):
     section: Any
 
 
-def choices(mission: Mission) -> list[Choice]:
+def choices(mission: LagrangeMission) -> list[Choice]:
     """The mission's own controller, then the others with what they have in common with it, else their defaults."""
     own = mission.controller
     given = own.model_dump(exclude_unset=True)
@@ -62,7 +62,7 @@ def choices(mission: Mission) -> list[Choice]:
     return found
 
 
-def controllers(mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> list[Controller]:
+def controllers(mission: LagrangeMission, plan: FlightPlan, folder: Path, laws: Laws) -> list[Controller]:
     """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page."""
     result = []
     for place, (name, label, section) in enumerate(choices(mission)):

@@ -7,8 +7,8 @@ from typing import Any
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath
-from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 
@@ -78,7 +78,7 @@ def one(value: float, *effects: Effect) -> list[Component]:
     return [Component("", float(value), effects)]
 
 
-def shared_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
+def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]:
     """Path, vehicle, disturbance and start of a mission on the paper's plant."""
     tilt: Vector = plan.start.attitude
     angles = [
@@ -165,7 +165,7 @@ def orbit_controls(path: CirclePath | FigureEightPath, mission: Any, ticks: Tick
     return [period, positive("size", "length and width", "m", halves)]
 
 
-def vehicle_controls(mission: Mission) -> list[Control]:
+def vehicle_controls(mission: LagrangeMission) -> list[Control]:
     """The true vehicle; the controller goes on believing what it did."""
     vehicle = mission.vehicle
     factors = [parameter(f"vehicle.inertia.{axis}", value) for axis, value in enumerate(vehicle.inertia)]
@@ -183,7 +183,7 @@ def vehicle_controls(mission: Mission) -> list[Control]:
     return controls
 
 
-def disturbance_controls(mission: Mission) -> list[Control]:
+def disturbance_controls(mission: LagrangeMission) -> list[Control]:
     """The paper's disturbance, and steady ones."""
     disturbance, weight = mission.disturbance, mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))

@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quadstep.errors import UserError
-from quadstep.flight.airframe_loop import AirframeParameters
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop
 from quadstep.mission.fly import REASONS
-from quadstep.mission.schema import Mission
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
@@ -104,10 +102,10 @@ class Live(NamedTuple):
 def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
     """The laws of a flight. Raises UserError where the page cannot fly it."""
     check_length(plan.ticks)
-    if isinstance(flown.mission, Mission) and isinstance(plan.loop, Loop):
+    if isinstance(flown.mission, LagrangeMission):
         found = controllers(flown.mission, plan, flown.folder, laws)
         return Live(tuple(found), tuple(shared_controls(flown.mission, plan)))
-    if flown.mission is not None and isinstance(plan.parameters, AirframeParameters):
+    if flown.mission is not None:
         from quadstep.page.airframes import airframe_controllers  # noqa: PLC0415 (loaded only for a real vehicle)
 
         found = airframe_controllers(flown.mission, plan, flown.folder, laws)

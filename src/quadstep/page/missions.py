@@ -9,7 +9,8 @@ from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
-from quadstep.mission.read import AnyMission, plan_mission, read_mission
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.schema import Mission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
 from quadstep.page.model import Link
@@ -29,7 +30,7 @@ def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, told: Cal
     return missions_page(flown)
 
 
-def write_mission_page(path: Path, mission: AnyMission, plan: FlightPlan, log: FlightLog, folder: Path) -> None:
+def write_mission_page(path: Path, mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path) -> None:
     """The page of one flight beside its results; none where the package was installed without the front end."""
     with contextlib.suppress(UserError):
         path.write_text(missions_page([flown_mission(mission, plan, log, folder)]), encoding="utf-8")
@@ -41,7 +42,7 @@ def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
     return build_page(title, "", flown, links=links)
 
 
-def flown_mission(mission: AnyMission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
+def flown_mission(mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
     """A mission as the page wants it. folder: where its files are looked up; taken: ids in use."""
     metrics, found = mission.metrics(log)
     warnings = (*plan.warnings, *found)

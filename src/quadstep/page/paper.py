@@ -11,7 +11,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.mission.schema import Mission
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
 from quadstep.page.model import ClaimView, Link
@@ -120,7 +120,7 @@ def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) ->
     found: list[Flown] = []
 
     def add(
-        name: str, title: str, group: str, mission: Mission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None
+        name: str, title: str, group: str, mission: LagrangeMission, plan: FlightPlan, metrics: Metrics, log: FlightLog | None
     ) -> None:
         concerned = tuple(number for number, claim in enumerate(claims) if name in claim.flights)
         found.append(
@@ -149,7 +149,7 @@ def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) ->
     return found
 
 
-def case_name(key: str, mission: Mission) -> str:
+def case_name(key: str, mission: LagrangeMission) -> str:
     """Case 3 has two controllers."""
     return mission.name + {"case3_adaptive": ", adaptive", "case3_nested": ", nested [11]"}.get(key, "")
 

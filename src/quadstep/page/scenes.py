@@ -5,18 +5,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from quadstep.flight.airframe_loop import AirframeLoop
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop
 from quadstep.page.model import Arrow, Line, Panel, RotorView, Scene
+from quadstep.plants.lagrange import Lagrange
+from quadstep.plants.multirotor import Multirotor
 
 AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
 
 
 def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
     """The scene of a flight; of an unknown vehicle a small quadrotor is drawn where its log says it is."""
-    if plan is not None and isinstance(plan.loop, Loop):
+    if plan is not None and isinstance(plan.loop.plant, Lagrange):
         return lagrange_scene(plan, log)
     return airframe_scene(plan, log)
 
@@ -45,9 +45,9 @@ def lagrange_scene(plan: FlightPlan, log: FlightLog) -> Scene:
 def airframe_scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
     """A real vehicle, its rotors where its geometry says."""
     columns = log.columns
-    known_vehicle = plan is not None and isinstance(plan.loop, AirframeLoop)
+    known_vehicle = plan is not None and isinstance(plan.loop.plant, Multirotor)
     airframe = plan.parameters.airframe if plan is not None and known_vehicle else None
-    mounts = plan.loop.geometry.mounts if plan is not None and known_vehicle else ()
+    mounts = plan.loop.plant.geometry.mounts if plan is not None and known_vehicle else ()
     rotors = tuple(
         RotorView(
             (mount.position[0], mount.position[1], mount.position[2]),

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from quadstep.mission.schema import Mission
+from quadstep.mission.lagrange import LagrangeMission
 
 CASE_TIME = 40.0
 """t_f of every case [s]; the paper gives it for Case 1 only."""
@@ -34,11 +34,11 @@ NESTED_GAINS: dict[str, dict[str, Any]] = {
 """Altitude gains of [11] found in scripts that reproduce it; the second are hardware units that do not settle in SI."""
 
 
-def line(name: str, origin: list[float], target: list[float], **sections: Any) -> Mission:
+def line(name: str, origin: list[float], target: list[float], **sections: Any) -> LagrangeMission:
     """A mission along a straight line; `sections` as in a mission file, `duration` is t_f [s]."""
     duration = sections.pop("duration", CASE_TIME)
     path = {"type": "minimum-jerk", "start": origin, "end": target, "duration": duration}
-    return Mission.model_validate({"name": name, "path": path, **sections})
+    return LagrangeMission.model_validate({"name": name, "path": path, **sections})
 
 
 def adaptive(**nets: Any) -> dict[str, Any]:
@@ -51,24 +51,24 @@ def nested(**gains: Any) -> dict[str, Any]:
     return {"type": "nested-saturation", **gains}
 
 
-def case_1(**sections: Any) -> Mission:
+def case_1(**sections: Any) -> LagrangeMission:
     """Case 1: to (20, 5, 10) from the origin."""
     return line("Case 1: three position commands at once", [0.0, 0.0, 0.0], [20.0, 5.0, 10.0], **sections)
 
 
-def case_2(axis: str = "x") -> Mission:
+def case_2(axis: str = "x") -> LagrangeMission:
     """Case 2: one axis moves alone, y and z as in its last sentence."""
     start = {"x": [0.0, 5.0, 10.0], "y": [20.0, 0.0, 10.0], "z": [20.0, 5.0, 0.0]}[axis]
     return line(f"Case 2: {axis} command only", start, [20.0, 5.0, 10.0])
 
 
-def case_3(controller: dict[str, Any], start: dict[str, Any] | None = None) -> Mission:
+def case_3(controller: dict[str, Any], start: dict[str, Any] | None = None) -> LagrangeMission:
     """Case 3: altitude change from 0 to 10 m while x and y should stay at zero."""
     begin = CASE_3_START if start is None else start
     return line("Case 3: altitude change", [0.0, 0.0, 0.0], [0.0, 0.0, 10.0], controller=controller, start=begin)
 
 
-def stress(duration: float, scale: float, **nets: Any) -> Mission:
+def stress(duration: float, scale: float, **nets: Any) -> LagrangeMission:
     """Case 1's way in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
     return case_1(
         duration=duration,
@@ -78,7 +78,7 @@ def stress(duration: float, scale: float, **nets: Any) -> Mission:
     )
 
 
-def main_cases() -> dict[str, Mission]:
+def main_cases() -> dict[str, LagrangeMission]:
     """The flights that get a CSV of their own, by file name."""
     return {
         "case1": case_1(),
@@ -90,13 +90,13 @@ def main_cases() -> dict[str, Mission]:
     }
 
 
-def further_flights() -> dict[str, Mission]:
+def further_flights() -> dict[str, LagrangeMission]:
     """Flights that a claim needs beside the cases: the nets switched off."""
     return {"case1 without nets": case_1(controller=adaptive(enabled=False)),
             "case3 without nets": case_3(adaptive(enabled=False))}  # fmt: skip
 
 
-def neuron_flights() -> dict[tuple[str, int, int], Mission]:
+def neuron_flights() -> dict[tuple[str, int, int], LagrangeMission]:
     """Case 1 and a stress flight by number of neurons and seed of the input weights."""
     flights = {}
     for count in NEURONS:
@@ -106,7 +106,7 @@ def neuron_flights() -> dict[tuple[str, int, int], Mission]:
     return flights
 
 
-def start_flights() -> dict[tuple[str, str], Mission]:
+def start_flights() -> dict[tuple[str, str], LagrangeMission]:
     """Case 3 from several starts, by start and controller."""
     controllers = {"adaptive": adaptive(), **{f"nested, {name}": nested(**gains) for name, gains in NESTED_GAINS.items()}}
     return {
@@ -116,7 +116,7 @@ def start_flights() -> dict[tuple[str, str], Mission]:
     }
 
 
-def stress_flights() -> dict[tuple[float, float, bool], Mission]:
+def stress_flights() -> dict[tuple[float, float, bool], LagrangeMission]:
     """The stress flights by t_f [s], disturbance scale and nets on or off."""
     return {
         (duration, scale, nets): stress(duration, scale, enabled=nets)

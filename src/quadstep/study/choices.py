@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from quadstep.mission.schema import Mission
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.study.cases import (
     CASE_3_START,
     CASE_TIME,
@@ -25,7 +25,7 @@ class Choice(NamedTuple):
 
 def choices() -> list[Choice]:
     """The list, its values read from the missions that are flown."""
-    mission: Mission = case_1()
+    mission: LagrangeMission = case_1()
     vehicle, clock, limits = mission.vehicle, mission.simulation, mission.limits
     gains = mission.controller.model_dump()
     nets = gains["nets"]

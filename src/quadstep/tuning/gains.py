@@ -11,7 +11,6 @@ from pydantic import BaseModel
 
 from quadstep.campaign.keys import parts, with_value
 from quadstep.errors import UserError
-from quadstep.mission.read import AnyMission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector
@@ -48,7 +47,7 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def gains_of(section: TuneSection, mission: AnyMission) -> list[Gain]:
+def gains_of(section: TuneSection, mission: Mission) -> list[Gain]:
     """The gains that a section names. Raises UserError for one that cannot be tuned."""
     gains = [gain(key, one, mission) for key, one in section.gains.items()]
     places = [leaf.key for one in gains for leaf in one.leaves]
@@ -64,7 +63,7 @@ def gains_of(section: TuneSection, mission: AnyMission) -> list[Gain]:
     return gains
 
 
-def gain(key: str, wanted: Range, mission: AnyMission) -> Gain:
+def gain(key: str, wanted: Range, mission: Mission) -> Gain:
     """A gain and what it is at present.
 
     A key of several numbers is one gain: its range is that of the first of them, and the others keep their proportion to it.
@@ -98,7 +97,7 @@ def shares(values: tuple[float, ...], said: str) -> list[float]:
     return [value / values[0] for value in values]
 
 
-def looked_up(mission: AnyMission, names: Sequence[str], said: str) -> Any:
+def looked_up(mission: Mission, names: Sequence[str], said: str) -> Any:
     """What the controller has under these names, with what stands for a key that was left out."""
     value: Any = mission.controller
     for depth, name in enumerate(names):
@@ -114,19 +113,16 @@ def looked_up(mission: AnyMission, names: Sequence[str], said: str) -> Any:
     return value
 
 
-def filled_in(mission: AnyMission) -> dict[str, Any]:
+def filled_in(mission: Mission) -> dict[str, Any]:
     """The gains that a real vehicle's controller takes where the mission says nothing."""
-    if isinstance(mission, Mission):
-        return {}
-    controller: Any = mission.controller
-    vehicle = mission.vehicle.build()
+    controller, vehicle = mission.controller, mission.model
     found = controller.scaled(vehicle) if hasattr(controller, "scaled") else {}
     if hasattr(controller, "gains_for"):
         found = controller.gains_for(vehicle)
     return {key: tuple(map(float, one)) if isinstance(one, Vector | tuple) else one for key, one in found.items()}
 
 
-def tunable(mission: AnyMission) -> list[str]:
+def tunable(mission: Mission) -> list[str]:
     """The keys that can be tuned."""
     filled = filled_in(mission)
 
@@ -162,7 +158,7 @@ def starting_point(gains: Sequence[Gain]) -> list[float]:
     return [min(max(one.range.place(one.leaves[0].present), 0.0), 1.0) for one in gains]
 
 
-def with_numbers(content: dict[str, Any], mission: AnyMission, values: dict[str, float]) -> dict[str, Any]:
+def with_numbers(content: dict[str, Any], mission: Mission, values: dict[str, float]) -> dict[str, Any]:
     """A mission's content with these numbers written out."""
     changed: Any = content if "controller" in content else {**content, "controller": {"type": mission.controller.type}}
     for key, number in values.items():

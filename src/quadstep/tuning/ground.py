@@ -18,7 +18,8 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import METRICS
 from quadstep.mission.check import check
-from quadstep.mission.read import AnyMission, check_mission
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.tuning.gains import Gain, gains_of, numbers, present, starting_point, with_numbers
 from quadstep.tuning.judge import Flown
@@ -41,7 +42,7 @@ class Asked(NamedTuple):
     path: Path
     text: str
     content: dict[str, Any]
-    mission: AnyMission
+    mission: Mission
     section: TuneSection
     gains: list[Gain]
     different: bool
@@ -97,13 +98,8 @@ def asked(path: Path) -> Asked:
             except UserError as error:
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
-    different = bool(section.vary or section.correlated) or noisy(mission)
+    different = bool(section.vary or section.correlated) or mission.noisy
     return Asked(path, files.read_text(path, files.TOML), content, mission, section, gains, different)
-
-
-def noisy(mission: Any) -> bool:
-    """Whether flights of a mission differ by their noise."""
-    return hasattr(mission, "wind") and bool(mission.wind.turbulent or mission.sensors.noisy)
 
 
 class Ground:

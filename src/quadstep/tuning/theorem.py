@@ -11,7 +11,6 @@ import numpy as np
 
 from quadstep.campaign.keys import parts, replaced
 from quadstep.errors import UserError
-from quadstep.mission.read import AnyMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 
@@ -33,12 +32,12 @@ def distance(a: Point, b: Point) -> float:
 class Conditions:
     """missions: all for which they must hold. numbers: what a point of the unit box puts at every key."""
 
-    def __init__(self, missions: Sequence[AnyMission], numbers: Callable[[Point], dict[str, float]]) -> None:
+    def __init__(self, missions: Sequence[Mission], numbers: Callable[[Point], dict[str, float]]) -> None:
         self.numbers = numbers
         self.cases: list[tuple[Any, list[Any]]] = []
         """Each controller, and the vehicles that it flies."""
         for mission in missions:
-            vehicle = mission.vehicle if isinstance(mission, Mission) else mission.vehicle.build()
+            vehicle = mission.model
             known = [vehicles for controller, vehicles in self.cases if controller == mission.controller]
             if known:
                 known[0].append(vehicle)

@@ -8,9 +8,10 @@ import sympy
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.networks import weight_rate
 from quadstep.flight.columns import COLUMNS
-from quadstep.flight.loop import Cycle, Limits, Loop, Parameters
+from quadstep.flight.loop import Cycle, Loop
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import Matrix, Vector, vector
+from quadstep.plants.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import effective_inertia
 from quadstep.verify import closed_loop as loop
@@ -131,8 +132,10 @@ def gain_conditions() -> Evidence:
 def equation_55() -> Evidence:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))
-    cycle = Cycle(STATE, MEMORY, loop.sample().command)
-    logged = dict(zip(COLUMNS, Loop(MinimumJerk(), Backstepping()).row(cycle, parameters, 3.0), strict=True))
+    command = loop.sample().command
+    cycle = Cycle(STATE, (), (), MEMORY, command, Made(command.thrust, command.torque))
+    flown = Loop(Lagrange(), MinimumJerk(), Backstepping())
+    logged = dict(zip(COLUMNS, flown.row(cycle, parameters, 3.0), strict=True))
     i1, i2 = array(MEMORY.integral_1), array(MEMORY.integral_2)
     k1, k2 = sympy.diag(*GAINS.integral_1), sympy.diag(*GAINS.integral_2)
     printed = (MASS * R1.T * R1 + R2.T * inertia_matrix() * R2 + i1.T * k1 * i1 + i2.T * k2 * i2)[0] / 2

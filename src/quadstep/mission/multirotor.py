@@ -1,29 +1,31 @@
 """A mission for a real vehicle, as a user writes it."""
 
-from pathlib import Path
+from functools import cached_property, partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from quadstep.air.wind import MovingAir
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
 from quadstep.errors import UserError
-from quadstep.flight.airframe_loop import AirframeLimits, AirframeLoop, AirframeParameters
-from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.guidance.reference import Reference
 from quadstep.mission.air import WindSection
-from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import AnyAirframeController, GeometricSection
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
-from quadstep.mission.paths import AnyPath
+from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.schema import Built, Mission
 from quadstep.mission.sensing import SensorsSection
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
+from quadstep.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
 from quadstep.report.airframe_panels import airframe_jobs
 from quadstep.report.drawing import FigureJob
 
@@ -57,7 +59,7 @@ class AirframeLimitsSection(Section):
     rate: Positive = 100.0
 
 
-class AirframeMission(Section):
+class MultirotorMission(Mission):
     """A mission file for a real vehicle: `vehicle` names a preset or a file."""
 
     name: Name = "Flight"
@@ -74,11 +76,22 @@ class AirframeMission(Section):
     score_from: NonNegative = 0.0
     tune: TuneSection | None = None
 
+    @cached_property
+    def model(self) -> BuiltAirframe:
+        return self.vehicle.build()
+
+    @property
+    def noisy(self) -> bool:
+        return self.wind.turbulent or self.sensors.noisy
+
+    @property
+    def scored_from(self) -> float:
+        return self.score_from
+
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
-        """What the flight was like, and warnings that only flying it could give."""
         metrics = airframe_metrics(log, self.score_from)
         if len(log.rows) > 1:
-            vehicle = self.vehicle.build()
+            vehicle = self.model
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
         share = metrics.get("saturated_share", 0.0)
@@ -87,67 +100,59 @@ class AirframeMission(Section):
         ] if share else []
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
-        """What is drawn of a flight."""
         return airframe_jobs(log, self.name)
 
-    def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
-        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
-
-        warn: whether to look for what is to be said against it.
-        """
-        path, vehicle = self.path.build(folder), self.vehicle.build()
-        simulation, duration = self.simulation, self.simulation.duration or path.length
+    def build(self, path: BuiltPath) -> Built:
+        vehicle, simulation = self.model, self.simulation
+        duration, rotors = simulation.duration or path.length, len(vehicle.geometry.mounts)
         try:
             self.vehicle.check_step(simulation.step)
             self.sensors.check(duration)
             sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity)
             self.wind.check(duration)
-            check_events(self.events, len(vehicle.geometry.mounts), duration)
+            check_events(self.events, rotors, duration)
         except ValueError as error:
             raise UserError(str(error)) from None
-        imu, fix = sensors.imu_steps * simulation.step, sensors.fix_steps * simulation.step
-        periods = [imu, fix, simulation.guidance_period, simulation.control_period]
-        ticks = simulation.clock(path.length, [simulation.air_period, *periods] if self.wind.turbulent else periods)
-        last = ticks.last // ticks.log * ticks.log * ticks.step
-        if self.score_from >= last:
-            raise UserError(f"score_from: {self.score_from:g} s is not before the last row of the log at {last:g} s")
-        controller = self.controller.build(vehicle, folder)
-        loop = AirframeLoop(
-            path=path.law,
-            controller=controller.law,
-            geometry=vehicle.geometry,
-            effects=vehicle.effects,
-            suite=sensors.suite,
-            turbulent=self.wind.turbulent,
+        return Built(
+            plant=Multirotor(vehicle.geometry, vehicle.effects),
+            periods={
+                "air": simulation.air_period,
+                "sensing": sensors.imu_steps * simulation.step,
+                "fix": sensors.fix_steps * simulation.step,
+                "guidance": simulation.guidance_period,
+                "control": simulation.control_period,
+            },
+            numbers=partial(
+                AirframeParameters,
+                airframe=vehicle.airframe,
+                allocation=vehicle.allocation,
+                events=build_events(self.events, vehicle.airframe.mass),
+                wind=self.wind.build(),
+                sensors=sensors.sensors,
+                key=key(self.seed, 0),
+                limits=AirframeLimits(self.limits.distance, self.limits.rate),
+            ),
+            start=partial(self.begin, vehicle),
+            air=MovingAir(self.wind.turbulent),
+            sensing=sensors.suite,
+            guided=True,
+            warnings=partial(self.warnings, vehicle),
         )
-        parameters = AirframeParameters(
-            airframe=vehicle.airframe,
-            allocation=vehicle.allocation,
-            events=build_events(self.events, vehicle.airframe.mass),
-            wind=self.wind.build(),
-            sensors=sensors.sensors,
-            key=key(self.seed, 0),
-            path=path.parameters,
-            gains=controller.gains,
-            limits=AirframeLimits(self.limits.distance, self.limits.rate),
-        )
-        warnings: list[str] = []
-        if warn:
-            places = [mount.position for mount in vehicle.geometry.mounts]
-            warnings += self.controller.warnings(vehicle) + self.vehicle.warnings()
-            warnings += event_warnings(self.events, places) + self.wind.warnings()
-        return FlightPlan(loop, parameters, self.begin(loop, parameters), ticks, tuple(warnings))
 
-    def begin(self, loop: AirframeLoop, parameters: AirframeParameters) -> AirframeState:
+    def warnings(self, vehicle: BuiltAirframe) -> list[str]:
+        """What speaks against vehicle, events and wind."""
+        places = [mount.position for mount in vehicle.geometry.mounts]
+        return [*self.vehicle.warnings(), *event_warnings(self.events, places), *self.wind.warnings()]
+
+    def begin(self, vehicle: BuiltAirframe, wanted: Reference) -> AirframeState:
         """The state at t = 0."""
-        wanted, start = loop.path.reference(0.0, parameters.path), self.start
-        weight = parameters.airframe.mass * parameters.airframe.gravity
-        hover, _, _ = allocate(loop.geometry, parameters.allocation, weight, Vector((0.0, 0.0, 0.0)))
+        start, weight = self.start, vehicle.airframe.mass * vehicle.airframe.gravity
+        hover, _, _ = allocate(vehicle.geometry, vehicle.allocation, weight, Vector((0.0, 0.0, 0.0)))
         return AirframeState(
             position=Vector(start.position) if start.position else wanted.position,
             velocity=Vector(start.velocity) if start.velocity else wanted.velocity,
             attitude=from_yaw_pitch_roll(Vector(start.attitude or (wanted.yaw, 0.0, 0.0))),
             rates=Vector(start.rates),
-            speeds=hover if start.hovering else Vector(parameters.airframe.rotor.slowest for _ in hover),
+            speeds=hover if start.hovering else Vector(vehicle.airframe.rotor.slowest for _ in hover),
             charge=0.0,
         )

@@ -1,0 +1,105 @@
+"""What is flown, and what surrounds it: a plant, the air it flies in, the sensors it is seen by."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from quadstep.flight.closed_loop import Clock
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector
+
+
+class Plant(Protocol):
+    """A vehicle as laws over numbers. Structure only, hashable; its numbers are in the flight's parameters `p`.
+
+    State, actuators (`held`: what they are told until the next sample) and parameters are NamedTuples of the plant's own.
+    """
+
+    @property
+    def compact(self) -> bool:
+        """Whether the compiler keeps the derivative as one function that a step calls four times."""
+        ...
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column, in the order of `row`."""
+        ...
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Columns of the position; that of the wanted position is called the same with _d, its error is `error`."""
+        ...
+
+    @property
+    def efforts(self) -> Mapping[str, str]:
+        """Name and unit of each entry of `inputs`, as metrics call them."""
+        ...
+
+    def rest(self, state: Any, p: Any) -> tuple[Any, Any]:
+        """The command and the actuators before the first sample."""
+        ...
+
+    def truth(self, state: Any) -> Any:
+        """What perfect sensors would measure."""
+        ...
+
+    def felt(self, p: Any, state: Any, rate: Any) -> Vector:
+        """What an accelerometer feels [m/s^2], body axes. rate: of the state. Only asked with an estimator."""
+        ...
+
+    def told(self, known: Any, held: Any) -> Any:
+        """What the controller gets to know: the measured motion, and what the actuators were told."""
+        ...
+
+    def actuate(self, p: Any, command: Any) -> Any:
+        """What the actuators are told to make of a command, within their limits."""
+        ...
+
+    def rate(self, p: Any, state: Any, held: Any, wind: Vector, time: Number) -> Any:
+        """Rate of every state. wind [m/s]: world axes."""
+        ...
+
+    def settled(self, state: Any) -> Any:
+        """The state after a step, back on its manifold."""
+        ...
+
+    def outcome(self, p: Any, state: Any, command: Any, reference: Reference) -> Number:
+        """The `Outcome` that ends the flight at a sample, 0 while all is well; one that is not finite goes before all else.
+
+        command: as asked for, since a limit would hide NaN.
+        """
+        ...
+
+    def error(self, state: Any, reference: Reference) -> Vector:
+        """The wanted position less the true one [m], along the plant's axes."""
+        ...
+
+    def inputs(self, held: Any) -> Vector:
+        """What the actuators are told, as metrics add it up."""
+        ...
+
+    def row(
+        self, p: Any, state: Any, told: Any, command: Any, held: Any, reference: Reference, wind: Vector, time: Number
+    ) -> list[Number]:
+        """One row of the log, in the order of `columns`."""
+        ...
+
+
+class Air(Protocol):
+    """Air that moves. Its numbers are `p.wind`, the words of its noise `p.key`."""
+
+    @property
+    def stirs(self) -> bool:
+        """Whether something of it lives from step to step."""
+        ...
+
+    def start(self) -> Any:
+        """Its state before the first tick."""
+        ...
+
+    def stir(self, air: Any, p: Any, clock: Clock) -> Any:
+        """Its state one period later."""
+        ...
+
+    def wind(self, air: Any, p: Any, time: Number) -> Vector:
+        """The wind [m/s] at time t [s], world axes."""
+        ...

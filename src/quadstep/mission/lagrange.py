@@ -1,0 +1,111 @@
+"""A mission for the paper's plant, as a user writes it; the defaults are the paper's study."""
+
+import math
+from functools import partial
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from quadstep.analysis.metrics import lagrange_metrics, saturated_share
+from quadstep.flight.log import FlightLog
+from quadstep.guidance.reference import Reference
+from quadstep.mission.clock import ClockSection
+from quadstep.mission.controllers import AnyController, BacksteppingSection
+from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
+from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.schema import Built, Mission
+from quadstep.mission.tune import TuneSection
+from quadstep.mission.vehicles import VehicleSection
+from quadstep.numbers import Vector
+from quadstep.plants.lagrange import Lagrange, Limits, Parameters
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panels import flight_jobs
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.state import State
+
+
+class StartSection(Section):
+    """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
+
+    position: Triple | None = None
+    velocity: Triple | None = None
+    attitude: Triple | None = None
+    rates: Triple = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _upright(self) -> "StartSection":
+        if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
+            raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
+        return self
+
+
+class DisturbanceSection(Section):
+    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
+
+    scale: Finite = 1.0
+    force: Triple = (0.0, 0.0, 0.0)
+    torque: Triple = (0.0, 0.0, 0.0)
+
+
+class SimulationSection(ClockSection):
+    """Clock of the flight [s]."""
+
+    control_period: Positive = 0.002
+
+
+class LimitsSection(Section):
+    """When a flight counts as diverged: distance from the path [m], Euler rate [rad/s], |theta| short of 90 deg [rad]."""
+
+    distance: Positive = 100.0
+    rate: Positive = 100.0
+    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
+
+
+class LagrangeMission(Mission):
+    """A mission file for the paper's plant."""
+
+    name: Name = "Flight"
+    vehicle: VehicleSection = VehicleSection()
+    path: AnyPath
+    controller: AnyController = BacksteppingSection(type="backstepping")
+    start: StartSection = StartSection()
+    disturbance: DisturbanceSection = DisturbanceSection()
+    simulation: SimulationSection = SimulationSection()
+    limits: LimitsSection = LimitsSection()
+    tune: TuneSection | None = None
+
+    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+        metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
+        share = saturated_share(log, *limits) if limits else 0.0
+        if limits:
+            metrics["saturated_share"] = share
+        return metrics, [f"a rotor is at a limit in {100 * share:.3g} % of the log rows"] if share else []
+
+    def figures(self, log: FlightLog) -> list[FigureJob]:
+        return flight_jobs(log, self.name)
+
+    def build(self, path: BuiltPath) -> Built:
+        disturbance, limits = self.disturbance, self.limits
+        return Built(
+            plant=Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None),
+            periods={"control": self.simulation.control_period},
+            numbers=partial(
+                Parameters,
+                vehicle=self.vehicle.build(),
+                disturbance=Disturbance(disturbance.scale, Vector(disturbance.force), Vector(disturbance.torque)),
+                limits=Limits(limits.distance, limits.rate, limits.pitch),
+            ),
+            start=self.begin,
+            warnings=self.vehicle.warnings,
+        )
+
+    def begin(self, wanted: Reference) -> State:
+        """The state at t = 0."""
+        start = self.start
+        return State(
+            position=Vector(start.position) if start.position else wanted.position,
+            velocity=Vector(start.velocity) if start.velocity else wanted.velocity,
+            attitude=Vector(start.attitude) if start.attitude else Vector((wanted.yaw, 0.0, 0.0)),
+            rates=Vector(start.rates),
+        )

@@ -1,0 +1,1 @@
+"""What can be flown: each plant is one file, a `Plant` over numbers."""

@@ -1,0 +1,127 @@
+"""The paper's plant: the Lagrange form with generalised torques (Eqs 1 to 10), its disturbance (Eq. 67), Eq. 5's rotors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from quadstep.control.controller import Command
+from quadstep.flight.closed_loop import Outcome, finite
+from quadstep.flight.columns import COLUMNS, log_row
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, absolute, maximum, where
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.kinematics import Kinematics
+from quadstep.vehicle.lagrange import Vehicle, derivative
+from quadstep.vehicle.rotors import limit
+from quadstep.vehicle.state import State
+
+
+class Limits(NamedTuple):
+    """When a flight counts as diverged: distance from the path [m], an Euler rate [rad/s], |theta| [rad]."""
+
+    distance: Number
+    rate: Number
+    pitch: Number
+
+
+class Parameters(NamedTuple):
+    """Every number of a flight."""
+
+    vehicle: Vehicle
+    disturbance: Disturbance
+    path: Any
+    gains: Any
+    limits: Limits
+
+
+class Made(NamedTuple):
+    """What is left of a command within the rotors' limits: thrust u [N], generalised torque tau [N m]."""
+
+    thrust: Number
+    torque: Vector
+
+
+@dataclass(frozen=True)
+class Lagrange:
+    """The plant; which T_eta it has, and whether its rotors have limits."""
+
+    kinematics: Kinematics = Kinematics.STANDARD
+    rotor_limits: bool = False
+
+    @property
+    def compact(self) -> bool:
+        """One function."""
+        return True
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column."""
+        return COLUMNS
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Of the position."""
+        return ("x", "y", "z")
+
+    @property
+    def efforts(self) -> Mapping[str, str]:
+        """Thrust and the generalised torques on psi, theta, phi."""
+        return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
+
+    def rest(self, state: State, p: Parameters) -> tuple[Command, Made]:
+        """A placeholder of the right shape: a law runs before the first step."""
+        return Command(thrust=0.0, torque=state.rates), Made(0.0, state.rates)
+
+    def truth(self, state: State) -> State:
+        """All of the state."""
+        return state
+
+    def felt(self, p: Parameters, state: State, rate: State) -> Vector:
+        """Never asked: this plant has no estimator."""
+        raise NotImplementedError
+
+    def told(self, known: State, held: Made) -> State:
+        """The state."""
+        return known
+
+    def actuate(self, p: Parameters, command: Command) -> Made:
+        """What Eq. 5's rotors can make of thrust and torque."""
+        if not self.rotor_limits:
+            return Made(command.thrust, command.torque)
+        return Made(*limit(p.vehicle.rotors, command.thrust, command.torque))
+
+    def rate(self, p: Parameters, state: State, held: Made, wind: Vector, time: Number) -> State:
+        """Eqs 9 and 10."""
+        return derivative(p.vehicle, p.disturbance, self.kinematics, state, held.thrust, held.torque)
+
+    def settled(self, state: State) -> State:
+        """Euler angles need nothing."""
+        return state
+
+    def outcome(self, p: Parameters, state: State, command: Command, reference: Reference) -> Number:
+        """Off the path, spinning, or at the singularity of the Euler angles."""
+        limits, (_, theta, _) = p.limits, state.attitude
+        distance = self.error(state, reference).norm()
+        spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
+        code = where(absolute(theta) < limits.pitch, 0.0, float(Outcome.SINGULAR))
+        code = where(spin < limits.rate, code, float(Outcome.SPINNING))
+        code = where(distance < limits.distance, code, float(Outcome.OFF_PATH))
+        everything = distance + state.velocity.norm() + state.attitude.norm() + state.rates.norm()
+        everything = everything + absolute(command.thrust) + command.torque.norm()
+        return where(finite(everything), code, float(Outcome.NOT_FINITE))
+
+    def error(self, state: State, reference: Reference) -> Vector:
+        """e1 (Eq. 11)."""
+        return reference.position - state.position
+
+    def inputs(self, held: Made) -> Vector:
+        """Thrust [N] and generalised torque [N m]."""
+        return Vector((held.thrust, *held.torque))
+
+    def row(
+        self, p: Parameters, state: State, told: State, command: Command, held: Made, reference: Reference, wind: Vector,
+        time: Number,
+    ) -> list[Number]:  # fmt: skip
+        """One row of the log, in the order of `COLUMNS`."""
+        made = command._replace(thrust=held.thrust, torque=held.torque)
+        return log_row(p.vehicle, self.kinematics, reference.position, state, made, time)

@@ -1,0 +1,133 @@
+"""A real multirotor: a rigid body on quaternions with rotors that lag, drag, a battery, and events that change it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from quadstep.air.wind import Wind
+from quadstep.airframe.allocation import Allocation, allocate
+from quadstep.airframe.events import Events, efficiencies, mass_properties
+from quadstep.airframe.geometry import Effects, Geometry
+from quadstep.airframe.motion import AirframeState, Motion
+from quadstep.airframe.plant import Airframe, derivative, specific_force
+from quadstep.airframe.rigid_body import renormalised
+from quadstep.control.controller import Command, Measured
+from quadstep.flight.airframe_columns import airframe_columns, airframe_row
+from quadstep.flight.closed_loop import Outcome, finite
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, absolute, maximum, vector, where
+from quadstep.numbers.noise import Key
+
+
+class AirframeLimits(NamedTuple):
+    """When a flight counts as lost: distance from the path [m], a body rate [rad/s]; the ground ends it too."""
+
+    distance: Number
+    rate: Number
+
+
+class AirframeParameters(NamedTuple):
+    """Every number of a flight."""
+
+    airframe: Airframe
+    allocation: Allocation
+    events: Events
+    wind: Wind
+    sensors: Any
+    key: Key
+    path: Any
+    gains: Any
+    limits: AirframeLimits
+
+
+class Spun(NamedTuple):
+    """What each rotor is told [rad/s], and the thrust [N] and torque [N m] that this should make."""
+
+    speeds: Vector
+    thrust: Number
+    torque: Vector
+
+
+@dataclass(frozen=True)
+class Multirotor:
+    """The plant: where its rotors are, and which effects it has."""
+
+    geometry: Geometry
+    effects: Effects
+
+    @property
+    def compact(self) -> bool:
+        """Written out four times: as a function it would take longer to compile and to fly."""
+        return False
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Name and unit of every logged column."""
+        return airframe_columns(len(self.geometry.mounts))
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Of the position."""
+        return ("x", "y", "z")
+
+    @property
+    def efforts(self) -> Mapping[str, str]:
+        """Thrust and the torques about body x, y, z."""
+        return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
+
+    def rest(self, state: AirframeState, p: AirframeParameters) -> tuple[Command, Spun]:
+        """The rotors turn as they do, and are told to go on so."""
+        nothing = vector(0.0, 0.0, 0.0)
+        return Command(0.0, nothing), Spun(state.speeds, 0.0, nothing)
+
+    def truth(self, state: AirframeState) -> Motion:
+        """The motion of the body."""
+        return state.motion
+
+    def felt(self, p: AirframeParameters, state: AirframeState, rate: AirframeState) -> Vector:
+        """The specific force [m/s^2]."""
+        return specific_force(p.airframe, state, rate)
+
+    def told(self, known: Motion, held: Spun) -> Measured:
+        """The measured motion, and what the rotors were asked for, after their limits."""
+        return Measured(*known, held.thrust, held.torque)
+
+    def actuate(self, p: AirframeParameters, command: Command) -> Spun:
+        """The rotor speeds that make a command within their limits."""
+        return Spun(*allocate(self.geometry, p.allocation, command.thrust, command.torque))
+
+    def rate(self, p: AirframeParameters, state: AirframeState, held: Spun, wind: Vector, time: Number) -> AirframeState:
+        """Rate of every state in this wind, with what has happened to the vehicle by then."""
+        mass = mass_properties(p.airframe, p.events, time)
+        efficiency = efficiencies(p.events, len(self.geometry.mounts), time)
+        return derivative(self.geometry, p.airframe, mass, efficiency, state, held.speeds, wind, self.effects)
+
+    def settled(self, state: AirframeState) -> AirframeState:
+        """A unit quaternion."""
+        return renormalised(state)
+
+    def outcome(self, p: AirframeParameters, state: AirframeState, command: Command, reference: Reference) -> Number:
+        """On the ground, off the path, or spinning."""
+        distance = self.error(state, reference).norm()
+        spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
+        code = where(spin < p.limits.rate, 0.0, float(Outcome.SPINNING))
+        code = where(distance < p.limits.distance, code, float(Outcome.OFF_PATH))
+        code = where(state.position[2] >= p.airframe.ground, code, float(Outcome.CRASHED))
+        everything = distance + state.velocity.norm() + state.rates.norm() + state.speeds.norm()
+        everything = everything + absolute(command.thrust) + command.torque.norm()
+        return where(finite(everything), code, float(Outcome.NOT_FINITE))
+
+    def error(self, state: AirframeState, reference: Reference) -> Vector:
+        """e1."""
+        return reference.position - state.position
+
+    def inputs(self, held: Spun) -> Vector:
+        """Thrust [N] and torque [N m] that the rotors should make."""
+        return Vector((held.thrust, *held.torque))
+
+    def row(
+        self, p: AirframeParameters, state: AirframeState, told: Measured, command: Command, held: Spun,
+        reference: Reference, wind: Vector, time: Number,
+    ) -> list[Number]:  # fmt: skip
+        """One row of the log, in the order of `airframe_columns`."""
+        return airframe_row(p.airframe, self.effects, reference, state, told, command, wind, time)
