@@ -12,6 +12,7 @@ from quadstep.control.networks import Net, random_input_weights
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.kernel import host
 from quadstep.flight.loop import Loop
+from quadstep.flight.scored import score_names
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.lane import Emitter, Lane, LaneTable
@@ -20,6 +21,9 @@ from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.lagrange import Vehicle
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
+
+METRICS = score_names(Lagrange())
+"""Of the paper's plant and of real vehicles."""
 
 CASE_1 = Loop(Lagrange(), MinimumJerk(), Backstepping())
 NESTED = Loop(Lagrange(), MinimumJerk(), NestedSaturation())

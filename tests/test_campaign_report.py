@@ -21,9 +21,9 @@ from quadstep.campaign.summary import sentences, summarise
 from quadstep.campaign.varied import Bins, told
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import METRICS
 from quadstep.mission.check import check
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
+from tests.flights import METRICS
 
 DOCS = Path(__file__).parent.parent / "docs"
 LOST = int(Outcome.OFF_PATH)

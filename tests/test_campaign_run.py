@@ -20,10 +20,10 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly as fly_plan
-from quadstep.flight.scored import METRICS
 from quadstep.flight.sweep import Sweep
 from quadstep.mission.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
+from tests.flights import METRICS
 from tests.test_cli import no_figures, quadstep
 
 assert no_figures  # a fixture
@@ -38,6 +38,7 @@ REAL = (
     '"vehicle.mass" = {type="normal", mean=2.6, deviation=0.1}\n"wind.mean.0" = {type="uniform", low=0.5, high=8.0}\n'
     '"sensors.latency" = {type="grid", values=[0.0, 0.01]}\n'
 )
+
 CASES = {"paper": (SHORT, MANY), "real": (NOISY, REAL)}
 PRECISIONS = pytest.mark.parametrize("precision", ["f64", "f32"])
 

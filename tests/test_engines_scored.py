@@ -17,14 +17,14 @@ from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.lanes import fly_lanes
 from quadstep.flight.loop import Loop
-from quadstep.flight.scored import METRICS, Score, metrics, scored
+from quadstep.flight.scored import Score, metrics, scored
 from quadstep.flight.sweep import KERNELS, Sweep, given_names, places
 from quadstep.guidance.piecewise import Piecewise
 from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.plants.lagrange import Lagrange, Limits
 from quadstep.vehicle.disturbance import Disturbance
-from tests.flights import CASE_1, NESTED, nested_gains, parameters, same, state
+from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, same, state
 from tests.test_engines_agreement import TILTED, UNEQUAL, WAYPOINTS
 
 TICKS = Ticks(0.004, (1,), 5, 300)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import METRICS
+from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.tuning.judge import Flown, Judge
 from quadstep.tuning.unseen import compare
+from tests.flights import METRICS
 
 GAINS = {"controller.K_r1": {"low": 1.0, "high": 2.0}}
 
@@ -25,7 +26,7 @@ def flown(rmse, largest=None, ended=None):
     metrics[:, METRICS.index("variation_thrust[N]")] = np.arange(count)
     ended = np.full(count, 10.0) if ended is None else np.array(ended, dtype=float)
     outcome = np.where(ended < 10.0, Outcome.OFF_PATH, Outcome.COMPLETED).astype(np.int8)
-    return Flown(outcome, ended, metrics)
+    return Flown(outcome, ended, metrics, bare(METRICS))
 
 
 @pytest.mark.parametrize(("aggregate", "wanted"), [("mean", 2.5), ("p95", 3.85), ("worst", 4.0)])

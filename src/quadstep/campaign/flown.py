@@ -1,6 +1,6 @@
 """A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row a flight."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.planner import TYPICAL, Batch, planner
-from quadstep.campaign.schema import THRESHOLDS, Campaign
+from quadstep.campaign.schema import Campaign
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import METRICS
 from quadstep.flight.sweep import Sweep, Swept
 from quadstep.numbers import Table, flatten
 
@@ -45,7 +44,7 @@ class Flyer:
         file, flights = self.campaign.file, np.arange(first, past)
         drawn = draw(file, flights)
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
-        metrics = np.empty((len(flights), len(METRICS)))
+        metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.planner.batches(flights, drawn):
             swept = self.sweep(batch).fly(batch.rows, progress=progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
@@ -91,22 +90,22 @@ def table(
     columns |= {name: drawn_column(column) for name, column in drawn.items()}
     columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
     columns[TIME] = arrow(ended, known=lost)
-    for name, values in zip(METRICS, metrics.T, strict=True):
+    for name, values in zip(campaign.metrics, metrics.T, strict=True):
         known = np.isfinite(values)
         with np.errstate(over="ignore", invalid="ignore"):
             columns[name] = arrow(values.astype(number), known)
-    return judged(pa.table(columns), campaign.file.failure)
+    return judged(pa.table(columns), campaign)
 
 
-def judged(table: pa.Table, failure: Mapping[str, float]) -> pa.Table:
+def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
     """The flights with a last column that says which succeed: those completed, every metric known and not above its
     limit.
     """
     success = table[OUTCOME].to_numpy() == OUTCOMES[Outcome.COMPLETED]
-    for name in METRICS:
+    for name in campaign.metrics:
         success &= np.isfinite(table[name].to_numpy())
-    for name, most in failure.items():
-        success &= table[THRESHOLDS[name]].to_numpy() <= most
+    for name, most in campaign.file.failure.items():
+        success &= table[campaign.thresholds[name]].to_numpy() <= most
     column = pa.Array.from_buffers(pa.bool_(), len(success), [None, bits(success)])
     rest = table.drop_columns([SUCCESS]) if SUCCESS in table.column_names else table
     return rest.append_column(SUCCESS, column)

@@ -58,6 +58,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
         "chunk": campaign.file.chunk,
         "precision": campaign.file.precision,
         "failure": campaign.file.failure,
+        "metrics": list(campaign.metrics),
         "engine": engine,
         "campaign": campaign.text,
         "mission": campaign.content,

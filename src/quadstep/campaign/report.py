@@ -25,14 +25,15 @@ from quadstep.campaign.pictures import (
 )
 from quadstep.campaign.replay import Replay, replay
 from quadstep.campaign.replay_pictures import draw_flight, for_a_picture
-from quadstep.campaign.schema import THRESHOLDS, Campaign
+from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction, Result, first_order, strongest_interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import LARGEST, RMSE, Summary
+from quadstep.campaign.summary import Summary
 from quadstep.campaign.varied import Varied, bins, varied
 from quadstep.errors import UserError
 from quadstep.flight.engines import fly_all
 from quadstep.flight.log import FlightLog
+from quadstep.flight.scored import LARGEST, RMSE
 from quadstep.report import page
 from quadstep.report.publish import WRITING
 from quadstep.report.sheet import Sheet
@@ -134,7 +135,7 @@ def distribution_section(
         page.figure(folder / "outcomes.svg", "Outcomes"),
         *text.outcomes(summary),
     ]
-    limits = {THRESHOLDS[name]: limit for name, limit in campaign.file.failure.items()}
+    limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
     metrics = []
     for name in dict.fromkeys((RMSE, LARGEST, *limits)):
         column = flown[name] if name in flown.column_names else store.read([name])[name]

@@ -10,7 +10,7 @@ from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.commands import replay_command
 from quadstep.campaign.flown import OUTCOMES
 from quadstep.campaign.manifest import FLIGHTS
-from quadstep.campaign.schema import THRESHOLDS, Campaign
+from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
 from quadstep.campaign.summary import Summary, Worst, sentences
@@ -33,7 +33,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
     """The finding, and what was flown."""
     file, manifest = campaign.file, store.manifest
     links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name in LINKS.items())
-    limits = " or ".join(f"{THRESHOLDS[name]} above {limit:g}" for name, limit in file.failure.items())
+    limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     rows = [
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),

@@ -15,7 +15,7 @@ from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.keys import parts
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
-from quadstep.flight.scored import METRICS
+from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
@@ -26,10 +26,6 @@ CHUNK = 65_536
 
 MOST_KEYS = 512
 """That may vary; each takes 8 bytes of every flight."""
-
-THRESHOLDS = {name.partition("[")[0]: name for name in METRICS}
-"""What a failure can be made of: metrics by their names without units."""
-
 
 NOT_FLOWN = {
     "name": "a name changes no flight",
@@ -76,9 +72,6 @@ class CampaignFile(Section):
 
     @model_validator(mode="after")
     def _known(self) -> "CampaignFile":
-        unknown = [name for name in self.failure if name not in THRESHOLDS]
-        if unknown:
-            raise ValueError(f"failure.{unknown[0]}: unknown key; allowed here: {', '.join(THRESHOLDS)}")
         keys = self.keys
         try:
             _ = [parts(key) for key in keys]
@@ -119,7 +112,7 @@ class Campaign(NamedTuple):
     """A campaign and its mission as read.
 
     file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
-    default. source, folder: of the mission, for errors and for the files it names.
+    default. source, folder: of the mission, for errors and for the files it names. metrics: of its flights, with units.
     """
 
     file: CampaignFile
@@ -128,6 +121,12 @@ class Campaign(NamedTuple):
     defaults: dict[str, Any]
     source: str
     folder: Path
+    metrics: tuple[str, ...]
+
+    @property
+    def thresholds(self) -> dict[str, str]:
+        """What a failure can be made of: metrics by their names without units."""
+        return bare(self.metrics)
 
     @property
     def flights(self) -> int:
@@ -136,7 +135,7 @@ class Campaign(NamedTuple):
 
     def check_count(self, flights: int) -> None:
         """Refuses so many flights where they would make too many files, or too large ones. Raises UserError."""
-        columns = len(self.file.keys) + len(METRICS) + 4
+        columns = len(self.file.keys) + len(self.metrics) + 4
         if 8 * columns * min(flights, self.file.chunk) > files.FLIGHTS.most:
             raise UserError(
                 f"chunk: {self.file.chunk} flights of {columns} columns make a file of more than "
@@ -200,10 +199,21 @@ def read_campaign(path: Path) -> Campaign:
             raise UserError(f"{path}: mission: {error}") from None
     else:
         source, mission, folder = path, file.mission, path.parent
-    return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder)
+    return campaign_of(file, files.read_text(path, files.TOML), mission, str(source), folder, str(path))
 
 
-def campaign_of(file: CampaignFile, text: str, mission: dict[str, Any], source: str, folder: Path) -> Campaign:
-    """A campaign from what its files say. Raises UserError for a mission that could not be flown by itself."""
-    defaults = check_mission(mission, source, folder).model_dump()
-    return Campaign(file, text, mission, defaults, source, folder)
+def campaign_of(
+    file: CampaignFile, text: str, mission: dict[str, Any], source: str, folder: Path, about: str = ""
+) -> Campaign:
+    """A campaign from what its files say. about: the campaign's own file.
+
+    Raises UserError for a mission that could not be flown by itself, and for a failure of an unknown metric.
+    """
+    flown = check_mission(mission, source, folder)
+    campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores)
+    unknown = [name for name in file.failure if name not in campaign.thresholds]
+    if unknown:
+        raise UserError(
+            f"{about or source}: failure.{unknown[0]}: unknown key; allowed here: {', '.join(campaign.thresholds)}"
+        )
+    return campaign

@@ -23,7 +23,6 @@ from quadstep.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
 from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
-from quadstep.flight.scored import METRICS
 from quadstep.report.publish import WRITING
 
 
@@ -108,11 +107,11 @@ class Store:
         with files.opened(path, files.FLIGHTS) as file:
             try:
                 parquet = pq.ParquetFile(file)
-                check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *METRICS))
+                check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *self.manifest["metrics"]))
                 table = parquet.read(columns=None if columns is None else list(columns))
             except (OSError, ValueError, pa.ArrowException) as error:
                 raise UserError(f"{path}: cannot be read: {error}") from None
-        if any(table[name].null_count for name in table.column_names if name not in (TIME, *METRICS)):
+        if any(table[name].null_count for name in table.column_names if name not in (TIME, *self.manifest["metrics"])):
             raise not_flights(path, chunk)
         return table
 
@@ -129,7 +128,7 @@ class Store:
         """Write the flights that are there anew, with what the campaign now means by success. Raises UserError."""
         for chunk in self.chunks:
             if self.has(chunk):
-                self.write(chunk, judged(self.read_chunk(chunk), campaign.file.failure))
+                self.write(chunk, judged(self.read_chunk(chunk), campaign))
 
     def verify(self) -> None:
         """Raises UserError for a file that is not what was written."""
@@ -199,6 +198,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
             (folder / FLIGHTS).mkdir(exist_ok=True)
         store.save()
         return store
+    found.setdefault("metrics", mine["metrics"])
     store = Store(folder, found)
     if not resume:
         kept, all_of = sum(store.has(chunk) for chunk in store.chunks), len(store.chunks)

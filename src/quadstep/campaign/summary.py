@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from quadstep.analysis.statistics import Estimate, quantile, share
 from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.store import Store
-from quadstep.flight.scored import METRICS
+from quadstep.flight.scored import LARGEST, RMSE
 
-RMSE, LARGEST = METRICS[:2]
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
 WORST = 5
 FEWEST = 20

@@ -11,7 +11,7 @@ from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.draws import draw
 from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer, Progress, drawn_column
 from quadstep.envelope.request import Request
-from quadstep.flight.scored import METRICS
+from quadstep.flight.scored import LARGEST, RMSE
 
 SPAN = 2**18
 """Flights at a time."""
@@ -23,7 +23,6 @@ OVER_LIMIT = "over-limit"
 CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
-RMSE, LARGEST = METRICS[:2]
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
 
 

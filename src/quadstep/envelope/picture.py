@@ -16,7 +16,6 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from quadstep.campaign.schema import THRESHOLDS
 from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, OVER_LIMIT, Cells
 from quadstep.envelope.request import Request
@@ -162,7 +161,8 @@ def legend(asked: Request, cells: Cells) -> list[Any]:
     """What the greys and the lines mean, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
-        f"{name} > {most:g} {unit_of(THRESHOLDS[name])}".strip() for name, most in asked.campaign.file.failure.items()
+        f"{name} > {most:g} {unit_of(asked.campaign.thresholds[name])}".strip()
+        for name, most in asked.campaign.file.failure.items()
     )
     handles: list[Any] = [
         Patch(facecolor=grade, edgecolor="0.35", hatch=pattern, linewidth=0.0, label=words or limits)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from quadstep import files
 from quadstep.campaign.distributions import MOST_OPTIONS, Grid
 from quadstep.campaign.planner import Planner
-from quadstep.campaign.schema import THRESHOLDS, Campaign, CampaignFile, campaign_of, read_campaign
+from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, read_campaign
 from quadstep.documents import read_toml
 from quadstep.envelope.axes import MOST_CELLS, MOST_PANELS, Axis, check_axes, number, parse_axis, shown
 from quadstep.errors import UserError
@@ -64,7 +64,7 @@ def request(
     check_axes(axes, base.file.keys, str(path))
     axes = fitted(base, axes)
     vary = {**base.file.vary, **{axis.key: Grid(type="grid", values=axis.values) for axis in axes}}
-    failure = {**base.file.failure, **dict(threshold(text) for text in failures)}
+    failure = {**base.file.failure, **dict(threshold(text, base) for text in failures)}
     file = base.file.model_copy(update={"vary": vary, "failure": failure, "flights": None})
     random = is_random(base, axes)
     together = math.prod(len(one.options) for one in base.file.vary.values() if isinstance(one, Grid))
@@ -124,19 +124,18 @@ def is_random(base: Campaign, axes: Sequence[Axis]) -> bool:
 def is_noisy(planner: Planner, values: dict[str, Any]) -> bool:
     """Whether a flight with these values uses random numbers; one that cannot be flown is found out later."""
     try:
-        loop = planner.plan(values).loop
+        return planner.mission(values).noisy
     except UserError:
         return False
-    return bool(getattr(loop, "turbulent", False) or getattr(getattr(loop, "suite", None), "noisy", False))
 
 
-def threshold(text: str) -> tuple[str, float]:
+def threshold(text: str, base: Campaign) -> tuple[str, float]:
     """A criterion of failure, METRIC=MOST. Raises UserError."""
     name, equals, most = (part.strip() for part in text.partition("="))
     if not equals:
         raise UserError(f"--failure: {text!r:.60} is not understood; give METRIC=MOST, as position_rmse=0.5")
-    if name not in THRESHOLDS:
-        raise UserError(f"--failure: {name!r:.60} is not known; allowed: {', '.join(THRESHOLDS)}")
+    if name not in base.thresholds:
+        raise UserError(f"--failure: {name!r:.60} is not known; allowed: {', '.join(base.thresholds)}")
     limit = number(f"--failure {name}", most)
     if limit <= 0.0:
         raise UserError(f"--failure {name}: should be above 0, not {limit:g}")

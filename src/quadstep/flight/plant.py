@@ -34,6 +34,11 @@ class Plant(Protocol):
         """Name and unit of each entry of `inputs`, as metrics call them."""
         ...
 
+    @property
+    def norms(self) -> tuple[str, ...]:
+        """Name of each entry of `weight_norms`."""
+        ...
+
     def rest(self, state: Any, p: Any) -> tuple[Any, Any]:
         """The command and the actuators before the first sample."""
         ...
@@ -75,6 +80,10 @@ class Plant(Protocol):
 
     def inputs(self, held: Any) -> Vector:
         """What the actuators are told, as metrics add it up."""
+        ...
+
+    def weight_norms(self, command: Any) -> Vector:
+        """Of what a law has learned, as its command says."""
         ...
 
     def row(

@@ -4,7 +4,7 @@
 It flies on every engine.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.loop import Loop
+from quadstep.flight.plant import Plant
 from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, where
 
-INPUTS = ("thrust[N]", "torque_1[N m]", "torque_2[N m]", "torque_3[N m]")
+RMSE, LARGEST = "position_rmse[m]", "largest_error[m]"
+"""The metrics that every plant has, the first two of its scores."""
 
 
 class Score(NamedTuple):
@@ -119,19 +121,20 @@ def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0) -> tuple
     return Scored(loop, max(0.0, begin - 0.5 * ticks.step)), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
 
 
-METRICS = (
-    "position_rmse[m]",
-    "largest_error[m]",
-    *(f"effort_{name}" for name in INPUTS),
-    *(f"variation_{name}" for name in INPUTS),
-    "largest_norm_W1",
-    "largest_norm_W2",
-)
-"""What `metrics` gives of a loop with four inputs and two nets."""
+def score_names(plant: Plant) -> tuple[str, ...]:
+    """What `metrics` gives of a plant, with units."""
+    inputs = [f"{name}[{unit}]" for name, unit in plant.efforts.items()]
+    efforts, variations = ([f"{what}_{name}" for name in inputs] for what in ("effort", "variation"))
+    return (RMSE, LARGEST, *efforts, *variations, *(f"largest_{name}" for name in plant.norms))
+
+
+def bare(names: Iterable[str]) -> dict[str, str]:
+    """Metrics by their names without units."""
+    return {name.partition("[")[0]: name for name in names}
 
 
 def metrics(score: Score) -> NDArray[np.float64]:
-    """The metrics of many flights, shape (flights, len(METRICS)), from a score of arrays, an element a flight.
+    """The metrics of many flights, shape (flights, metrics) as `score_names` has them, from a score of arrays.
 
     position_rmse, largest_error: of the distance from the path. effort: root mean square of an input. variation: sum of
     |changes| of an input from sample to sample. NaN where a flight ended before its first sample.

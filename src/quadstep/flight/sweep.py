@@ -43,7 +43,7 @@ class Swept(NamedTuple):
 
     @property
     def metrics(self) -> NDArray[np.float64]:
-        """Shape (flights, len(METRICS))."""
+        """Shape (flights, metrics), as `score_names` has them."""
         return metrics(self.score)
 
 

@@ -75,6 +75,10 @@ class LagrangeMission(Mission):
     limits: LimitsSection = LimitsSection()
     tune: TuneSection | None = None
 
+    @property
+    def plant(self) -> Lagrange:
+        return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None)
+
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
         share = saturated_share(log, *limits) if limits else 0.0
@@ -88,7 +92,6 @@ class LagrangeMission(Mission):
     def build(self, path: BuiltPath) -> Built:
         disturbance, limits = self.disturbance, self.limits
         return Built(
-            plant=Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None),
             periods={"control": self.simulation.control_period},
             numbers=partial(
                 Parameters,

@@ -81,6 +81,10 @@ class MultirotorMission(Mission):
         return self.vehicle.build()
 
     @property
+    def plant(self) -> Multirotor:
+        return Multirotor(self.model.geometry, self.model.effects)
+
+    @property
     def noisy(self) -> bool:
         return self.wind.turbulent or self.sensors.noisy
 
@@ -114,7 +118,6 @@ class MultirotorMission(Mission):
         except ValueError as error:
             raise UserError(str(error)) from None
         return Built(
-            plant=Multirotor(vehicle.geometry, vehicle.effects),
             periods={
                 "air": simulation.air_period,
                 "sensing": sensors.imu_steps * simulation.step,

@@ -9,11 +9,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
+from pydantic import model_validator
+
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
 from quadstep.flight.plant import Air, Plant
+from quadstep.flight.scored import bare, score_names
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.fields import Name, Section
@@ -31,7 +34,6 @@ class Built(NamedTuple):
     given path and gains. start: the state at t = 0, given the reference then. warnings: what speaks against it, a line each.
     """
 
-    plant: Plant
     periods: Mapping[str, float]
     numbers: Callable[..., Any]
     start: Callable[[Reference], Any]
@@ -61,6 +63,16 @@ class Mission(Section):
     def model(self) -> Any:
         """What the vehicle is to a controller."""
         return self.vehicle
+
+    @property
+    @abstractmethod
+    def plant(self) -> Plant:
+        """What is flown."""
+
+    @property
+    def scores(self) -> tuple[str, ...]:
+        """The metrics that campaigns, envelopes and tuning have of its flights, with units."""
+        return score_names(self.plant)
 
     @property
     def scored_from(self) -> float:
@@ -94,6 +106,14 @@ class Mission(Section):
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""
 
+    @model_validator(mode="after")
+    def _tunes_what_is_scored(self) -> Self:
+        for table, names in (("objective", self.tune.objective), ("constraints", self.tune.constraints)) if self.tune else ():
+            unknown = [name for name in names if name not in bare(self.scores)]
+            if unknown:
+                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
+        return self
+
     def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
         """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
 
@@ -102,7 +122,7 @@ class Mission(Section):
         path, model = self.path.build(folder), self.model
         built = self.build(path)
         controller = self.controller.build(model, folder)
-        loop = Loop(built.plant, path.law, controller.law, built.air, built.sensing, built.guided)
+        loop = Loop(self.plant, path.law, controller.law, built.air, built.sensing, built.guided)
         ticks = self.simulation.clock(path.length, [built.periods[task.name] for task in loop.tasks])
         last = ticks.last // ticks.log * ticks.log * ticks.step
         if self.scored_from >= last:

@@ -6,13 +6,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution
 from quadstep.errors import UserError
-from quadstep.flight.scored import METRICS
 from quadstep.mission.check import Checked, check
 from quadstep.mission.fields import Finite, Positive, Section, as_tuple
 from quadstep.numbers import exp, log
-
-NAMES = {name.partition("[")[0]: name for name in METRICS}
-"""The metrics by their names without units."""
 
 MOST_SEEDS = 100_000
 
@@ -119,11 +115,3 @@ class TuneSection(Section):
     theorem: bool = True
     precision: Literal["f32", "f64"] = "f64"
     score_period: Positive | None = None
-
-    @model_validator(mode="after")
-    def _known(self) -> "TuneSection":
-        for table, names in (("objective", self.objective), ("constraints", self.constraints)):
-            unknown = [name for name in names if name not in NAMES]
-            if unknown:
-                raise ValueError(f"{table}.{unknown[0]}: unknown metric; allowed: {', '.join(NAMES)}")
-        return self

@@ -68,6 +68,11 @@ class Lagrange:
         """Thrust and the generalised torques on psi, theta, phi."""
         return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
 
+    @property
+    def norms(self) -> tuple[str, ...]:
+        """Of both nets."""
+        return ("norm_W1", "norm_W2")
+
     def rest(self, state: State, p: Parameters) -> tuple[Command, Made]:
         """A placeholder of the right shape: a law runs before the first step."""
         return Command(thrust=0.0, torque=state.rates), Made(0.0, state.rates)
@@ -117,6 +122,10 @@ class Lagrange:
     def inputs(self, held: Made) -> Vector:
         """Thrust [N] and generalised torque [N m]."""
         return Vector((held.thrust, *held.torque))
+
+    def weight_norms(self, command: Command) -> Vector:
+        """Frobenius norms of both nets' weights."""
+        return command.weight_norms
 
     def row(
         self, p: Parameters, state: State, told: State, command: Command, held: Made, reference: Reference, wind: Vector,

@@ -75,6 +75,11 @@ class Multirotor:
         """Thrust and the torques about body x, y, z."""
         return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
 
+    @property
+    def norms(self) -> tuple[str, ...]:
+        """Of both nets."""
+        return ("norm_W1", "norm_W2")
+
     def rest(self, state: AirframeState, p: AirframeParameters) -> tuple[Command, Spun]:
         """The rotors turn as they do, and are told to go on so."""
         nothing = vector(0.0, 0.0, 0.0)
@@ -124,6 +129,10 @@ class Multirotor:
     def inputs(self, held: Spun) -> Vector:
         """Thrust [N] and torque [N m] that the rotors should make."""
         return Vector((held.thrust, *held.torque))
+
+    def weight_norms(self, command: Command) -> Vector:
+        """Frobenius norms of both nets' weights."""
+        return command.weight_norms
 
     def row(
         self, p: AirframeParameters, state: AirframeState, told: Measured, command: Command, held: Spun,

@@ -16,7 +16,7 @@ from quadstep.campaign.flown import Flyer, Progress
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
-from quadstep.flight.scored import METRICS
+from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -141,13 +141,14 @@ class Ground:
         drawn = {key: Drawn(np.tile(one.values, every), one.options) for key, one in draws.drawn.items()}
         drawn |= {key: Drawn(np.repeat([one[key] for one in candidates], count)) for key in self.asked.present}
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
-        metrics = np.empty((len(flights), len(METRICS)))
+        metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.flyer.planner.batches(flights, drawn):
             swept = self.flyer.sweep(batch).fly(batch.rows, progress=progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
-        return [Flown(*one) for one in zip(*parts, strict=True)]
+        names = bare(self.campaign.metrics)
+        return [Flown(*one, names) for one in zip(*parts, strict=True)]
 
     def conditions(self) -> Conditions | None:
         """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not asked for."""

@@ -9,24 +9,26 @@ does not, and whatever gets through better than what loses a flight; losing fewe
 """
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.scored import METRICS
-from quadstep.mission.tune import NAMES, TuneSection
+from quadstep.mission.tune import TuneSection
 
 Floats = NDArray[np.float64]
 
 
 class Flown(NamedTuple):
-    """Flights of one candidate. outcome, ended [s]: an element a flight. metrics: shape (flights, len(METRICS))."""
+    """Flights of one candidate. outcome, ended [s]: an element a flight. metrics: shape (flights, len(names))."""
 
     outcome: NDArray[np.int8]
     ended: Floats
     metrics: Floats
+    names: Mapping[str, str]
+    """Of the metrics: without unit, and with it."""
 
     @property
     def completed(self) -> NDArray[np.bool_]:
@@ -35,7 +37,7 @@ class Flown(NamedTuple):
 
     def metric(self, name: str) -> Floats:
         """By its name without unit."""
-        column: Floats = self.metrics[:, METRICS.index(NAMES[name])]
+        column: Floats = self.metrics[:, list(self.names).index(name)]
         return column
 
 

@@ -12,8 +12,8 @@ from quadstep import __version__
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
 from quadstep.files import ANY, is_file, read_bytes
+from quadstep.flight.scored import bare
 from quadstep.mission.read import check_mission
-from quadstep.mission.tune import NAMES
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
@@ -116,8 +116,8 @@ def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[st
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     """One row a candidate; numbers that read back exactly, what there is none of is empty."""
-    keys, parts = list(wanted.present), list(history[0].judged.parts)
-    header: list[Any] = ["run", "generation", "flights", *keys, OBJECTIVE, *(NAMES[name] for name in parts)]
+    keys, parts, names = list(wanted.present), list(history[0].judged.parts), bare(wanted.mission.scores)
+    header: list[Any] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
     rows: list[list[Any]] = [
         [

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import LEVEL, RESAMPLES, Estimate, mean, share
-from quadstep.mission.tune import NAMES
 from quadstep.tuning.judge import Flown, Judge
 
 Floats = NDArray[np.float64]
@@ -67,7 +66,7 @@ def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row
     values = [flown.metric(name) for flown in (present, tuned)]
     through = [one[flown.completed] for one, flown in zip(values, (present, tuned), strict=True)]
     first, second = (mean(one) if len(one) else None for one in through)
-    return Row(NAMES[name], first, second, mean((values[1] - values[0])[both]) if both.any() else None)
+    return Row(present.names[name], first, second, mean((values[1] - values[0])[both]) if both.any() else None)
 
 
 def judged(success: Estimate, objective: Row) -> str:
