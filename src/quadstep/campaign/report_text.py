@@ -7,9 +7,9 @@ from typing import Any
 
 from quadstep.analysis.metrics import position_errors
 from quadstep.analysis.statistics import Estimate, share
-from quadstep.campaign.commands import replay_command
 from quadstep.campaign.flown import OUTCOMES
 from quadstep.campaign.manifest import FLIGHTS
+from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import THRESHOLDS, Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store

@@ -4,7 +4,6 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,12 +11,6 @@ from quadstep.errors import UserError
 from quadstep.judging.verdict import Verdict
 from quadstep.report.interrupts import signals_ignored
 from quadstep.terminal.screen import complain
-
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
-JunitOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
-]
-
 
 START = 4096
 """Characters of a file by which a JUnit file is known."""

@@ -15,7 +15,7 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
-from quadstep.extras import missing_extra
+from quadstep.extras import needed_by
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
@@ -141,10 +141,8 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
 
     campaign = read_campaign(path)
     check_replay(campaign, results or Path("out") / path.stem, results is not None)
-    try:
+    with needed_by("`quadstep fly --flight`"):
         one = replay(campaign, flight)
-    except ModuleNotFoundError as error:
-        raise missing_extra("`quadstep fly --flight`", error) from None
     return one.mission, one.plan, campaign.folder
 
 
