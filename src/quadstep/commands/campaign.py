@@ -84,7 +84,7 @@ def show(summary: "Summary", file: Path, folder: Path) -> None:
         for one in summary.worst
     ]
     show_table("The worst flights", ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]"), rows)
-    say("To fly each of them again, with its full log:")
+    say("To replay each of them, with its full log:")
     for one in summary.worst:
         say_whole(f"  {replay_command(file, one.flight, folder)}")
     say_whole(f"Report: {folder / 'report.html'}")

@@ -22,14 +22,14 @@ def check_junit(path: Path) -> None:
         if path.is_dir():
             raise UserError(f"--junit {path}: is a folder; name a file")
         if path.exists() and not path.is_file():
-            raise UserError(f"--junit {path}: is no ordinary file")
+            raise UserError(f"--junit {path}: is not a regular file")
         if path.is_file() and path.stat().st_size:
             with path.open(encoding="utf-8", errors="replace") as file:
                 if "<testsuite" not in file.read(START):
-                    raise UserError(f"--junit {path}: exists and is no JUnit file; name another")
+                    raise UserError(f"--junit {path}: exists and is not a JUnit file; name another")
         folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
         if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise UserError(f"--junit {path}: cannot be written: {folder} takes no files")
+            raise UserError(f"--junit {path}: cannot be written: {folder} is not writable")
     except (OSError, ValueError) as error:
         raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
 

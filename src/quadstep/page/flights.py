@@ -8,9 +8,8 @@ from quadstep.errors import UserError
 from quadstep.flight.airframe_loop import AirframeParameters
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog
+from quadstep.flight.log import REASONS, FlightLog
 from quadstep.flight.loop import Loop
-from quadstep.mission.fly import REASONS
 from quadstep.mission.schema import Mission
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
