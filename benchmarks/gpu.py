@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.gpu_assembler import assembled, ptxas
+from benchmarks.gpu_count import DOUBLES, H200, ISSUED, KINDS, Bound, Chip, bound, counted, operations
 from benchmarks.many_flights import HIGH, LOW, VARYING, plan
 from quadstep.flight.cuda import CLOCK, LOCAL_BYTES, PROCESSORS, REGISTERS, THREADS_A_PROCESSOR, NoDeviceError
-from quadstep.flight.gpu_assembler import assembled, ptxas
-from quadstep.flight.gpu_count import DOUBLES, H200, ISSUED, KINDS, Bound, Chip, bound, counted, operations
 from quadstep.flight.gpu_sweep import REGISTERS as MOST_REGISTERS
 from quadstep.flight.gpu_sweep import THREADS, GpuSweep
 from quadstep.flight.ptx import assembly, program

@@ -35,7 +35,7 @@ def plan() -> FlightPlan:
 
 
 def drawn(count: int, seed: int = 1) -> NDArray[np.float64]:
-    """What varies, a row a flight."""
+    """What varies, one row per flight."""
     return np.random.default_rng(seed).uniform(LOW, HIGH, (count, len(VARYING)))
 
 

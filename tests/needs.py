@@ -42,7 +42,7 @@ def has_graphics() -> bool:
 
 def has_assembler() -> bool:
     """Whether PTX can be assembled."""
-    from quadstep.flight.gpu_assembler import ptxas
+    from benchmarks.gpu_assembler import ptxas
 
     return ptxas() is not None
 

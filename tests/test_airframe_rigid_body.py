@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from quadstep.airframe.events import MassProperties
 from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import motion_rate, renormalised
+from quadstep.airframe.rigid_body import MassProperties, motion_rate, renormalised
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.numbers import Matrix, Vector, cos, matrix, sin, vector
 from quadstep.numbers.rotations import rotation_matrix

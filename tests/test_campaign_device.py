@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.gpu_assembler import assembled
 from quadstep.campaign.device import DeviceFlyer, device_flyer, generate, generated_batch
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.schema import read_campaign
 from quadstep.errors import UserError
-from quadstep.flight.gpu_assembler import assembled
 from quadstep.flight.ptx import ptx
 from tests.campaigns import NOISY, SHORT
 from tests.fake_driver import installed

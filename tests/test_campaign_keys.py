@@ -87,7 +87,7 @@ def test_what_varies_twice_is_refused(name):
 
 
 def test_a_place_has_one_spelling():
-    with pytest.raises(UserError, match=r"'a\.00' is no key"):
+    with pytest.raises(UserError, match=r"'a\.00' is not a key"):
         of(f'[vary]\n"a.0" = {UNIFORM}\n"a.00" = {UNIFORM}')
 
 

@@ -172,7 +172,7 @@ def get_runtime_context():
 def shutdown():
     sys.exit("no")
 """
-"""Of Ray: says what nobody wants to hear, opens its folder, and leaves a process."""
+"""Of Ray: writes unwanted messages, opens its folder, and leaves a process."""
 
 
 @pytest.mark.parametrize("end", ["closed", "killed with the driver", "asked to end"])

@@ -174,7 +174,7 @@ def test_if_all_are_lost_there_are_no_errors_to_show(tmp_path, unflown):
     nothing = np.full((300, len(METRICS)), np.nan)
     text, cells = reported(tmp_path, MASS, 300, lambda _, flights: np.full(len(flights), LOST), lambda *_: nothing)
     assert "too few flights succeeded (0 of 300)" in text
-    assert "How far from the path" not in text
+    assert "Distance from the path" not in text
     assert ["off-path", "300", report_text.percent(share(300, 300))] in cells
 
 
@@ -186,7 +186,7 @@ def test_results_that_do_not_vary_are_explained_by_nothing(tmp_path, unflown, va
 
 
 def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
-    assert "Nothing varies but the flights" in reported(tmp_path / "a", "", 100)[0]
+    assert "Only the flights' noise varies" in reported(tmp_path / "a", "", 100)[0]
     text, _ = reported(tmp_path / "b", '"vehicle.mass" = {type="choice", values=[1.0]}', 100)
     assert "No key by itself" in text
 

@@ -1,4 +1,4 @@
-"""The folder of a campaign: what is written, gone on with, found corrupted, and refused."""
+"""The folder of a campaign: what is written, resumed, found corrupted, and refused."""
 
 import errno
 import fcntl
@@ -294,7 +294,7 @@ def test_a_campaign_of_other_draws_is_neither_gone_on_with_nor_replayed(flown, m
         del about["draws"]
     (out / "campaign.json").write_text(json.dumps(about))
     said = ("quadstep 0.0.1 (draws version 1)", f"quadstep {__version__} (draws version {draws.VERSION})", "--overwrite")
-    refused(fly(path, out, "--resume"), out, "cannot go on", *said)
+    refused(fly(path, out, "--resume"), out, "cannot be resumed", *said)
     replayed = ["fly", str(path), "--flight", "3", "--out", str(out.parent / "again")]
     refused(quadstep(*replayed, "--results", str(out)), out, "cannot be replayed", *said)
     monkeypatch.chdir(out.parent)
@@ -352,7 +352,7 @@ def test_a_folder_with_other_files_is_refused(tmp_path, more):
 
 def test_there_must_be_something_to_go_on_with(tmp_path):
     path = written(tmp_path, MASS, head=HEAD)
-    refused(fly(path, tmp_path / "out", "--resume"), tmp_path / "out", "no campaign to go on with")
+    refused(fly(path, tmp_path / "out", "--resume"), tmp_path / "out", "no campaign to resume")
     assert not (tmp_path / "out").exists()
 
 
@@ -415,15 +415,15 @@ def test_the_lock_goes_with_an_error(tmp_path):
 
 def full_after(count, monkeypatch):
     """Writing fails from the `count`-th file on; gives what says how often it was tried."""
-    write, tried = store_module.write_through, []
+    write, tried = store_module.replace_file, []
 
-    def fails(path, content):
+    def fails(path, content, **how):
         tried.append(path.name)
         if len(tried) > count:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write(path, content)
+        write(path, content, **how)
 
-    monkeypatch.setattr(store_module, "write_through", fails)
+    monkeypatch.setattr(store_module, "replace_file", fails)
     return tried
 
 
@@ -459,7 +459,7 @@ def test_wherever_the_disk_fails_nothing_half_written_stays(tmp_path, monkeypatc
             elif call == "fsync":
                 patch.setattr(os, "fsync", fails)
             elif call == "mkstemp":
-                patch.setattr(store_module.tempfile, "mkstemp", fails)
+                patch.setattr("tempfile.mkstemp", fails)
             else:
                 real = os.fdopen
 

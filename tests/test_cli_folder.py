@@ -142,7 +142,7 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("quadstep.mission.fly.write_csv", full)
+    monkeypatch.setattr("quadstep.mission.fly.write_log", full)
     run = quadstep("fly", write(tmp_path, LINE), "--out", tmp_path / "new" / "out")
     assert run.refused
     assert "No space left on device" in run.err
@@ -154,7 +154,7 @@ def test_a_failure_while_writing_leaves_the_old_result(tmp_path, out, monkeypatc
         raise KeyboardInterrupt
 
     before = files(out)
-    monkeypatch.setattr("quadstep.mission.fly.write_csv", broken)
+    monkeypatch.setattr("quadstep.mission.fly.write_log", broken)
     run = quadstep("fly", write(tmp_path, OTHER, "other.toml"), "--out", out, "--overwrite")
     assert run.code == 130
     assert files(out) == before

@@ -148,7 +148,7 @@ def test_an_interrupted_study_goes_on_where_it_was_and_ends_as_if_nothing_had_be
     monkeypatch.setattr("quadstep.comparison.run.as_completed", list)  # in the order in which they were asked for
     stopped = quadstep(*command)
     assert stopped.code == 130
-    assert f"4 cells are kept in {tmp_path / 'out'}; the same command goes on from them" in stopped.err
+    assert f"4 cells are kept in {tmp_path / 'out'}; the same command continues" in stopped.err
     (file,) = (tmp_path / "out").iterdir()
     file.write_text(file.read_text(encoding="utf-8")[:-20], encoding="utf-8")  # killed while it wrote the last of them
 

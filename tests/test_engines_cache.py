@@ -10,6 +10,8 @@ import pytest
 
 from quadstep.flight import code_cache, lanes
 from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.kernel import Kernel
+from quadstep.flight.kernels import MOST, Kernels
 from quadstep.flight.lanes import fly_lanes
 from tests.flights import NESTED, nested_gains, parameters, state
 from tests.needs import SUPERUSER, needs
@@ -28,7 +30,7 @@ def fly(monkeypatch):
     """A flight by a process that has compiled nothing yet."""
 
     def fresh():
-        monkeypatch.setattr(lanes, "KERNELS", {})
+        monkeypatch.setattr(lanes, "KERNELS", Kernels())
         return fly_lanes(NESTED, [parameters(gains=nested_gains())], [state()], TICKS)[0].rows
 
     return fresh
@@ -84,7 +86,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(folder, fly, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "read-only")
 
-    monkeypatch.setattr(code_cache.tempfile, "mkstemp", refuse)
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
     assert len(fly()) == 21
     assert entries(folder) == []
 
@@ -278,3 +280,19 @@ def test_what_root_keeps_may_be_read_by_all(within_reach):
         assert code_cache.read("b" * 64) is None
     finally:
         os.seteuid(0)
+
+
+def test_the_kernels_of_a_process_are_bounded_and_the_one_unused_for_longest_goes():
+    made = []
+
+    def kernel(name):
+        return kernels.get_or_make(name, lambda: made.append(name) or Kernel(None, name))
+
+    kernels = Kernels()
+    for name in range(MOST):
+        assert kernel(name).fly == name
+    kernel(0)
+    kernel(MOST)
+    assert len(kernels) == MOST
+    assert (0 in kernels, 1 in kernels) == (True, False)
+    assert made == list(range(MOST + 1))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
+from benchmarks.gpu_assembler import assembled
+from benchmarks.gpu_count import KINDS, Chip, bound, counted, marked, operations
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
 from quadstep.errors import UserError
 from quadstep.flight import kernel
 from quadstep.flight.cuda import NoDeviceError
-from quadstep.flight.gpu_assembler import assembled
-from quadstep.flight.gpu_count import KINDS, Chip, bound, counted, marked, operations
 from quadstep.flight.gpu_sweep import REGISTERS, GpuSweep
 from quadstep.flight.loop import Loop
 from quadstep.flight.ptx import program, ptx

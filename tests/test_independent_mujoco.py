@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from quadstep.airframe.events import MassProperties
 from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import motion_rate, renormalised
+from quadstep.airframe.rigid_body import MassProperties, motion_rate, renormalised
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.numbers import Matrix, vector
 from quadstep.numbers.rotations import rotation_matrix

@@ -14,7 +14,8 @@ from llvmlite import ir
 from quadstep.flight.kernel import compile_module
 from quadstep.numbers import Vector
 from quadstep.numbers.lane import Emitter, Lane
-from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.opaque import call
+from quadstep.numbers.registered import raise_pending, register, release
 from tests.flights import through_lanes
 
 LANES = pytest.mark.parametrize(("double", "width"), [(True, 1), (True, 4), (False, 1), (False, 8)])
@@ -213,7 +214,7 @@ def test_symbols_are_refused(registered):
 # Kept between runs
 
 IN_ANOTHER_PROCESS = """
-from quadstep.numbers.opaque import register
+from quadstep.numbers.registered import register
 from quadstep.flight import code_cache
 from tests.test_numbers_opaque import loop, run
 kept = []

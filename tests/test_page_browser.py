@@ -154,13 +154,13 @@ def test_case_1_flies_as_floats_do(open_page):
 
 
 def test_download_is_what_quadstep_writes(open_page, tmp_path):
-    from quadstep.report.tables import write_csv
+    from quadstep.report.tables import write_log
 
     page = open_page()
     with page.expect_download() as begun:
         page.click("#csv")
     text = Path(begun.value.path()).read_text()
-    write_csv(tmp_path / "flight.csv", fly(read_mission(EXAMPLES / "case1.toml").plan(EXAMPLES)))
+    write_log(tmp_path / "flight.csv", fly(read_mission(EXAMPLES / "case1.toml").plan(EXAMPLES)))
     ours = (tmp_path / "flight.csv").read_text()
     assert text.splitlines()[0] == ours.splitlines()[0]
     assert len(text.splitlines()) == len(ours.splitlines())

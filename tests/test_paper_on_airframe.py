@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from quadstep.airframe.events import MassProperties
 from quadstep.airframe.motion import Motion
-from quadstep.airframe.rigid_body import motion_rate
+from quadstep.airframe.rigid_body import MassProperties, motion_rate
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.controller import Command, Measured
 from quadstep.control.paper_on_airframe import (

@@ -13,7 +13,7 @@ from quadstep.report import page
 from quadstep.report.drawing import FigureJob, Panel
 from quadstep.report.figures import prefixed
 from quadstep.report.publish import write_json
-from quadstep.report.tables import write_csv
+from quadstep.report.tables import write_log
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
 
@@ -123,7 +123,7 @@ def test_a_unit_gets_the_prefix_that_suits(unit, largest, expected):
 
 def test_a_csv_reads_back_exactly(tmp_path):
     rows = np.random.default_rng(1).normal(size=(5, len(COLUMNS))) * 10.0 ** np.arange(-8, len(COLUMNS) - 8)
-    write_csv(tmp_path / "log.csv", FlightLog(COLUMNS, rows, Outcome.COMPLETED, 1.0, None))
+    write_log(tmp_path / "log.csv", FlightLog(COLUMNS, rows, Outcome.COMPLETED, 1.0, None))
     with (tmp_path / "log.csv").open(encoding="utf-8", newline="") as file:
         header, *read = csv.reader(file)
     assert header == [f"{name}[{unit}]" for name, unit in COLUMNS.items()]

@@ -185,14 +185,14 @@ def paths(command, before=()):
 
 
 @pytest.mark.parametrize("columns", [50, 80, 200])
-@pytest.mark.parametrize("typed", list(paths(get_command(cli.app))), ids=" ".join)
+@pytest.mark.parametrize("typed", list(paths(get_command(cli.built()))), ids=" ".join)
 def test_help_names_every_option_whole_at_any_width(monkeypatch, typed, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
     run = quadstep(*typed, "--help")
     assert (run.code, run.err) == (0, "")
     assert all(cell_len(line) <= columns for line in run.out.splitlines())
     assert not re.search(r"\w\.\.\.$", run.out, re.MULTILINE), "a sentence that is cut short"
-    command = get_command(cli.app)
+    command = get_command(cli.built())
     for name in typed:
         command = command.commands[name]
     wanted = [name for parameter in command.params for name in parameter.opts if name.startswith("--")]

@@ -166,7 +166,7 @@ BAD = {
         gains("controller = { low = 1.0, high = 2.0 }"),
         ["controller", "only numbers of the controller"],
     ),
-    "empty part": (gains('"controller..K_r1" = { low = 1.0, high = 2.0 }'), ["controller..K_r1", "is no key"]),
+    "empty part": (gains('"controller..K_r1" = { low = 1.0, high = 2.0 }'), ["controller..K_r1", "is not a key"]),
     "low not below high": (
         gains("controller.K_r1 = { low = 4.0, high = 2.0 }"),
         ["controller.K_r1", "low = 4 must be below high = 2"],

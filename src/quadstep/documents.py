@@ -76,7 +76,7 @@ def too_deep(source: str) -> UserError:
 
 def no_number(name: str) -> NoReturn:
     """NaN and Infinity are no JSON."""
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")
 
 
 def check(value: Any, source: str, key: str = "", level: int = 0, finite: bool = False) -> None:

@@ -1,14 +1,16 @@
 """What to install for commands that need more than the core."""
 
+import contextlib
 import re
 import shlex
 import sys
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires
 
 from quadstep.errors import UserError
 
 EXTRAS = {
-    "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "ray": "cluster",
+    "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
     "sympy": "verify", "mpmath": "verify", "rotorpy": "rotorpy",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
@@ -21,6 +23,15 @@ def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
         raise error
     wanted = requirements(EXTRAS[package]) or [package]
     return UserError(f"{command} needs {package}; install it: {shlex.join([sys.executable, '-m', 'pip', 'install', *wanted])}")
+
+
+@contextlib.contextmanager
+def needed_by(command: str) -> Iterator[None]:
+    """A block that needs the packages of an extra. Raises UserError, saying what to install, where one is absent."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise missing_extra(command, error) from None
 
 
 def requirements(extra: str) -> list[str]:

@@ -22,7 +22,7 @@ from quadstep.page.folder import results
 from quadstep.page.opened import open_result
 from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json
-from quadstep.report.tables import write_csv
+from quadstep.report.tables import write_log
 from tests.fuzz.inputs import LINE, WARM, WEIGHTS, begun
 from tests.fuzz.mutate import as_json, mutated, scrambled
 
@@ -63,7 +63,7 @@ class Flights(Stored):
         plan = mission.plan()
         log = fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks)
         (folder / "out").mkdir()
-        write_csv(folder / "out" / "flight.csv", log)
+        write_log(folder / "out" / "flight.csv", log)
         self.metrics: dict[str, Any] = {
             "name": mission.name, "version": "1", "engine": "lanes", "warnings": ["one"], **mission.metrics(log)[0],
             "mission": json.loads(mission.model_dump_json()), "fingerprint": "0", "files": ["flight.csv", "metrics.json"],
@@ -109,7 +109,7 @@ class Weights(Stored):
 
 
 class Campaigned(Stored):
-    """A folder of `quadstep campaign`, gone on with and summed up."""
+    """A folder of `quadstep campaign`, resumed and summarised."""
 
     name = "campaign results"
 

@@ -1,11 +1,10 @@
 """What happens to a vehicle while it flies: a payload is taken up or let go, a rotor loses efficiency."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from quadstep.airframe.plant import Airframe
+from quadstep.airframe.rigid_body import MassProperties
 from quadstep.numbers import Matrix, Number, Vector, matrix, total, vector, where
-
-if TYPE_CHECKING:
-    from quadstep.airframe.plant import Airframe
 
 
 class Payload(NamedTuple):
@@ -32,15 +31,7 @@ class Events(NamedTuple):
     faults: tuple[RotorFault, ...] = ()
 
 
-class MassProperties(NamedTuple):
-    """mass [kg]. offset: centre of gravity in body axes [m]. inertia: about it, shape (3, 3) [kg m^2]."""
-
-    mass: Number
-    offset: Vector
-    inertia: Matrix
-
-
-def mass_properties(airframe: "Airframe", events: Events, t: Number) -> MassProperties:
+def mass_properties(airframe: Airframe, events: Events, t: Number) -> MassProperties:
     """Mass, centre of gravity and inertia at time t [s], by the parallel-axis theorem; the bare vehicle's is the body's
     origin.
     """

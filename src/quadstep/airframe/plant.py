@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 from quadstep.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
 from quadstep.airframe.battery import Battery, electrical_power, terminal_voltage
-from quadstep.airframe.events import MassProperties
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.rigid_body import motion_rate
+from quadstep.airframe.rigid_body import MassProperties, motion_rate
 from quadstep.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, rotation_matrix

@@ -1,9 +1,18 @@
 """Newton and Euler on quaternions: a rigid body whose centre of gravity need not be the body's origin."""
 
-from quadstep.airframe.events import MassProperties
+from typing import NamedTuple
+
 from quadstep.airframe.motion import AirframeState, Motion
 from quadstep.numbers import Matrix, Number, Vector, solve_symmetric, where
 from quadstep.numbers.rotations import cross, quaternion_rate
+
+
+class MassProperties(NamedTuple):
+    """mass [kg]. offset: centre of gravity in body axes [m]. inertia: about it, shape (3, 3) [kg m^2]."""
+
+    mass: Number
+    offset: Vector
+    inertia: Matrix
 
 
 def motion_rate(

@@ -1,4 +1,8 @@
-"""How sure a number is: intervals at 95 % for shares, means and quantiles of many flights."""
+"""How certain a number is: intervals at 95 % for shares, means and quantiles of many flights.
+
+The incomplete beta function is written out here because `quadstep study vehicles` needs these intervals too, and runs without
+the extra that brings SciPy; tests hold it against SciPy's.
+"""
 
 import math
 from typing import NamedTuple

@@ -12,7 +12,7 @@ from quadstep.airframe.motion import AirframeState
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Adapter, Trajectory, array, column
 from quadstep.errors import UserError
-from quadstep.extras import missing_extra
+from quadstep.extras import needed_by
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog, finished
@@ -29,10 +29,8 @@ def multirotor(quad_params: dict[str, Any], integrator: dict[str, Any] | None = 
 
     Raises UserError without RotorPy.
     """
-    try:
+    with needed_by("flying on RotorPy's vehicle"):
         module = import_module("rotorpy.vehicles.multirotor")
-    except ModuleNotFoundError as error:
-        raise missing_extra("flying on RotorPy's vehicle", error) from None
     return module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
 
 

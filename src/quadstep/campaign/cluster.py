@@ -186,7 +186,7 @@ def fetched(ray: Any, reference: Any, span: Span) -> pa.Table:
     except ray.exceptions.RayError as error:
         raise UserError(
             f"--engine ray: flights {span.first} to {span.past - 1} are lost ({first_line(error)}); what is flown is kept, "
-            "--resume goes on from there"
+            "--resume continues from there"
         ) from None
 
 

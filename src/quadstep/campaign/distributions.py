@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.campaign.inverse_normal import inverse_normal
+from quadstep.campaign.keys import dotted
 from quadstep.campaign.normal import probability
 from quadstep.mission.fields import Finite, Positive, Section, as_tuple
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
@@ -201,7 +202,8 @@ class Correlated(Section):
             given = getattr(self, name)
             rows = given if given and isinstance(given[0], tuple) else ()
             if given is not None and (len(given) != count or any(len(row) != count for row in rows)):
-                raise ValueError(f"{name}: should be of {count} entries, one a key{', in each of as many rows' * bool(rows)}")
+                shape = f"{count} rows of {count} entries each" if rows else f"{count} entries"
+                raise ValueError(f"{name}: should have {shape}, one per key")
         if self.correlation and any(row[i] != 1.0 for i, row in enumerate(self.correlation)):
             raise ValueError("correlation: must be 1 on the diagonal")
         _ = self.factor
@@ -228,3 +230,13 @@ class Correlated(Section):
             mean + total(weight * z for weight, z in zip(row[: i + 1], normal, strict=False))
             for i, (mean, row) in enumerate(zip(self.mean, self.factor, strict=True))
         ]
+
+
+def by_key(table: Any) -> Any:
+    """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A distribution is what has a type."""
+    return dotted(table, is_value)
+
+
+def is_value(table: dict[str, Any]) -> bool:
+    """Whether a table is a distribution, or is meant as one, and not a level of keys."""
+    return not table or isinstance(table.get("type"), str) or not all(isinstance(one, dict) for one in table.values())

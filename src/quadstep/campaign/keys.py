@@ -1,6 +1,7 @@
 """Keys of a mission file, dotted as in `path.end.2`: set in what a user wrote, or in a checked mission."""
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 from pydantic import BaseModel
@@ -12,7 +13,24 @@ def parts(key: str) -> list[str]:
     """The names and places that a key consists of. Raises UserError for an empty one."""
     found = key.split(".")
     if not all(found) or any(part.isdigit() and not re.fullmatch("0|[1-9][0-9]{0,5}", part) for part in found):
-        raise UserError(f"{key!r:.60} is no key; keys are dotted, as vehicle.mass or path.end.2")
+        raise UserError(f"{key!r:.60} is not a key; keys are dotted, such as vehicle.mass or path.end.2")
+    return found
+
+
+def dotted(table: Any, whole: Callable[[dict[str, Any]], bool], prefix: str = "") -> Any:
+    """Tables within a table as one table with dotted keys; what is no table stays as it is.
+
+    whole: whether a table is a value. Raises ValueError for a key given twice.
+    """
+    if not isinstance(table, dict):
+        return table
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        nested = isinstance(value, dict) and not whole(value)
+        more = dotted(value, whole, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
+        for name in found.keys() & more.keys():
+            raise ValueError(f"{name}: varies twice")
+        found.update(more)
     return found
 
 

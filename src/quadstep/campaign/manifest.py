@@ -33,7 +33,7 @@ class Named(BaseModel):
 
 
 class Manifest(BaseModel):
-    """What must be in a manifest for it to be gone on with."""
+    """What a manifest must hold for its campaign to be resumed."""
 
     model_config = ConfigDict(strict=True)
     name: str
@@ -124,5 +124,5 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> None:
 
 
 def nothing_there(folder: Path) -> str:
-    """Why a run cannot go on."""
-    return f"{folder}: there is no campaign to go on with; leave out --resume to start one"
+    """Why a run cannot be resumed."""
+    return f"{folder}: there is no campaign to resume; leave out --resume to start one"

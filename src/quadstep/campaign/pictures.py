@@ -16,7 +16,6 @@ from quadstep.report.sheet import Sheet
 Numbers = NDArray[np.float64]
 
 FILL, LINE, LIMIT = "0.8", "black", "#b2182b"
-SECOND = "#2166ac"
 PLACES = 60
 """Bars of a histogram, at most."""
 

@@ -39,7 +39,7 @@ MOST_STRUCTURES = 200
 class Batch(NamedTuple):
     """Flights of one structure and clock. members: their places among those asked for. loop, ticks: with scores.
 
-    start, parameters: of one of them; places: of the leaves that vary; rows: their values, a row a flight.
+    start, parameters: of one of them; places: of the leaves that vary; rows: their values, one row per flight.
     """
 
     members: NDArray[np.int64]

@@ -1,5 +1,6 @@
-"""One flight of a campaign by itself, to be flown again with its full log."""
+"""One flight of a campaign on its own, to be flown again with its full log."""
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.schema import Mission
+from quadstep.terminal.screen import command
 
 
 class Replay(NamedTuple):
@@ -33,6 +35,7 @@ def replay(campaign: Campaign, flight: int) -> Replay:
     return Replay(values, named, builder.plan(values, flight))
 
 
-def plan_of(campaign: Campaign, flight: int) -> FlightPlan:
-    """The plan of the flight of this number. Raises UserError."""
-    return replay(campaign, flight).plan
+def replay_command(file: Path, flight: int, folder: Path) -> str:
+    """What to type to fly one flight of the campaign in `folder` again."""
+    elsewhere = [] if folder == Path("out") / file.stem else ["--results", folder]
+    return command("fly", file, "--flight", flight, *elsewhere)

@@ -12,6 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate
+from quadstep.atomic import WRITING
 from quadstep.campaign import report_text as text
 from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.pictures import (
@@ -35,7 +36,6 @@ from quadstep.flight.engines import fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.flight.scored import LARGEST, RMSE
 from quadstep.report import page
-from quadstep.report.publish import WRITING
 from quadstep.report.sheet import Sheet
 
 REPORT, FIGURES = "report.html", "figures"
@@ -131,7 +131,7 @@ def distribution_section(
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
     draw_outcomes(folder / "outcomes", text.ended(summary), times, sheet)
     body = [
-        page.heading("How they ended", "outcomes"),
+        page.heading("Outcomes", "outcomes"),
         page.figure(folder / "outcomes.svg", "Outcomes"),
         *text.outcomes(summary),
     ]
@@ -145,7 +145,7 @@ def distribution_section(
     if metrics:
         draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
         body += [
-            page.heading("How far from the path", "distributions"),
+            page.heading("Distance from the path", "distributions"),
             page.figure(folder / "distributions.svg", "Histograms"),
         ]
         body += text.distributions(summary)
@@ -165,7 +165,7 @@ def key_sections(
     """What the result depends on: the ranking, then key by key."""
     keys = campaign.file.keys
     if not keys:
-        return [page.heading("What it depends on", "ranking"), page.paragraph("Nothing varies but the flights' noise.")]
+        return [page.heading("What it depends on", "ranking"), page.paragraph("Only the flights' noise varies.")]
     columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})

@@ -7,9 +7,9 @@ from typing import Any
 
 from quadstep.analysis.metrics import position_errors
 from quadstep.analysis.statistics import Estimate, share
-from quadstep.campaign.commands import replay_command
 from quadstep.campaign.flown import OUTCOMES
 from quadstep.campaign.manifest import FLIGHTS
+from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
@@ -172,7 +172,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, fol
     return [
         page.paragraph("Those that ended first, then those that were farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows),
-        page.paragraph("To fly them again with their full logs:"),
+        page.paragraph("To replay them with their full logs:"),
         f"<pre>{commands}</pre>",
         page.paragraph(
             "The pictures are of these flights flown again in f64 (o: start, x: end). What is far from the wanted path is out "
@@ -219,7 +219,7 @@ def closing() -> list[str]:
             "to say."
         ),
         page.paragraph(
-            f"All flights are in {FLIGHTS}/*.parquet beside this page, one row a flight; campaign.json says what was flown, "
-            "by which version and on which machine. The same file gives the same flights."
+            f"All flights are in {FLIGHTS}/*.parquet beside this page, one row per flight; campaign.json records what was "
+            "flown, by which version and on which machine. The same file gives the same flights."
         ),
     ]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep import files
-from quadstep.campaign.distributions import Correlated, Distribution, Grid
+from quadstep.campaign.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.keys import parts
 from quadstep.documents import read_toml
@@ -36,27 +36,12 @@ NOT_FLOWN = {
 """Keys of a mission that cannot vary, and why."""
 
 
-def flat(table: Any, prefix: str = "") -> Any:
-    """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A distribution is what has a type."""
-    if not isinstance(table, dict):
-        return table
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        nested = isinstance(value, dict) and value and not isinstance(value.get("type"), str)
-        nested = nested and all(isinstance(inside, dict) for inside in value.values())
-        more = flat(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
-        for name in found.keys() & more.keys():
-            raise ValueError(f"{name}: varies twice")
-        found.update(more)
-    return found
-
-
 class CampaignFile(Section):
     """A campaign file.
 
     mission: a file, looked up from this one's folder, or the whole of a mission as a table. flights: all combinations of the
     grids once if left out. score_period: from sample to sample of the metrics [s]; the mission's log period if left out.
-    failure: for a metric, above what a flight counts as failed; one that ends early always does.
+    failure: limits of metrics above which a flight counts as failed; one that ends early always does.
     """
 
     name: Name = "Campaign"
@@ -66,7 +51,7 @@ class CampaignFile(Section):
     precision: Literal["f32", "f64"] = "f64"
     score_period: Positive | None = None
     chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK)] = CHUNK
-    vary: Annotated[dict[str, Distribution], BeforeValidator(flat)] = Field(default_factory=dict)
+    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
     correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
     failure: dict[str, Positive] = Field(default_factory=dict)
 

@@ -100,7 +100,7 @@ def resampled(blocks: int) -> Numbers:
 
 
 def ratios(counts: NDArray[Any], sums: NDArray[Any], squares: NDArray[Any]) -> tuple[Numbers, Numbers]:
-    """R^2 and adjusted R^2 of means of parts, a row a sample; NaN where there is no variance, or a part for each flight."""
+    """R^2 and adjusted R^2 of means of parts, one row per sample; NaN without variance, or with one part per flight."""
     flights, used = counts.sum(axis=1), (counts > 0.0).sum(axis=1)
     off = sums.sum(axis=1) ** 2 / flights
     whole, between = squares - off, (sums**2 / np.maximum(counts, 1.0)).sum(axis=1) - off

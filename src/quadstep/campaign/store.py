@@ -10,7 +10,6 @@ import hashlib
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,11 +18,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep import __version__, files
+from quadstep.atomic import WRITING, replace_file
 from quadstep.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
 from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
-from quadstep.report.publish import WRITING
 
 
 class Chunk(NamedTuple):
@@ -71,7 +70,8 @@ class Store:
         content = parquet(table)
         digest = {"file": chunk.file, "first": chunk.first, "past": chunk.past, "sha256": hashlib.sha256(content).hexdigest()}
         with self.explained():
-            write_through(self.folder / chunk.file, content)
+            (self.folder / FLIGHTS).mkdir(parents=True, exist_ok=True)
+            replace_file(self.folder / chunk.file, content, synced=True)
             self.digests[chunk.file] = digest
             self.save()
 
@@ -79,7 +79,8 @@ class Store:
         """Write the manifest. Raises UserError."""
         self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
         with self.explained():
-            write_through(self.folder / MANIFEST, (json.dumps(self.manifest, indent=1, allow_nan=False) + "\n").encode())
+            content = json.dumps(self.manifest, indent=1, allow_nan=False) + "\n"
+            replace_file(self.folder / MANIFEST, content.encode(), synced=True)
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
@@ -90,7 +91,7 @@ class Store:
             kept = sum(self.has(chunk) for chunk in self.chunks)
             raise UserError(
                 f"{self.folder}: cannot be written: {error.strerror or error}; {kept} of {len(self.chunks)} files of flights "
-                "are kept, --resume goes on from there"
+                "are kept, --resume continues from there"
             ) from None
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
@@ -149,7 +150,7 @@ class Store:
 def opened(
     folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool = False, overwrite: bool = False
 ) -> Iterator[Store]:
-    """The folder of a campaign, made or gone on with, and locked while the block runs.
+    """The folder of a campaign, made or resumed, and locked while the block runs.
 
     Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
     file, a folder that another run is writing into.
@@ -204,8 +205,8 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
         kept, all_of = sum(store.has(chunk) for chunk in store.chunks), len(store.chunks)
         state = "complete" if kept == all_of else f"{kept} of {all_of} files"
         raise UserError(
-            f"{folder}: holds the campaign {found['name']!r} ({state}); go on with --resume, choose another --out, or replace "
-            "it with --overwrite"
+            f"{folder}: holds the campaign {found['name']!r} ({state}); continue with --resume, choose another --out, or "
+            "replace it with --overwrite"
         )
     reasons = {
         "fingerprint": "the campaign, its mission or a file it names has changed",
@@ -214,7 +215,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     }
     changed = [what for key, what in reasons.items() if found.get(key) != mine[key]]
     for what in filter(None, (other_draws(found), *changed)):
-        raise UserError(f"{folder}: cannot go on: {what}; choose another --out, or start again with --overwrite")
+        raise UserError(f"{folder}: cannot be resumed: {what}; choose another --out, or start over with --overwrite")
     store.verify()
     store.shorten(flights)
     if found.get("failure") != mine["failure"]:
@@ -259,7 +260,7 @@ def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterab
 
 def not_flights(path: Path, chunk: Chunk) -> UserError:
     """What is said of a file that holds something else."""
-    return UserError(f"{path}: holds other things than flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
+    return UserError(f"{path}: does not hold flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
 
 
 def parquet(table: pa.Table) -> bytes:
@@ -268,18 +269,3 @@ def parquet(table: pa.Table) -> bytes:
     pq.write_table(table, sink, compression="zstd", version="2.6")
     content: bytes = sink.getvalue().to_pybytes()
     return content
-
-
-def write_through(path: Path, content: bytes) -> None:
-    """Write a file beside its place, onto the disk, and move it there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=WRITING)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    finally:
-        Path(temporary).unlink(missing_ok=True)

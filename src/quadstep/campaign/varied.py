@@ -10,6 +10,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.campaign.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
+from quadstep.campaign.keys import dotted
 from quadstep.campaign.schema import CampaignFile
 from quadstep.campaign.sensitivity import Parts, parts_of
 
@@ -75,7 +76,7 @@ def numbers(column: pa.ChunkedArray) -> Varied:
 
 def texts_of(values: Sequence[Any]) -> list[str]:
     """The values of a column for an axis; of tables what they do not all have in common."""
-    tables = [flat(read_back(value)) for value in values]
+    tables = [leaves(read_back(value)) for value in values]
     common = set.intersection(*({(name, repr(one)) for name, one in table.items()} for table in tables))
     if len(values) > 1:
         tables = [{name: one for name, one in table.items() if (name, repr(one)) not in common} for table in tables]
@@ -92,12 +93,10 @@ def read_back(value: Any) -> Any:
     return value
 
 
-def flat(value: Any, name: str = "") -> dict[str, Any]:
-    """A table in tables with dotted names; the name of what is no table is empty."""
-    if not isinstance(value, dict):
-        return {name: value}
-    inside = (flat(one, f"{name}.{key}" if name else key) for key, one in value.items())
-    return {key: one for table in inside for key, one in table.items()}
+def leaves(value: Any) -> dict[str, Any]:
+    """The values in a table by dotted key; what is no table has an empty key."""
+    found: dict[str, Any] = dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
+    return found
 
 
 def text_of(value: Any) -> str:
@@ -107,7 +106,7 @@ def text_of(value: Any) -> str:
     elif isinstance(value, int | float):
         text = f"{value:.6g}"
     elif isinstance(value, dict):
-        text = ", ".join(f"{name} = {text_of(one)}" for name, one in flat(value).items())
+        text = ", ".join(f"{name} = {text_of(one)}" for name, one in leaves(value).items())
     else:
         text = value if isinstance(value, str) else f"[{', '.join(map(text_of, value))}]"
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 1]}…"

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from quadstep import __version__
-from quadstep.campaign.commands import replay_command
 from quadstep.campaign.engine import CampaignEngine
+from quadstep.campaign.replay import replay_command
 from quadstep.campaign.run import REPORT, Finished
 from quadstep.campaign.summary import as_json
 from quadstep.exit_codes import UNMET

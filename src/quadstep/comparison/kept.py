@@ -1,4 +1,4 @@
-"""Finished cells of a study that is not over, so that after an interruption the same command goes on from them."""
+"""Finished cells of a study that is not over, so that after an interruption the same command continues from them."""
 
 import contextlib
 import hashlib
@@ -9,11 +9,11 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from quadstep import __version__
+from quadstep.atomic import WRITING
 from quadstep.comparison.cell import Cell
 from quadstep.comparison.flights import FIRST_SEED, mission
 from quadstep.errors import UserError
 from quadstep.files import JSON, read_text
-from quadstep.report.publish import WRITING
 
 NAME = f"{WRITING}cells.jsonl"
 CELL = TypeAdapter(Cell)

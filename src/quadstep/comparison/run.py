@@ -15,6 +15,7 @@ from quadstep.errors import InterruptedRun
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.tables import write_csv
 
 NAME = "Controllers on real vehicles"
 WINDY = "research-2.6kg"
@@ -33,6 +34,13 @@ class Comparison(NamedTuple):
         return next(cell for cell in self.cells if (cell.vehicle, cell.scenario, cell.controller) == wanted)
 
 
+COLUMNS = (
+    "vehicle", "scenario", "controller", "flights", "rmse[m]", "rmse_low[m]", "rmse_high[m]", "largest[m]",
+    "activity[1/s]", "saturated_share", "lost_share", "lost_low", "lost_high",
+)  # fmt: skip
+"""Of cells.csv."""
+
+
 def study_vehicles(
     folder: Path, seeds: int, vehicles: Sequence[str], overwrite: bool, progress: Callable[[int, int], None] | None = None
 ) -> Comparison:
@@ -47,7 +55,7 @@ def study_vehicles(
         try:
             cells = fly_cells(pool, kept, vehicles, seeds, progress or (lambda *_: None))
         except KeyboardInterrupt:
-            raise InterruptedRun(f"{len(kept.cells)} cells are kept in {folder}; the same command goes on from them") from None
+            raise InterruptedRun(f"{len(kept.cells)} cells are kept in {folder}; the same command continues") from None
         found = Comparison(seeds, cells)
         write_cells(out / "cells.csv", found.cells)
         write_json(out / MANIFEST, as_json(found))
@@ -105,19 +113,9 @@ def as_json(found: Comparison) -> dict[str, Any]:
 
 
 def write_cells(path: Path, cells: Sequence[Cell]) -> None:
-    """One row a cell; what no flight gave is empty."""
-    header = (
-        "vehicle,scenario,controller,flights,rmse[m],rmse_low[m],rmse_high[m],largest[m],activity[1/s],saturated_share,"
-        "lost_share,lost_low,lost_high"
-    )
-    rows = [
-        ",".join(
-            f'"{value}"' if isinstance(value, str) else "" if math.isnan(value) else repr(value)
-            for value in (*cell[:4], *cell.rmse, cell.largest, cell.activity, cell.saturated, *cell.lost)
-        )
-        for cell in cells
-    ]
-    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    """One row per cell."""
+    rows = ((*cell[:4], *cell.rmse, cell.largest, cell.activity, cell.saturated, *cell.lost) for cell in cells)
+    write_csv(path, COLUMNS, rows)
 
 
 def shown(cell: Cell) -> str:

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from quadstep.control.controller import AirframeLaw, Command, Measured
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.opaque import call, raise_pending, register, release
+from quadstep.numbers.opaque import call
+from quadstep.numbers.registered import raise_pending, register, release
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[f
 
 
 class OpaqueGains(NamedTuple):
-    """handle: of the callable, as `quadstep.numbers.opaque.register` gave it."""
+    """handle: of the callable, as `quadstep.numbers.registered.register` gave it."""
 
     handle: Number
 

@@ -95,7 +95,7 @@ def number(where: str, text: str) -> float:
     try:
         found = float(text)
     except ValueError:
-        raise UserError(f"{where}: {text!r:.60} is no number; {HOW}") from None
+        raise UserError(f"{where}: {text!r:.60} is not a number; {HOW}") from None
     if not math.isfinite(found) or abs(found) > MOST:
         raise UserError(f"{where}: should be a number from {-MOST:g} to {MOST:g}, not {text.strip()!r:.60}")
     return found

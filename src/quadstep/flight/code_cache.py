@@ -10,8 +10,9 @@ import logging
 import os
 import shlex
 import stat
-import tempfile
 from pathlib import Path
+
+from quadstep.atomic import replace_file
 
 MOST_ENTRIES = 64
 """Older entries are deleted beyond this number (about 100 kB each)."""
@@ -55,13 +56,7 @@ def write(name: str, code: bytes) -> None:
         place = trusted_folder(make=True)
         if place is None:
             return
-        handle, temporary = tempfile.mkstemp(dir=place, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(signature(name, code) + code)
-            Path(temporary).replace(place / name)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+        replace_file(place / name, signature(name, code) + code, mode=0o600)
         entries = sorted((path for path in place.iterdir() if len(path.name) == 64), key=lambda path: path.stat().st_mtime)
         for old in entries[:-MOST_ENTRIES]:
             old.unlink(missing_ok=True)

@@ -16,7 +16,7 @@ from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 class FlightPlan(NamedTuple):
     """A flight as laws and numbers, ready for an engine.
 
-    loop: a `ClosedLoop`, with its parameters and start; warnings: what is to be said against its numbers.
+    loop: a `ClosedLoop`, with its parameters and start; warnings: about its numbers.
     """
 
     loop: Any

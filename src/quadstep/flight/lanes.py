@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from quadstep.flight.closed_loop import ClosedLoop, Ticks
 from quadstep.flight.eager import Progress
 from quadstep.flight.kernel import Kernel, compile_module, host_width
+from quadstep.flight.kernels import Kernels
 from quadstep.flight.log import FlightLog, finished
 from quadstep.flight.trace import Trace
 from quadstep.numbers import Table, flatten, in_matrix, rebuild
@@ -18,7 +19,7 @@ from quadstep.numbers import Table, flatten, in_matrix, rebuild
 SLICE = 100_000
 """Ticks flown between looks at the keyboard (Ctrl-C) and the progress bar."""
 
-KERNELS: dict[Any, Kernel] = {}
+KERNELS = Kernels()
 
 
 def fly_lanes(
@@ -100,6 +101,8 @@ def prepare(loop: ClosedLoop, parameters: Any, start: Any, shared: tuple[bool, .
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)
-    if key not in KERNELS:
-        KERNELS[key] = compile_module(str(Trace(loop, parameters, start, list(shared), double, width).module), double)
-    return KERNELS[key]
+
+    def made() -> Kernel:
+        return compile_module(str(Trace(loop, parameters, start, list(shared), double, width).module), double)
+
+    return KERNELS.get_or_make(key, made)

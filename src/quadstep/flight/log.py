@@ -11,6 +11,15 @@ from quadstep.flight.closed_loop import Outcome, Ticks
 SAID = frozenset(("psi_d", "theta_d", "phi_d", "yaw_d", "pitch_d", "roll_d"))
 """Columns of the attitude that a law says it wants: left out of the log of one that never says it."""
 
+REASONS = {
+    Outcome.NOT_FINITE: "a number was no longer finite",
+    Outcome.OFF_PATH: "farther from the path than limits.distance",
+    Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
+    Outcome.SPINNING: "a rate above limits.rate",
+    Outcome.CRASHED: "it hit the ground",
+}
+"""What is said of a flight that ended early."""
+
 
 class FlightLog(NamedTuple):
     """A flight as flown.

@@ -1,7 +1,7 @@
 """Very many flights of one structure at once, each leaving only its outcome and its score: no logs, no Python per flight.
 
     sweep = Sweep(loop, ticks, start, parameters, varying)   # compiled here, or taken from the cache
-    swept = sweep.fly(values)                                # as often as wanted; values: a row a flight
+    swept = sweep.fly(values)                                # as often as wanted; values: one row per flight
 
 What a flight gives depends on its own numbers only, to the bit: not on the batch or its order, on the number of threads, or on
 which of its numbers vary, or on the processor.
@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.kernel import Kernel, compile_sweep, host_width
+from quadstep.flight.kernels import Kernels
 from quadstep.flight.scored import Score, Scored, metrics
 from quadstep.flight.sweep_trace import OUTCOME, SweepTrace
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.numbers.lane_opaque import SYMBOL
 
-KERNELS: dict[Any, Kernel] = {}
+KERNELS = Kernels()
 
 PORTION = 0.02
 """About how long a call into compiled code should take [s], so that Ctrl-C and the progress bar are not kept waiting."""
@@ -32,7 +33,7 @@ STEPS_A_SECOND = 1e7
 
 
 class Swept(NamedTuple):
-    """What is left of many flights, an element each.
+    """Results of many flights, one element per flight.
 
     outcome: the `Outcome`'s number. ended: when it came [s]. score: of arrays, in f64; `metrics(score)` makes sense of it.
     """
@@ -156,12 +157,14 @@ def prepare(loop: Scored, start: Any, parameters: Any, varying: frozenset[int], 
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
     key = (loop, sizes, varying, double)
-    if key not in KERNELS:
+
+    def made() -> Kernel:
         trace = SweepTrace(loop, start, parameters, varying, double, width)
         if SYMBOL in trace.module.globals:  # Python is not to be asked about a flight gone astray
             trace = SweepTrace(loop, start, parameters, varying, double, width, frozen=True)
-        KERNELS[key] = compile_sweep(str(trace.module), double)
-    return KERNELS[key]
+        return compile_sweep(str(trace.module), double)
+
+    return KERNELS.get_or_make(key, made)
 
 
 def check(given: Sequence[Any], varying: Sequence[int]) -> None:

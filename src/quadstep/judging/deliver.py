@@ -4,7 +4,6 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,12 +11,6 @@ from quadstep.errors import UserError
 from quadstep.judging.verdict import Verdict
 from quadstep.report.interrupts import signals_ignored
 from quadstep.terminal.screen import complain
-
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
-JunitOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
-]
-
 
 START = 4096
 """Characters of a file by which a JUnit file is known."""
@@ -29,14 +22,14 @@ def check_junit(path: Path) -> None:
         if path.is_dir():
             raise UserError(f"--junit {path}: is a folder; name a file")
         if path.exists() and not path.is_file():
-            raise UserError(f"--junit {path}: is no ordinary file")
+            raise UserError(f"--junit {path}: is not a regular file")
         if path.is_file() and path.stat().st_size:
             with path.open(encoding="utf-8", errors="replace") as file:
                 if "<testsuite" not in file.read(START):
-                    raise UserError(f"--junit {path}: exists and is no JUnit file; name another")
+                    raise UserError(f"--junit {path}: exists and is not a JUnit file; name another")
         folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
         if not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise UserError(f"--junit {path}: cannot be written: {folder} takes no files")
+            raise UserError(f"--junit {path}: cannot be written: {folder} is not writable")
     except (OSError, ValueError) as error:
         raise UserError(f"--junit {str(path)!r:.80}: cannot be written: {error}") from None
 

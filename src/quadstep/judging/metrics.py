@@ -64,7 +64,7 @@ def named(wanted: Collection[Requirement], known: Collection[str]) -> list[Requi
         if one.metric not in full:
             allowed = ", ".join(sorted(known))
             raise UserError(
-                f"{OPTION}: {one.metric!r:.60} is no metric of this flight; allowed, with or without the unit: {allowed}"
+                f"{OPTION}: {one.metric!r:.60} is not a metric of this flight; allowed, with or without the unit: {allowed}"
             )
     return [one._replace(metric=full[one.metric]) for one in wanted]
 

@@ -224,11 +224,9 @@ class AirframeSection(Section):
         geometry, rotor = self.geometry(), self.rotor.build()
         if rank(geometry, rotor.torque / rotor.thrust) < 4:
             if len({mount.spin for mount in geometry.mounts}) == 1:
-                raise ValueError(
-                    "rotors: all turn the same way, so there is no torque to yaw with; some must turn the other way"
-                )
+                raise ValueError("rotors: all turn the same way, so there is no yaw torque; some must turn the other way")
             raise ValueError(
-                "rotors: these cannot make thrust, roll, pitch and yaw torque independently of each other; "
+                "rotors: these cannot produce thrust, roll, pitch and yaw torque independently; "
                 "place them elsewhere or change which way they turn"
             )
         for number, share in enumerate(allocation(geometry, rotor).matrix, start=1):

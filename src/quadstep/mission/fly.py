@@ -15,11 +15,11 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
-from quadstep.extras import missing_extra
+from quadstep.extras import needed_by
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
-from quadstep.flight.log import FlightLog
+from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import plan_mission, read_mission
@@ -27,18 +27,10 @@ from quadstep.mission.schema import Mission
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
-from quadstep.report.tables import write_csv
+from quadstep.report.tables import write_log
 
 Told: TypeAlias = Callable[[str, int, int], None]
 """Told a stage of the work, how much of it is done, and how much there is."""
-
-REASONS = {
-    Outcome.NOT_FINITE: "a number was no longer finite",
-    Outcome.OFF_PATH: "farther from the path than limits.distance",
-    Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
-    Outcome.SPINNING: "a rate above limits.rate",
-    Outcome.CRASHED: "it hit the ground",
-}
 
 
 class Summary(NamedTuple):
@@ -88,10 +80,10 @@ def fly_mission(
         warnings = [*plan.warnings, *found]
         (out / "figures").mkdir()
         told("writing tables", 0, 1)
-        write_csv(out / "flight.csv", log)
+        write_log(out / "flight.csv", log)
         write_weights(out / "weights.json", mission, log)
         told("writing the page", 0, 1)
-        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (loaded where it is used)
+        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes start)
 
         write_mission_page(out / "page.html", mission, plan, log, beside)
         about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
@@ -136,16 +128,14 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
             raise UserError("--results: goes with --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
-    from quadstep.campaign.manifest import check_replay  # noqa: PLC0415
+    from quadstep.campaign.manifest import check_replay  # noqa: PLC0415 (40 ms, only for --flight)
     from quadstep.campaign.replay import replay  # noqa: PLC0415
     from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
 
     campaign = read_campaign(path)
     check_replay(campaign, results or Path("out") / path.stem, results is not None)
-    try:
+    with needed_by("`quadstep fly --flight`"):
         one = replay(campaign, flight)
-    except ModuleNotFoundError as error:
-        raise missing_extra("`quadstep fly --flight`", error) from None
     return one.mission, one.plan, campaign.folder
 
 

@@ -64,7 +64,7 @@ class WaypointsPath(Section):
             raise ValueError(f"the first waypoint must be at t = 0, not {times[0]:g}")
         for before, after in pairwise(times):
             if after - before < 1e-3:
-                raise ValueError(f"times of waypoints must rise by at least 1 ms: {before:g} is followed by {after:g}")
+                raise ValueError(f"times of waypoints must increase by at least 1 ms: {before:g} is followed by {after:g}")
         return self
 
     def build(self, folder: Path) -> BuiltPath:

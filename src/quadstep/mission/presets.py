@@ -11,7 +11,7 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})
-"""Keys that say where the rotors are, in two ways: a table that chooses one way says nothing in the other."""
+"""Keys that say where the rotors are, in two ways; the two are exclusive."""
 
 OWN_KEYS = {"preset", "file", "layout", "rotor"}
 """Keys by which a vehicle table is known to describe a real airframe: each has one of them, the paper's plant none."""

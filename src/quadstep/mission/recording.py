@@ -52,7 +52,7 @@ def read_table(
         named["psi"] = "psi"
     twice = [name for name in named.values() if header.count(name) > 1]
     if twice:
-        raise UserError(f"{path}: column {shorten(twice[0])} stands more than once in the header")
+        raise UserError(f"{path}: column {shorten(twice[0])} appears more than once in the header")
     missing = [name for name in named.values() if name not in header]
     if missing:
         have = ", ".join(cut(name, 30) for name in header[:12]) + (", ..." if len(header) > 12 else "")
@@ -75,7 +75,7 @@ def read_table(
         before, after = times[stuck[0]], times[stuck[0] + 1]
         how = "repeats" if after == before else "goes backward" if after < before else "hardly moves"
         raise UserError(
-            f"{path}: line {line}: time {how} ({before:.9g} s, then {after:.9g} s); times must rise by {SHORTEST:g} s or more"
+            f"{path}: line {line}: time {how} ({before:.9g} s, then {after:.9g} s); steps must be at least {SHORTEST:g} s"
         )
     span = times[-1] - times[0]
     if span < shortest:

@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.campaign.distributions import Correlated, Distribution
+from quadstep.campaign.distributions import Correlated, Distribution, by_key
+from quadstep.campaign.keys import dotted
 from quadstep.errors import UserError
 from quadstep.mission.check import Checked, check
 from quadstep.mission.fields import Finite, Positive, Section, as_tuple
@@ -14,7 +15,7 @@ MOST_SEEDS = 100_000
 
 
 class Range(Section):
-    """Between what a gain is sought, and whether by its size or by its logarithm."""
+    """Search interval and scale of a gain."""
 
     low: Finite
     high: Finite
@@ -48,22 +49,9 @@ class Constraint(Section):
     share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
 
 
-def flat(table: Any) -> Any:
-    """Nested tables as dotted keys, as in a campaign's [vary]."""
-    from quadstep.campaign.schema import flat as flattened  # noqa: PLC0415 (that module reads missions)
-
-    return flattened(table)
-
-
-def flat_ranges(table: Any, prefix: str = "") -> Any:
+def ranges_by_key(table: Any) -> Any:
     """`controller.K_r1 = {...}` in TOML is a table in a table; here it is a key. A range is what has an end or a scale."""
-    if not isinstance(table, dict):
-        return table
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        nested = isinstance(value, dict) and value and not Range.model_fields.keys() & value.keys()
-        found.update(flat_ranges(value, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value})
-    return found
+    return dotted(table, lambda inside: not inside or bool(Range.model_fields.keys() & inside.keys()))
 
 
 def as_ranges(table: dict[str, Any]) -> dict[str, Range]:
@@ -103,9 +91,9 @@ class TuneSection(Section):
     """
 
     gains: Annotated[
-        dict[str, Any], BeforeValidator(flat_ranges), Field(min_length=1, max_length=64), AfterValidator(as_ranges)
+        dict[str, Any], BeforeValidator(ranges_by_key), Field(min_length=1, max_length=64), AfterValidator(as_ranges)
     ]
-    vary: Annotated[dict[str, Distribution], BeforeValidator(flat)] = Field(default_factory=dict)
+    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
     correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
     seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] = 16
     unseen: Annotated[int, Field(ge=2, le=MOST_SEEDS)] = 200

@@ -16,7 +16,7 @@ from llvmlite import ir
 
 from quadstep.numbers.functions import Number
 from quadstep.numbers.lane import Lane
-from quadstep.numbers.opaque import answer
+from quadstep.numbers.registered import answer
 
 SYMBOL = "quadstep_call"
 COUNT = ir.IntType(64)

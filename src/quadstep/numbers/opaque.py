@@ -12,55 +12,13 @@ Nothing that a function raises passes through compiled code. Its outputs become 
 element and each lane is a call of its own, in order, its flight ended or not: a function that remembers needs to fly alone.
 """
 
-import math
-import reprlib
-from collections.abc import Callable, Sequence
-from threading import Lock
-from typing import Any, TypeAlias, cast
+from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quadstep.numbers.functions import ARRAYS, FLOATS, Number, functions_of
-
-Function: TypeAlias = Callable[[NDArray[np.float64]], Any]
-
-MOST_FUNCTIONS = 2**24
-"""Whole numbers below it are exact in f32."""
-
-FUNCTIONS: dict[float, Function] = {}
-PENDING: dict[float, BaseException] = {}
-RELEASED: list[int] = []
-LOCK = Lock()
-
-
-def register(function: Function) -> int:
-    """A handle by which laws call this function, until `release`."""
-    with LOCK:
-        if len(FUNCTIONS) == MOST_FUNCTIONS:
-            raise ValueError(f"{MOST_FUNCTIONS} functions are registered; release some")
-        handle = RELEASED.pop() if RELEASED else len(FUNCTIONS)
-        FUNCTIONS[handle] = function
-        PENDING.pop(handle, None)
-    return handle
-
-
-def release(handle: int) -> None:
-    """Forget the function and what it raised. The handle may be given out again."""
-    with LOCK:
-        del FUNCTIONS[handle]
-        PENDING.pop(handle, None)
-        RELEASED.append(handle)
-
-
-def raise_pending(handle: int) -> None:
-    """Raise what the function raised since it was last asked, if anything: any exception, KeyboardInterrupt included.
-
-    TypeError if it gave something other than the numbers wanted, LookupError if no function has this handle.
-    """
-    error = PENDING.pop(handle, None)
-    if error is not None:
-        raise error
+from quadstep.numbers.registered import answer
 
 
 def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
@@ -80,19 +38,3 @@ def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
     from quadstep.numbers.lane_opaque import emit  # noqa: PLC0415 (the compiler is loaded only where it is used)
 
     return emit(handle, inputs, outputs)
-
-
-def answer(handle: float, inputs: NDArray[np.float64], outputs: int) -> list[float]:
-    """What the function gives; NaN where it cannot, and the reason is then pending. Raises nothing."""
-    if handle not in PENDING:
-        try:
-            if handle not in FUNCTIONS:
-                raise LookupError(f"no function has the handle {handle:g}")  # noqa: TRY301 (it is to be pending)
-            given = FUNCTIONS[handle](inputs)
-            result = np.asarray(given)
-            if result.shape == (outputs,) and result.dtype.kind in "fiu":
-                return cast(list[float], result.astype(np.float64, copy=False).tolist())
-            raise TypeError(f"an opaque function is to give {outputs} numbers and gave {reprlib.repr(given)}")  # noqa: TRY301
-        except BaseException as error:  # none may pass through compiled code
-            PENDING[handle] = error
-    return [math.nan] * outputs

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import FlightLog
-from quadstep.mission.fly import REASONS
+from quadstep.flight.log import REASONS, FlightLog
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls

@@ -12,14 +12,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from quadstep.atomic import WRITING, replace_file
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten
 from quadstep.report.interrupts import signals_ignored
-
-WRITING = ".writing-"
-"""Start of the name of a folder that is being written into; one may be left by a killed run."""
 
 MANIFEST = "metrics.json"
 """The file that is moved last and says whose results a folder holds."""
@@ -125,13 +123,6 @@ def write_json(path: Path, content: Any) -> None:
 def write_beside(path: Path, text: str) -> None:
     """Write a file beside its place and move it there. Raises UserError if that fails."""
     try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=WRITING)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            Path(temporary).chmod(0o644)
-            Path(temporary).replace(path)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+        replace_file(path, text.encode())
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None

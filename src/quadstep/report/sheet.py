@@ -108,7 +108,7 @@ def settings_of(path: Path, text: str) -> dict[str, Any]:
         if not name or name.startswith("#"):
             continue
         if not colon or name in OURS or name not in known:
-            raise UserError(f"{path}: line {number}: {name!r:.60} is no setting of a Matplotlib style")
+            raise UserError(f"{path}: line {number}: {name!r:.60} is not a setting of a Matplotlib style")
         try:
             checked: Any = RcParams({name: value.partition(" #")[0].strip().strip('"')})
             settings[name] = checked[name]

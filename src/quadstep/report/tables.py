@@ -1,12 +1,34 @@
-"""A log as CSV."""
+"""CSV files."""
 
+import csv
+import math
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from quadstep.flight.log import FlightLog
 
 
-def write_csv(path: Path, log: FlightLog) -> None:
-    """One row a sample, header with units in brackets, numbers that read back exactly."""
-    header = ",".join(f"{name}[{unit}]" for name, unit in log.columns.items())
-    rows = "\n".join(",".join(map(repr, row)) for row in log.rows.tolist())
-    path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write rows under a header; numbers read back exactly, missing values (None, NaN, infinity) are empty."""
+    write_rows(path, header, (tuple(map(cell, row)) for row in rows))
+
+
+def write_log(path: Path, log: FlightLog) -> None:
+    """Write one row per sample, units in brackets in the header."""
+    write_rows(path, [f"{name}[{unit}]" for name, unit in log.columns.items()], log.rows.tolist())
+
+
+def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write the lines."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(header)
+        table.writerows(rows)
+
+
+def cell(value: Any) -> Any:
+    """A value as it stands in the file."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -8,12 +8,13 @@ from typing import Any
 
 from quadstep import __version__
 from quadstep.flight.engine import Engine
+from quadstep.page.paper import write_paper_page
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import rich
-from quadstep.report.tables import write_csv
+from quadstep.report.tables import write_log
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
@@ -25,8 +26,6 @@ NAME = "The paper's simulation study"
 
 def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = False, sheet: Sheet | None = None) -> list[Claim]:
     """Fly everything and write `folder`; returns the claims with their verdicts. Raises UserError."""
-    from quadstep.page.paper import write_paper_page  # noqa: PLC0415 (the page is made of the study)
-
     plans = plan_study()
     with publishing(folder, fingerprint(plans.all()), overwrite) as out, drawing_pool() as pool:
         drawn: list[Future[None]] = []
@@ -37,7 +36,7 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
         study = fly_study(plans, engine, draw)
         claims = check_claims(study)
         for name, log in study.logs.items():
-            write_csv(out / f"{name}.csv", log)
+            write_log(out / f"{name}.csv", log)
         write_json(out / MANIFEST, study_metrics(study))
         write_json(out / "claims.json", [claim._asdict() for claim in claims])
         for figure in drawn:
@@ -128,7 +127,7 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
         '<a href="#starts">Case 3 by start</a><a href="#stress">Stress flights</a><a href="#choices">Choices</a></nav>',
         page.paragraph(
             "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
-            f"Section 6, flown again by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
+            f"Section 6, replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
             "beside this page."
         ),
         page.heading("What the paper claims, and what was measured", "claims"),
@@ -149,7 +148,7 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
         page.heading("Case 3 from other starts and with other gains of [11]", "starts"),
         page.paragraph("Whether each sentence is true of the flight; the paper gives neither the start nor the gains."),
         page.table(start_header, start_rows, rich),
-        page.heading("Stress flights: Case 1's way in less time, under more disturbance", "stress"),
+        page.heading("Stress flights: Case 1's path in less time, under more disturbance", "stress"),
         page.paragraph("Position RMSE and largest tilt, or the time and reason of divergence."),
         page.table(header, rows, rich),
         page.heading("Choices made where the paper is silent", "choices"),

@@ -8,10 +8,13 @@ from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.symbols import rich
+from quadstep.report.tables import write_csv
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities
 
 NAME = "The completed controller"
+GRID = ("K_r2[N m s]", "Lambda2[1/s]", "t_f[s]", "scale[-]", "nets", "law", "rmse[m]", "ended[s]")
+"""Columns of a cell."""
 
 
 class Completion(NamedTuple):
@@ -35,7 +38,7 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
         summaries = {law: summarise(cells, law) for law in LAWS if law != PAPER}
         drawn = pool.submit(draw_map, out, cells)
         found = Completion(check_inequalities(samples), cells, summaries, disturbance_over_weight())
-        write_grid(out / "grid.csv", cells)
+        write_csv(out / "grid.csv", GRID, cells)
         write_json(out / MANIFEST, as_json(found))
         drawn.result()
         page.write_page(out / "report.html", NAME, sections(out, found))
@@ -51,13 +54,6 @@ def as_json(found: Completion) -> dict[str, Any]:
         "beside_the_paper": {law: summary._asdict() for law, summary in found.summaries.items()},
         "disturbance_over_weight": {f"{t:g}": ratio for t, ratio in found.over_weight.items()},
     }
-
-
-def write_grid(path: Path, cells: list[Cell]) -> None:
-    """One row a flight; rmse is empty where it diverged."""
-    header = "K_r2[N m s],Lambda2[1/s],t_f[s],scale[-],nets,law,rmse[m],ended[s]"
-    rows = [",".join("" if value is None else str(value) for value in cell) for cell in cells]
-    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
 
 
 def sentences(found: Completion) -> list[str]:

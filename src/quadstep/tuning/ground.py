@@ -30,9 +30,6 @@ UNSEEN = 2**20
 
 ASK = '[tune] is missing; say what may change, as in gains = { "controller.K_r1" = { low = 1.0, high = 30.0 } }'
 
-NOISY = ("wind", "sensors")
-"""Sections of a mission whose noise differs from flight to flight."""
-
 Numbers = Mapping[str, float]
 
 

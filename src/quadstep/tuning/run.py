@@ -16,6 +16,7 @@ from quadstep.flight.scored import bare
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
+from quadstep.report.tables import write_csv
 from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
 from quadstep.tuning.picture import draw_search
 from quadstep.tuning.search import Candidate, Found, Search, check_budget
@@ -23,10 +24,11 @@ from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
+OBJECTIVE = "objective"
 
 
 class Tuned(NamedTuple):
-    """What came of it. elsewhere: files that the mission names, but not inside its folder."""
+    """Result of a tuning run. elsewhere: files that the mission names outside its folder."""
 
     asked: Asked
     found: Found
@@ -66,7 +68,7 @@ def tune(
 
 
 def silent(_flights: int, _best: float) -> None:
-    """Where nobody wants to know."""
+    """Default progress callback; does nothing."""
 
 
 def identity(wanted: Asked, budget: int, seed: int) -> str:
@@ -104,7 +106,7 @@ def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[st
     content = wanted.tuned(values)
     text = edited(wanted.text, wanted.content, content)
     if tomllib.loads(text) != content:
-        raise UserError(f"{wanted.path}: could not be written with other gains")
+        raise UserError(f"{wanted.path}: could not be written with the tuned gains")
     check_mission(content, TUNED, wanted.path.parent)
     inside, elsewhere = named_files(wanted)
     for name in inside:
@@ -115,9 +117,9 @@ def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[st
 
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
-    """One row a candidate; numbers that read back exactly, what there is none of is empty."""
+    """One row per candidate."""
     keys, parts, names = list(wanted.present), list(history[0].judged.parts), bare(wanted.mission.scores)
-    header: list[Any] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
+    header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
     rows: list[list[Any]] = [
         [
@@ -127,19 +129,7 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
         ]
         for one in history
     ]  # fmt: skip
-    path.write_text("\n".join(",".join(map(cell, row)) for row in [header, *rows]) + "\n", encoding="utf-8")
-
-
-def cell(value: Any) -> str:
-    """Of a CSV file."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return repr(value) if math.isfinite(value) else ""
-    return str(value)
-
-
-OBJECTIVE = "objective"
+    write_csv(path, header, rows)
 
 
 def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, Any]:

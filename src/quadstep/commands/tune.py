@@ -1,4 +1,4 @@
-"""The command `quadstep tune`."""
+"""`quadstep tune`."""
 
 import math
 from pathlib import Path
@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.errors import UserError
-from quadstep.extras import missing_extra
+from quadstep.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.report.sheet_options import FiguresOption, StyleOption, WidthOption
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
@@ -18,49 +18,39 @@ if TYPE_CHECKING:
     from quadstep.tuning.run import Tuned
 
 
-def add_tune(app: typer.Typer) -> None:
-    """Register the command."""
+def tune(
+    mission: Annotated[
+        Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
+    ],
+    budget: Annotated[int, typer.Option(help="Most flights to use, all in all.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the search and of what differs from flight to flight.")] = 1,
+    overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
 
-    @app.command()
-    def tune(
-        mission: Annotated[
-            Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
-        ],
-        budget: Annotated[int, typer.Option(help="Flights to use at most, all in all.", show_default=False)],
-        out: Annotated[
-            Path | None, typer.Option(help="Folder for the results; out/<mission's name>-tuned if left out.")
-        ] = None,
-        seed: Annotated[int, typer.Option(help="Of the search and of what differs from flight to flight.")] = 1,
-        overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")] = False,
-        figures: FiguresOption = USUAL,
-        width: WidthOption = None,
-        style: StyleOption = SCREEN,
-    ) -> None:
-        """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
+    Writes tuned.toml, history.csv, a picture and metrics.json. The mission's table [tune] says what may change, and what is
+    better (docs/tuning.md).
+    """
+    if not 0 <= seed < 2**63:
+        raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
+    folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
+    with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
+        from quadstep.tuning.run import tune as run
 
-        Writes tuned.toml, history.csv, a picture and metrics.json. What may change, and what is better, the mission's table
-        [tune] says (docs/tuning.md).
-        """
-        if not 0 <= seed < 2**63:
-            raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")
-        folder, drawn_on = out or Path("out") / f"{mission.stem}-tuned", sheet(figures, width, style)
-        with bar("tuning", "flights", budget) as progress:
+        def told(flights: int, best: float) -> None:
+            progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
 
-            def told(flights: int, best: float) -> None:
-                progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
-
-            try:
-                from quadstep.tuning.run import tune as run  # noqa: PLC0415 (each command loads what it needs)
-
-                done = run(mission, budget, folder, seed, overwrite, told, drawn_on)
-            except ModuleNotFoundError as error:
-                raise missing_extra("`quadstep tune`", error) from None
-        show(done, folder)
+        done = run(mission, budget, folder, seed, overwrite, told, drawn_on)
+    show(done, folder)
 
 
 def show(done: "Tuned", folder: Path) -> None:
-    """The gains, the comparison, and what it says."""
-    from quadstep.tuning.unseen import AGGREGATES  # noqa: PLC0415
+    """Print the gains, the comparison and its verdict."""
+    from quadstep.tuning.unseen import AGGREGATES
 
     found, compared = done.found, done.compared
     gains = [
@@ -91,7 +81,7 @@ def show(done: "Tuned", folder: Path) -> None:
 
 
 def listed(values: list[float]) -> str:
-    """Some numbers, or the one that they all are."""
+    """Some numbers, or just one where all are equal."""
     return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
 
 
@@ -104,5 +94,5 @@ def shown(estimate: Any, factor: float = 1.0) -> str:
 
 
 def number(value: float) -> str:
-    """A number, or that there is none."""
+    """A number, or "none"."""
     return f"{value:.4g}" if math.isfinite(value) else "none"

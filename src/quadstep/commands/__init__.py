@@ -1,0 +1,5 @@
+"""The commands, one a module, named as they are typed.
+
+The command line imports all of these to show its help, so a module loads at its head only what the options need; what does the
+work is imported where the command runs.
+"""

@@ -1,0 +1,90 @@
+"""`quadstep campaign`."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
+from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption
+from quadstep.errors import UserError
+from quadstep.extras import needed_by
+from quadstep.judging.deliver import check_junit, deliver
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import say, say_whole
+from quadstep.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from quadstep.campaign.summary import Summary
+
+
+def campaign(
+    file: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file.", show_default=False)],
+    flights: Annotated[int | None, typer.Option(help="Number of flights, instead of the file's.", show_default=False)] = None,
+    engine: Annotated[
+        CampaignEngine, typer.Option(help="lanes: all cores. gpu: an NVIDIA graphics processor. ray: a cluster.")
+    ] = CampaignEngine.LANES,
+    resume: Annotated[bool, typer.Option("--resume", help="Resume the campaign in the folder.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<campaign's name>.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the campaign in the folder.")] = False,
+    require: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Success rate that the lower end of its exact 95 % interval must reach.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Fly a mission many times, varying what the file says; how often, and how well, does it succeed?
+
+    Writes flights/*.parquet as they finish, campaign.json and report.html.
+
+    Exit code 0: flown. 2: bad input. 4: flown, but --require is not met. 130: interrupted; continue with --resume.
+    """
+    started = time.perf_counter()
+    with needed_by("`quadstep campaign`"):
+        from quadstep.campaign.run import fly_campaign
+        from quadstep.campaign.verdict import verdict
+        from quadstep.judging import share
+
+    if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
+        raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
+    least = None if require is None else share.parsed(require)
+    if junit:
+        check_junit(junit)
+    folder = out or Path("out") / file.stem
+    drawn_on = sheet(figures, width, style)
+    with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
+        done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
+    judged = verdict(done, file, engine, least)
+    if not as_json:
+        show(done.summary, file, folder)
+        if least is not None:
+            say(judged.cases[-1].sentence)
+    deliver(judged, as_json, junit, time.perf_counter() - started)
+
+
+def show(summary: "Summary", file: Path, folder: Path) -> None:
+    """Print the findings, and how to fly the worst flights again."""
+    from quadstep.campaign.replay import replay_command
+    from quadstep.campaign.summary import sentences
+
+    for sentence in sentences(summary):
+        say(sentence)
+    rows = [
+        (str(one.flight), one.outcome, *("-" if x is None else f"{x:.4g}" for x in (one.time, one.rmse, one.largest)))
+        for one in summary.worst
+    ]
+    show_table("The worst flights", ("flight", "outcome", "ended [s]", "RMSE [m]", "largest error [m]"), rows)
+    say("To replay each of them, with its full log:")
+    for one in summary.worst:
+        say_whole(f"  {replay_command(file, one.flight, folder)}")
+    say_whole(f"Report: {folder / 'report.html'}")

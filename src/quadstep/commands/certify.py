@@ -1,0 +1,38 @@
+"""`quadstep certify`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.exit_codes import DIVERGED
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.terminal.screen import say, say_whole
+from quadstep.terminal.tables import show_table
+
+
+def certify(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) with the paper's controller.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-certificate.")
+    ] = None,
+    overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Measure on one flight what Theorem 5.1 requires and promises: writes certificate.json, a figure and metrics.json.
+
+    Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight diverged; the
+    certificate covers it up to then.
+    """
+    from quadstep.certify.run import certify_mission
+
+    folder = out or Path("out") / f"{mission.stem}-certificate"
+    result = certify_mission(mission, folder, overwrite, sheet(figures, width, style))
+    show_table(result.name, ("", "measured", "against"), result.rows)
+    say(f"Verdict: {result.verdict}")
+    say_whole(f"Results: {folder}")
+    if not result.completed:
+        raise typer.Exit(DIVERGED)

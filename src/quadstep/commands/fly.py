@@ -1,0 +1,87 @@
+"""`quadstep fly`."""
+
+import os
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep import __version__
+from quadstep.commands.options import (
+    EngineOption,
+    FiguresOption,
+    JsonOption,
+    JunitOption,
+    OverwriteOption,
+    StyleOption,
+    WidthOption,
+)
+from quadstep.flight.engine import Engine
+from quadstep.judging.deliver import check_junit, deliver
+from quadstep.judging.metrics import parsed
+from quadstep.report.pool import start_server
+from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import complain, say, say_whole
+from quadstep.terminal.tables import show_table
+
+
+def fly(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML); `quadstep new` writes one.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>.")] = None,
+    engine: EngineOption = Engine.LANES,
+    overwrite: OverwriteOption = False,
+    flight: Annotated[
+        int | None, typer.Option(help="With a campaign file: fly its flight of this number.", show_default=False)
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(help="With --flight: the campaign's results; default: out/<campaign's name>.", show_default=False),
+    ] = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=MOST",
+            help="Upper limit for a metric of metrics.json, such as position_rmse=0.05; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    junit: JunitOption = None,
+    figures: FiguresOption = ON_SCREEN,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
+
+    Exit code 0: completed. 2: bad input. 3: the flight diverged; its log up to then is kept. 4: it completed, but a
+    --require is not met.
+    """
+    started = time.perf_counter()
+    required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
+    if junit:
+        check_junit(junit)
+    if os.path.isfile(mission):  # noqa: PTH113 (of a Path, names that no file can have are an error)
+        start_server()
+    folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
+    with bar("loading") as shown:
+        from quadstep.mission.fly import fly_mission
+
+        def told(stage: str, done: int, total: int) -> None:
+            shown.doing(stage)
+            shown.to(done, total)
+
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on)
+    for warning in result.warnings:
+        complain(f"warning: {mission}: {warning}")
+    if not as_json:
+        show_table(result.name, ("", *result.header), result.rows)
+        if result.facts:
+            show_table("", ("limits", "value"), result.facts)
+        say(result.ending)
+        for one in result.judged:
+            say(one.case.sentence)
+        say_whole(f"Results: {folder}")
+    about = {"version": __version__, "mission": str(mission), "flight": flight, "engine": engine.value, "folder": str(folder)}
+    deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)

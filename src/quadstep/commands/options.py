@@ -1,0 +1,26 @@
+"""Options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.flight.engine import Engine
+
+EngineOption = Annotated[
+    Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
+]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
+FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]
+WidthOption = Annotated[
+    float | None,
+    typer.Option("--width", metavar="MM", help="Figure width: 88 for one column, 180 for two.", show_default=False),
+]
+StyleOption = Annotated[
+    str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else; for machines.")]
+JunitOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write the verdict as JUnit XML, for a CI service.", show_default=False)
+]
+OpenOption = Annotated[bool, typer.Option("--open", help="Open it in the browser.")]

@@ -1,0 +1,29 @@
+"""`quadstep reproduce`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.options import EngineOption, FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.flight.engine import Engine
+from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.terminal.screen import say_whole
+from quadstep.terminal.tables import show_table
+
+
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/paper"),
+    engine: EngineOption = Engine.LANES,
+    overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Fly the paper's cases and the stress flights, judge its claims, write figures, CSV, JSON and report.html."""
+    from quadstep.study.reproduce import reproduce as run
+
+    claims = run(out, engine, overwrite, sheet(figures, width, style))
+    rows = [(claim.name, claim.measured, claim.verdict) for claim in claims]
+    show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
+    say_whole(f"Report: {out / 'report.html'}")
