@@ -1,0 +1,47 @@
+"""What went wrong in a user's file, in one line: file, line, what, and the line's text."""
+
+import linecache
+import traceback
+from collections.abc import Iterator
+from types import TracebackType
+
+from quadstep.errors import UserError, cut
+
+FILES: set[str] = set()
+"""Files of users that were run in this process."""
+
+
+def user_error(error: BaseException, named: str = "") -> UserError:
+    """The error as one line. named: what to name if no line of a user's file is to blame."""
+    found = blamed(error)
+    if found is None:
+        return UserError(f"{named}: {type(error).__name__}: {error}")
+    file, line, said = found
+    text = linecache.getline(file, line).strip()
+    return UserError(f"{file}:{line}: {said}" + (f"; the line: {cut(text, 200)}" if text else ""))
+
+
+def blamed(error: BaseException) -> tuple[str, int, str] | None:
+    """The innermost line of a user's file that led to an error, and what is said; None for an error that is not the user's."""
+    for one in chain(error):
+        said = f"{type(one).__name__}: {one.msg if isinstance(one, SyntaxError) else one}"
+        if isinstance(one, SyntaxError) and one.filename in FILES:
+            return str(one.filename), one.lineno or 0, said
+        for frame in reversed(list(frames(one.__traceback__))):
+            if frame.filename in FILES:
+                return frame.filename, frame.lineno or 0, said
+    return None
+
+
+def chain(error: BaseException | None) -> Iterator[BaseException]:
+    """An error, and those it came from."""
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = error.__cause__ or error.__context__
+
+
+def frames(trace: TracebackType | None) -> Iterator[traceback.FrameSummary]:
+    """Of a traceback, outermost first."""
+    yield from traceback.extract_tb(trace)

@@ -1,0 +1,87 @@
+"""Running the user's files: each once for each content, apart from all others."""
+
+import builtins
+import hashlib
+import importlib
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from quadstep.errors import UserError
+from quadstep.user_code.blame import FILES, user_error
+from quadstep.user_code.places import Place, sibling, sources
+
+PREFIX = "quadstep_user_"
+"""How the modules of users are called in sys.modules, followed by a digest."""
+
+families: dict[str, "Family"] = {}
+refused = ""
+"""Why no code of users may run; nothing where it may."""
+
+
+def refuse(reason: str) -> None:
+    """From now on no code of users is run."""
+    global refused  # noqa: PLW0603 (a policy of the process)
+    refused = reason
+
+
+def load(found: Place, folder: Path) -> Any:
+    """The class or function that a mission names. folder: the mission's. Raises UserError."""
+    if refused:
+        raise UserError(f"{found.text}: code of users is not run: {refused}")
+    path = found.file(folder)
+    try:
+        module = family_of(path).module(path) if path else importlib.import_module(found.where)
+    except UserError:
+        raise
+    except Exception as error:
+        raise user_error(error, found.text) from error
+    if not hasattr(module, found.name):
+        known = [name for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__]
+        raise UserError(f"{path or found.where}: has no {found.name!r}; it defines {', '.join(known) or 'nothing'}")
+    return getattr(module, found.name)
+
+
+class Family:
+    """A file and those beside it that it imports, as modules of their own."""
+
+    def __init__(self, folder: Path, contents: Mapping[Path, bytes], name: str) -> None:
+        self.folder, self.contents, self.name = folder, contents, name
+
+    def module(self, path: Path) -> ModuleType:
+        """The module of a file, run when first asked for."""
+        name = f"{self.name}_{path.stem}"
+        if name in sys.modules:
+            return sys.modules[name]
+        module = ModuleType(name)
+        module.__file__ = str(path)
+        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import}
+        sys.modules[name] = module
+        FILES.add(str(path))
+        try:
+            exec(compile(self.contents[path], str(path), "exec", dont_inherit=True), module.__dict__)
+        except BaseException:
+            del sys.modules[name]
+            raise
+        return module
+
+    def own_import(
+        self, name: str, spaces: Any = None, locally: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
+    ) -> Any:
+        """What `import` does in these files: a file beside the others goes before what Python finds."""
+        path = None if level else sibling(self.folder, name)
+        if path is None or path not in self.contents:
+            return builtins.__import__(name, spaces, locally, fromlist or (), level)
+        return self.module(path)
+
+
+def family_of(path: Path) -> Family:
+    """The family of a file, with its present content."""
+    contents = sources(path)
+    total = hashlib.sha256(str(path).encode())
+    for one, content in sorted(contents.items()):
+        total.update(f"{one} {len(content)}\n".encode() + content)
+    name = PREFIX + total.hexdigest()[:16]
+    return families.setdefault(name, Family(path.parent, contents, name))

@@ -1,0 +1,108 @@
+"""How a mission names a thing of the user's own, where that is, and what it consists of.
+
+type = "my_law.py:SuperTwisting"     # a file, looked up from the mission's folder
+type = "my_law:SuperTwisting"        # the same; or a module that is installed
+"""
+
+import ast
+import hashlib
+import re
+import sys
+from importlib.machinery import PathFinder
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep import files
+from quadstep.errors import UserError
+
+WRITTEN = re.compile(r"(?P<where>[^:\s]+\.py|[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>[A-Za-z_]\w*)")
+MOST_FILES = 2000
+"""Of an installed package."""
+
+
+class Place(NamedTuple):
+    """where: a file or a module. name: of the class or function in it."""
+
+    where: str
+    name: str
+
+    @property
+    def text(self) -> str:
+        """As a mission writes it."""
+        return f"{self.where}:{self.name}"
+
+    def file(self, folder: Path) -> Path | None:
+        """The file, if it is one beside the mission; None for an installed module. Raises UserError if there is neither."""
+        if self.where.endswith(".py"):
+            return (folder / self.where).resolve()
+        beside = folder.joinpath(*self.where.split(".")).with_suffix(".py")
+        if files.is_file(beside):
+            return beside.resolve()
+        if PathFinder.find_spec(self.where.partition(".")[0]) is None:
+            raise UserError(
+                f"{self.text}: there is no {beside.name} in {beside.parent}, and no module {self.where} is installed"
+            )
+        return None
+
+
+def place(text: object) -> Place | None:
+    """What a mission names, None where it is no thing of the user's own."""
+    found = WRITTEN.fullmatch(text) if isinstance(text, str) else None
+    return Place(found["where"], found["name"]) if found else None
+
+
+def digest(found: Place, folder: Path) -> str:
+    """Of everything that the thing is made of: its file with those beside it that it imports, or the installed package.
+
+    Raises UserError.
+    """
+    path = found.file(folder)
+    parts = sources(path) if path else package(found.where.partition(".")[0])
+    total = hashlib.sha256()
+    for name, content in sorted((part.name, content) for part, content in parts.items()):
+        total.update(f"{name} {len(content)}\n".encode() + content)
+    return total.hexdigest()
+
+
+def sources(path: Path) -> dict[Path, bytes]:
+    """A file and those beside it that it imports, directly or not, with their contents. Raises UserError."""
+    found: dict[Path, bytes] = {}
+    waiting = [path]
+    while waiting:
+        one = waiting.pop()
+        if one not in found:
+            found[one] = files.read_bytes(one, files.PYTHON)
+            waiting += [beside for name in imported(found[one]) if (beside := sibling(path.parent, name))]
+    return found
+
+
+def sibling(folder: Path, module: str) -> Path | None:
+    """The file beside the others that `import module` means; the standard library and quadstep go before it."""
+    top = module.partition(".")[0]
+    path = folder / f"{top}.py"
+    own = top not in sys.stdlib_module_names and top != "quadstep"
+    return path if own and files.is_file(path) else None
+
+
+def imported(content: bytes) -> set[str]:
+    """The modules that a file imports anywhere; none of one that is not Python."""
+    try:
+        tree = ast.parse(content)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # loading it will say so
+        return set()
+    found = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    return found | {
+        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module and not node.level
+    }
+
+
+def package(name: str) -> dict[Path, bytes]:
+    """The Python files of an installed package or module. Raises UserError for one that is not Python, or too large."""
+    spec = PathFinder.find_spec(name)
+    folders = [Path(one) for one in spec.submodule_search_locations or ()] if spec else []
+    paths = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
+    if spec and not folders and spec.origin:
+        paths = [Path(spec.origin)]
+    if not paths or len(paths) > MOST_FILES:
+        raise UserError(f"{name}: an installed package of 1 to {MOST_FILES} Python files is needed, not {len(paths)}")
+    return {path: files.read_bytes(path, files.PYTHON) for path in paths}
