@@ -274,13 +274,17 @@ def new(
         str | None, typer.Option(help="A preset that `quadstep vehicles` lists; x500 if left out.", show_default=False)
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's plant and controller, no real vehicle.")] = False,
+    controller: Annotated[
+        str | None,
+        typer.Option(help="rotation-backstepping, or the paper's with --paper, if left out.", show_default=False),
+    ] = None,
 ) -> None:
     """Write a commented mission file to start from."""
     from quadstep.mission.template import write_template  # noqa: PLC0415
 
     if paper and vehicle:
         raise UserError("--paper and --vehicle: choose one; the paper's plant is no vehicle of the list")
-    write_template(mission, None if paper else vehicle or "x500")
+    write_template(mission, None if paper else vehicle or "x500", controller)
     say_whole(f"Wrote {mission}. Fly it: {command('fly', mission)}")
 
 

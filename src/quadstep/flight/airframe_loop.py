@@ -14,7 +14,7 @@ from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.plant import Airframe, derivative, specific_force
 from quadstep.airframe.rigid_body import renormalised
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Controller, Measured
 from quadstep.flight.airframe_columns import airframe_columns, airframe_row
 from quadstep.flight.closed_loop import Clock, Outcome, Task, finite
 from quadstep.flight.integrator import runge_kutta_4
@@ -69,7 +69,7 @@ class AirframeLoop:
     """The structure of such a flight; numbers are in `AirframeParameters`."""
 
     path: PathLaw
-    controller: AirframeLaw
+    controller: Controller
     geometry: Geometry
     effects: Effects
     suite: Suite

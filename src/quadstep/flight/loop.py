@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from quadstep.control.controller import Command, ControllerLaw
+from quadstep.control.controller import Command, Controller
 from quadstep.flight.closed_loop import Clock, Outcome, Task, finite
 from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.integrator import runge_kutta_4
@@ -49,7 +49,7 @@ class Loop:
     """The structure of a flight: which laws are composed. Numbers are in `Parameters`."""
 
     path: PathLaw
-    controller: ControllerLaw
+    controller: Controller
     kinematics: Kinematics = Kinematics.STANDARD
     rotor_limits: bool = False
 

@@ -14,7 +14,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
-from quadstep.mission.airframe_controllers import AnyAirframeController, GeometricSection
+from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
@@ -64,7 +64,7 @@ class AirframeMission(Section):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     vehicle: AirframeSection
     path: AnyPath
-    controller: AnyAirframeController = GeometricSection(type="geometric")
+    controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
     start: AirframeStart = AirframeStart()
     wind: WindSection = WindSection()
     sensors: SensorsSection = SensorsSection()

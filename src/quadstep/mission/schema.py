@@ -12,7 +12,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Limits, Loop, Parameters
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.controllers import AnyController, BacksteppingSection
+from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath
 from quadstep.mission.tune import TuneSection
@@ -72,7 +72,7 @@ class Mission(Section):
     name: Name = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
-    controller: AnyController = BacksteppingSection(type="backstepping")
+    controller: AnyController = USUAL_CONTROLLER
     start: StartSection = StartSection()
     disturbance: DisturbanceSection = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()
