@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import airframe_metrics, fly, read_mission
-from quadstep.control.controller import AirframeLaw, Command
+from quadstep.control.controller import Command, Controller
+from quadstep.control.gain import believed
 from quadstep.control.geometric import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.numbers import Vector, vector
@@ -13,15 +14,18 @@ from quadstep.numbers.rotations import rotation_matrix
 
 
 class Gains(NamedTuple):
-    """mass [kg], inertia [kg m^2]: what the controller believes of the vehicle."""
+    """What the controller believes of the vehicle."""
 
-    mass: float
-    inertia: Vector
+    mass: float = believed("mass")
+    inertia: Vector = believed("inertia")
 
 
 @dataclass(frozen=True)
-class ProportionalDerivative(AirframeLaw):
+class ProportionalDerivative(Controller):
     """Force from the position error, torque from the attitude error."""
+
+    name = "proportional-derivative"
+    Gains = Gains
 
     def start(self, measured, gains):
         return ()
@@ -38,6 +42,6 @@ class ProportionalDerivative(AirframeLaw):
 if __name__ == "__main__":
     mission = read_mission(Path(__file__).parent / "wind_tunnel.toml")
     plan = mission.plan()
-    airframe = plan.parameters.airframe
-    log = fly(plan.with_controller(ProportionalDerivative(), Gains(airframe.mass, airframe.inertia)))
+    gains = ProportionalDerivative.gains(mission.vehicle.model())
+    log = fly(plan.with_controller(ProportionalDerivative(), gains))
     print(log.outcome.name, airframe_metrics(log, mission.score_from)["position_rmse[m]"])

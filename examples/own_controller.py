@@ -7,22 +7,24 @@ a number, no `math`, but `where`, `sin`, ... from `quadstep.numbers`.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import Command
+from quadstep.control.controller import Command, Controller
+from quadstep.control.gain import believed, gain, given
 from quadstep.control.inversion import invert_force
+from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, vector
 from quadstep.vehicle.state import State
 
 
 class Gains(NamedTuple):
-    """mass [kg], gravity [m/s^2]; k_p [1/s^2], k_v [1/s] of position; k_r [N m], k_w [N m s] of attitude."""
+    """The gains, each with its default, its unit and what it is."""
 
-    mass: Number
-    gravity: Number
-    k_p: Number
-    k_v: Number
-    k_r: Number
-    k_w: Number
+    mass: Number = believed("mass")
+    gravity: Number = given(lambda model: model.gravity)
+    k_p: Number = gain(2.0, "1/s^2", "position")
+    k_v: Number = gain(3.0, "1/s", "velocity")
+    k_r: Number = gain(4000.0, "N m", "attitude")
+    k_w: Number = gain(300.0, "N m s", "angular rates")
 
 
 class Memory(NamedTuple):
@@ -30,8 +32,13 @@ class Memory(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CascadedPD:
+class CascadedPD(Controller):
     """Force from the position error, attitude from the force, torque from the attitude error."""
+
+    name = "cascaded-pd"
+    label = "cascaded PD"
+    Gains = Gains
+    measures = State
 
     def start(self, measured: State, gains: Gains) -> Memory:
         """The memory before the first sample."""
@@ -54,6 +61,6 @@ if __name__ == "__main__":
 
     path = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 10.0}
     paper = Mission.model_validate({"path": path}).plan()
-    own = paper.with_controller(CascadedPD(), Gains(1.0, 9.81, 2.0, 3.0, 4000.0, 300.0))
+    own = paper.with_controller(CascadedPD(), CascadedPD.gains(Model(mass=1.0, inertia=vector(5.0, 5.0, 5.0), gravity=9.81)))
     for name, plan in (("the paper's", paper), ("my own", own)):
         print(f"{name}: position RMSE {1e3 * flight_metrics(fly(plan))['position_rmse[m]']:.3g} mm")

@@ -13,7 +13,7 @@ from quadstep.airframe.allocation import allocate
 from quadstep.airframe.events import efficiencies, mass_properties
 from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.plant import derivative, voltage
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Controller, Measured
 from quadstep.flight.closed_loop import Clock, Outcome
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
@@ -114,7 +114,7 @@ def tally(memory, measured):
 
 
 @dataclass(frozen=True)
-class Spy(AirframeLaw):
+class Spy(Controller):
     """Asks for the same all the time; what it `shows` stands in the log as yaw_d, pitch_d, roll_d."""
 
     shows: Callable[[SpyMemory, Measured], Vector] = tally

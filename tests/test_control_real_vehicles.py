@@ -1,7 +1,7 @@
 """Controllers of real vehicles as laws: signs by finite rotations, rates by differences, limits, and what is learnt when."""
 
 import math
-from types import SimpleNamespace
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -15,11 +15,11 @@ from quadstep.control.controller import Measured
 from quadstep.control.geometric import vee_error
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
+from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.flight.closed_loop import Outcome
 from quadstep.guidance.reference import Reference
-from quadstep.mission.agility import agility
-from quadstep.mission.airframe_controllers import RotationSection
+from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Vector, vector
@@ -300,11 +300,11 @@ def test_nets_make_up_for_a_wind_that_the_controller_knows_nothing_of():
 
 
 def test_loops_are_slower_on_vehicles_that_are():
-    paces = {name: agility(load_preset(name).build()) for name in ("research-2.6kg", "crazyflie", "paper")}
+    paces = {name: load_preset(name).model().agility for name in ("research-2.6kg", "crazyflie", "paper")}
     assert paces["research-2.6kg"] == 1.0
     assert paces["crazyflie"] == pytest.approx(0.04 / 0.072)
     assert 0.1 < paces["paper"] < 0.3
-    built = RotationSection(type="rotation-backstepping").build(load_preset("crazyflie").build(), SimpleNamespace())
+    built = section_of(RotationBackstepping)(type="rotation-backstepping").build(load_preset("crazyflie"), Path())
     assert built.gains.gain_1[0] == pytest.approx(7.0 * paces["crazyflie"])
     assert built.gains.coupling[0] == pytest.approx(60.0 * paces["crazyflie"] ** 2)
     assert built.gains.force_net.learning_rate == pytest.approx(6.5 * paces["crazyflie"] ** 2)

@@ -308,7 +308,8 @@ def test_axes_say_their_unit():
     mission = check_mission({"path": {"type": "minimum-jerk", "end": [1.0, 0.0, 0.0], "duration": 1.0}}, "m.toml")
     assert label(mission, "path.duration") == "path.duration [s]"
     assert label(mission, "disturbance.force.2") == "disturbance.force.2 [N]"
-    assert label(mission, "controller.K_r1") == "controller.K_r1"
+    assert label(mission, "controller.K_r1.2") == "controller.K_r1.2 [N s/m]"
+    assert label(mission, "controller.nets.start") == "controller.nets.start [s]"
     vehicle = check_mission(
         {"vehicle": {"preset": "crazyflie"}, "path": {"type": "step", "end": [1.0, 0.0, 0.0]}}, "m.toml", Path()
     )

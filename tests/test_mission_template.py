@@ -6,22 +6,25 @@ import tomllib
 import pytest
 
 from quadstep import UserError, fly, read_mission
+from quadstep.control.controller import Measured
+from quadstep.control.registry import controllers
 from quadstep.flight.closed_loop import Outcome
-from quadstep.mission.controllers import BacksteppingSection
 from quadstep.mission.read import check_mission
-from quadstep.mission.template import TEMPLATE, write_template
+from quadstep.mission.template import template, write_template
 from quadstep.numbers import Table, flatten
 from quadstep.report.publish import fingerprint
+from quadstep.vehicle.state import State
 
 COMMENTED = re.compile(r"^# ([A-Za-z][\w.]*) = (.*)$")
+TEMPLATE = template()
 EXAMPLES = {"vehicle.rotors.limits", "controller.nets.weights"}
 """Commented lines that show what can be written, not a default."""
 
 
-def commented():
+def commented(text=TEMPLATE):
     """Dotted name and line of every line of the template; the name is empty where the line shows no key."""
     section = ""
-    for line in TEMPLATE.splitlines():
+    for line in text.splitlines():
         if line.startswith("["):
             section = line.partition("]")[0][1:]
         match = COMMENTED.match(line)
@@ -30,9 +33,9 @@ def commented():
 
 def uncommented(wanted, controller="backstepping"):
     """The template with the commented lines taken in whose dotted name is `wanted`, and the names of these."""
-    names = [name for name, _ in commented() if name and wanted(name)]
-    text = "\n".join(line.removeprefix("# ") if name in names else line for name, line in commented())
-    text = text.replace('type = "backstepping"', f'type = "{controller}"')
+    lines = list(commented(template(controller=controller)))
+    names = [name for name, _ in lines if name and wanted(name)]
+    text = "\n".join(line.removeprefix("# ") if name in names else line for name, line in lines)
     return check_mission(tomllib.loads(text), "template"), names
 
 
@@ -41,20 +44,8 @@ def outside_the_path(name):
 
 
 def every_default(name):
-    """Keys of the paper's controller and of all else, without examples and keys of other controllers."""
-    section, _, key = name.rpartition(".")
-    return (
-        outside_the_path(name)
-        and name not in EXAMPLES
-        and (section != "controller" or key in BacksteppingSection.model_fields)
-    )
-
-
-def test_every_commented_line_shows_its_default_under_the_completed_controller_too():
-    mission, names = uncommented(lambda name: outside_the_path(name) and name not in EXAMPLES, "completed-backstepping")
-    assert {"controller.P", "controller.weight_bounds"} <= set(names)
-    plain, _ = uncommented(lambda _: False, "completed-backstepping")
-    assert fingerprint([mission.plan()]) == fingerprint([plain.plan()])
+    """Keys outside the path, without examples."""
+    return outside_the_path(name) and name not in EXAMPLES
 
 
 def every_key(model, prefix=""):
@@ -70,10 +61,13 @@ def test_the_template_is_a_mission():
     assert mission.plan().warnings == ()
 
 
-def test_every_commented_line_shows_its_default():
-    mission, names = uncommented(every_default)
-    assert len(names) > 25
-    assert fingerprint([mission.plan()]) == fingerprint([check_mission(tomllib.loads(TEMPLATE), "template").plan()])
+@pytest.mark.parametrize("controller", controllers(State))
+def test_every_commented_line_shows_its_default(controller):
+    mission, names = uncommented(every_default, controller)
+    assert mission.controller.type == controller
+    assert len(names) > 20
+    plain, _ = uncommented(lambda _: False, controller)
+    assert fingerprint([mission.plan()]) == fingerprint([plain.plan()])
 
 
 @pytest.mark.parametrize("name", ["path.yaw_start", "path.yaw_end"])
@@ -90,9 +84,10 @@ def test_the_examples_of_limits_and_weights_are_valid():
     assert mission.controller.nets.weights == "weights.json"
 
 
-def test_the_template_shows_every_key_outside_the_path():
-    mission, _ = uncommented(lambda _: False)
-    shown = {name for name, _ in commented() if outside_the_path(name)}
+@pytest.mark.parametrize("controller", controllers(State))
+def test_the_template_shows_every_key_outside_the_path(controller):
+    mission, _ = uncommented(lambda _: False, controller)
+    shown = {name for name, _ in commented(template(controller=controller)) if outside_the_path(name)}
     for section in ("vehicle", "controller", "start", "disturbance", "simulation", "limits"):
         keys = {f"{section}.{key}" for key in every_key(type(getattr(mission, section)))} - {"controller.type"}
         assert keys <= shown, keys - shown
@@ -130,17 +125,22 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path, place):
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
 
 
-def test_the_template_for_a_real_vehicle_flies_and_every_line_of_it_is_known(tmp_path):
-    write_template(tmp_path / "mission.toml", "x500")
+@pytest.mark.parametrize("controller", controllers(Measured))
+def test_the_template_for_a_real_vehicle_flies_and_every_line_of_it_is_known(tmp_path, controller):
+    write_template(tmp_path / "mission.toml", "x500", controller)
     text = (tmp_path / "mission.toml").read_text()
     assert fly(read_mission(tmp_path / "mission.toml").plan()).outcome is Outcome.COMPLETED
     keys = re.compile(r"^# (?=(\[\[events\]\]|\w+ = ))", re.MULTILINE)
-    everything = check_mission(tomllib.loads(keys.sub("", text)), "the template, uncommented")
+    text = keys.sub("", text.replace('# weights = "weights.json"', "#"))
+    everything = check_mission(tomllib.loads(text), "the template, uncommented")
+    assert everything.controller.type == controller
     assert everything.plan().ticks.step == 0.002
 
 
-def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path):
-    write_template(tmp_path / "mission.toml", "research-2.6kg")
+@pytest.mark.parametrize("controller", controllers(Measured))
+@pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie"])
+def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path, preset, controller):
+    write_template(tmp_path / "mission.toml", preset, controller)
     text = (tmp_path / "mission.toml").read_text()
     quiet = re.sub(r"# \[\[events\]\].*(?=\[simulation\])", "", text, flags=re.DOTALL)
     shown = re.sub(
@@ -151,7 +151,7 @@ def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path):
     shown_numbers, numbers = (
         [leaf for leaf in flatten(mission.plan().parameters) if not isinstance(leaf, Table)] for mission in (given, default)
     )
-    assert shown_numbers == pytest.approx(numbers, rel=0.01)
+    assert shown_numbers == pytest.approx(numbers, rel=1e-3)
     assert given.plan().ticks == default.plan().ticks
     assert given.plan().loop == default.plan().loop
 
@@ -159,4 +159,12 @@ def test_what_the_template_for_a_real_vehicle_calls_a_default_is_one(tmp_path):
 def test_an_unknown_vehicle_is_refused_with_the_known_ones(tmp_path):
     with pytest.raises(UserError, match="'boat' is not known; allowed: crazyflie"):
         write_template(tmp_path / "mission.toml", "boat")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("preset", "name"), [(None, "geometric"), ("x500", "completed-backstepping"), ("x500", "boat")])
+def test_a_controller_that_this_vehicle_does_not_fly_is_refused_with_those_that_it_does(tmp_path, preset, name):
+    allowed = ", ".join(controllers(Measured if preset else State))
+    with pytest.raises(UserError, match=f"--controller: '{name}' is not known; allowed: {allowed}"):
+        write_template(tmp_path / "mission.toml", preset, name)
     assert not list(tmp_path.iterdir())

@@ -9,16 +9,22 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from quadstep import Mission, airframe_metrics, flight_metrics, fly, read_mission
-from quadstep.control.controller import AirframeLaw, Command
+from quadstep.control.controller import Command, Controller
+from quadstep.control.gain import gain, given
+from quadstep.control.nested_saturation import NestedSaturation
 from quadstep.flight.engine import Engine
+from quadstep.mission.derived import section_of
+from quadstep.page.controllers import in_common
 from quadstep.page.missions import flown_mission, missions_page
 from quadstep.report.airframe_panels import airframe_jobs
 from quadstep.report.panels import flight_jobs
+from quadstep.vehicle.state import State
 
 ROOT = Path(__file__).parent.parent
 MISSION = """
@@ -42,16 +48,11 @@ def flown(tmp_path_factory):
     silent = law.replace("Command(thrust, torque, desired)", "Command(thrust, torque)")
     assert silent != law
     (folder / "quadstep" / "control" / "cascaded_pd.py").write_text(silent)
-    section = re.search(r"```python\n(class \w+\(ControllerSection\).*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    assert section
-    place = folder / "quadstep" / "mission" / "controllers.py"
+    place = folder / "quadstep" / "control" / "registry.py"
     text = place.read_text()
-    union = "AnyController = Annotated[BacksteppingSection"
-    assert union in text
-    text = text.replace(union, f"{section[1]}\n\n{union.replace('[', '[CascadedPDSection | ')}")
-    place.write_text(
-        text.replace("import math\n", "import math\nfrom quadstep.control.cascaded_pd import CascadedPD, Gains\n", 1)
-    )
+    first = '        "backstepping.Backstepping",\n'
+    assert first in text
+    place.write_text(text.replace(first, f'{first}        "cascaded_pd.CascadedPD",\n', 1))
     (folder / "own.toml").write_text(MISSION)
     run = subprocess.run(
         [sys.executable, "-m", "quadstep.cli", "fly", "own.toml", "--out", "out"],
@@ -70,9 +71,9 @@ def test_it_flies_from_a_mission_file(flown):
 
 def test_its_page_flies_it_with_a_slider_for_each_gain(flown):
     page = (flown / "page.html").read_text()
-    assert '"label":"cascaded-pd"' in page
-    for gain, value in (("k p", 2), ("k v", 3), ("k r", 5000), ("k w", 300)):
-        assert re.search(rf'"label":"{gain}".{{0,400}}"value":{value}\b', page), gain
+    assert '"label":"cascaded PD"' in page
+    for label, value, unit in (("k_p", 2, "1/s^2"), ("k_v", 3, "1/s"), ("k_r", 5000, "N m"), ("k_w", 300, "N m s")):
+        assert re.search(rf'"label":"{label}","unit":"{re.escape(unit)}".{{0,400}}"value":{value}\b', page), label
 
 
 def test_an_attitude_that_it_does_not_say_is_nowhere(flown):
@@ -86,7 +87,7 @@ def test_an_attitude_that_it_does_not_say_is_nowhere(flown):
 
 
 @dataclass(frozen=True)
-class Hover(AirframeLaw):
+class Hover(Controller):
     """Gives the weight and nothing else."""
 
     def start(self, measured, gains):
@@ -132,30 +133,28 @@ def test_metrics_of_any_log():
         log.column("psi")
 
 
-def test_a_controller_beside_whose_keys_mean_something_else_gets_its_page(monkeypatch):
-    from quadstep.mission.controllers import BuiltController, ControllerSection
-
-    class OwnSection(ControllerSection):
-        type: str = "own"
-        mass: str = "heavy"
-
-        def build(self, vehicle, folder):
-            return BuiltController(Steady(), (float(vehicle.mass * vehicle.gravity),))
-
-    mission = Mission.model_validate({"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.0], "duration": 1.0}})
-    own = mission.model_copy(update={"controller": OwnSection(mass="light")})
-    plan = own.plan()
-    page = missions_page([flown_mission(own, plan, fly(plan), Path())])
-    assert '"label":"own"' in page
-    assert '"label":"nested saturations [11]"' not in page
+class OtherGains(NamedTuple):
+    mass: float = gain(1.0, "t", "of the cargo")
+    weight: float = given(lambda model: model.mass * model.gravity)
 
 
 @dataclass(frozen=True)
-class Steady:
+class Steady(Controller):
     """The weight as thrust."""
 
-    def start(self, measured, gains):
-        return ()
+    name = "steady"
+    Gains = OtherGains
+    measures = State
 
     def law(self, memory, measured, reference, gains, t, period):
-        return Command(gains[0], 0.0 * measured.rates), ()
+        return Command(gains.weight, 0.0 * measured.rates), ()
+
+
+def test_a_controller_beside_whose_keys_mean_something_else_gets_its_page():
+    mission = Mission.model_validate({"path": {"type": "minimum-jerk", "end": [0.1, 0.0, 0.0], "duration": 1.0}})
+    own = mission.model_copy(update={"controller": section_of(Steady).model_validate({"type": "steady", "mass": 3.0})})
+    plan = own.plan()
+    page = missions_page([flown_mission(own, plan, fly(plan), Path())])
+    assert '"label":"steady"' in page
+    assert list(in_common(own.controller, NestedSaturation)) == []
+    assert in_common(mission.controller.model_copy(), NestedSaturation) == {}

@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
+from quadstep.control.controller import Measured
 from quadstep.flight.eager import fly_floats
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten
-from quadstep.page.airframes import GHOSTS, LABELS, sections
+from quadstep.page.controllers import GHOSTS as EVERY_GHOST
 from quadstep.page.laws import widened
 from tests.pages import data_of, fly_page, needs_node
 from tests.test_page_laws import flown, write_page
 
+GHOSTS = EVERY_GHOST[Measured]
 GYRO = {"gyro_noise": 0.01, "gyro_bias": 0.01, "gyro_walk": 0.001}
 FIXES = {"position_noise": 0.02, "velocity_noise": 0.02, "attitude_noise": 0.01, "fix_period": 0.01, "latency": 0.02}
 NOISE = {**GYRO, "accelerometer_noise": 0.05, "accelerometer_bias": 0.1, **FIXES}
@@ -67,7 +69,7 @@ def test_javascript_flies_what_python_floats_fly(page, missions, name):
 @needs_node
 def test_sliders_do_what_the_mission_file_does(page):
     values = {"wind": [1.0, 2.0, -0.5], "mass": [0.6], "period": [6.0], "radius": [1.5], "start": [0.1, 0.2, 0.3],
-              "stiffness": [5.0, 6.0, 7.0], "believed_mass": [0.7]}  # fmt: skip
+              "k_x": [5.0, 6.0, 7.0], "believed_mass": [0.7]}  # fmt: skip
     (answer,) = fly_page(page, {"flight": "geometric", "values": values, "rows": False})
     plan = mission(
         "geometric",
@@ -114,7 +116,7 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
         }
     paper = flights["backstepping"]["controllers"][0]
     assert {condition["source"] for condition in paper["conditions"]} == {
-        "Theorem 5.1, corrected",
+        "Theorem 5.1",
         "Theorem A of docs/theory.md",
     }
     names = set(data_of(page.read_text())["laws"][paper["law"]]["names"])
@@ -124,8 +126,3 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
             *(named(part) for part in term["of"])) if isinstance(term, dict) else set()  # fmt: skip
 
     assert all(named(condition["left"]) | named(condition["right"]) <= names for condition in paper["conditions"])
-
-
-def test_every_controller_of_a_real_vehicle_has_a_label():
-    kinds = {section.model_fields["type"].annotation.__args__[0] for section in sections()}
-    assert kinds == set(LABELS)

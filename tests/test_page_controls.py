@@ -1,16 +1,17 @@
 """A slider of the page does what the same key of a mission file does."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from quadstep.flight.eager import fly_floats
 from quadstep.mission.schema import Mission
-from quadstep.numbers import Table, flatten, leaf_names, vector
-from quadstep.page.conditions import conditions
+from quadstep.numbers import Matrix, Table, Vector, flatten, leaf_names, vector
+from quadstep.page.conditions import page_conditions
 from quadstep.page.laws import widened
-from quadstep.page.plain import plain_controls
+from quadstep.page.sliders import plain_sliders
 from quadstep.study.cases import adaptive, nested
 from tests.pages import data_of, fly_page, needs_node
 from tests.test_page_laws import flown, write_page
@@ -26,7 +27,7 @@ SAME = {
     "gains": (
         {},
         {"K_r1": [4.0, 5.0, 6.0], "Lambda1": [0.9] * 3, "K_i1": [0.0, 0.1, 0.2], "K_r2": [200.0] * 3,
-         "Lambda2": [9.0, 8.0, 7.0], "K_i2": [1.0, 2.0, 3.0], "filter": [60.0]},
+         "Lambda2": [9.0, 8.0, 7.0], "K_i2": [1.0, 2.0, 3.0], "filter_frequency": [60.0]},
         {"controller": {**PAPER, "K_r1": [4.0, 5.0, 6.0], "Lambda1": 0.9, "K_i1": [0.0, 0.1, 0.2], "K_r2": 200.0,
                         "Lambda2": [9.0, 8.0, 7.0], "K_i2": [1.0, 2.0, 3.0], "filter_frequency": 60.0}},
     ),
@@ -198,8 +199,8 @@ def test_a_page_has_every_slider_the_issue_names(data):
     shared = {control["id"] for control in flight["controls"]}
     assert {"t_f", "target", "mass", "inertia", "disturbance", "wind", "start", "tilt"} <= shared
     own = {control["id"] for control in flight["controllers"][0]["controls"]}
-    assert {"Lambda1", "K_r1", "K_i1", "Lambda2", "K_r2", "K_i2", "filter", "nets", "neurons", "F1", "F2", "kappa1", "kappa2",
-            "believed_mass"} <= own  # fmt: skip
+    assert {"Lambda1", "K_r1", "K_i1", "Lambda2", "K_r2", "K_i2", "filter_frequency", "nets", "neurons", "F1", "F2", "kappa1",
+            "kappa2", "believed_mass"} <= own  # fmt: skip
     assert len(flight["controllers"]) == 3
 
 
@@ -234,9 +235,9 @@ def test_the_badge_says_what_the_mission_warns_of(data, name):
     given = mission({"controller": {**PAPER, **GAIN_SETS[name]}})
     plan = given.plan()
     parameters = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
-    found = conditions(given.controller)
+    found = page_conditions(plan.loop.controller, plan, given.vehicle.model())
     broken = [one for one in found if not value_of(one.left, parameters) > value_of(one.right, parameters)]
-    of_theorem = [one for one in broken if one.source == "Theorem 5.1, corrected"]
+    of_theorem = [one for one in broken if one.source == "Theorem 5.1"]
     assert len(of_theorem) == len(plan.warnings)
     assert len(found) == 7
     assert (len(broken) > len(of_theorem)) == (name != "the study's")
@@ -246,17 +247,24 @@ def test_the_coupling_condition_is_that_of_the_certificate():
     given = mission({"controller": {**PAPER, "Lambda2": 0.5, "K_r2": 6.0}})
     plan = given.plan()
     parameters = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
-    coupling = conditions(given.controller)[-1]
+    coupling = page_conditions(plan.loop.controller, plan, given.vehicle.model())[-1]
     assert math.sqrt(value_of(coupling.left, parameters)) == pytest.approx(2 * 0.5 * math.sqrt(2.0 * 1.0))
     assert math.sqrt(value_of(coupling.right, parameters)) == pytest.approx(9.81)
 
 
+class Unknown(NamedTuple):
+    """Gains that declare nothing."""
+
+    k_p: Vector
+    most_speed: float
+    table: Matrix
+
+
 def test_gains_of_an_unknown_controller_get_plain_sliders():
-    gains = mission({}).plan().parameters.gains
-    found = {control.id: control for control in plain_controls(gains)}
-    assert len(found["gain_1"].components) == 3
-    assert found["gain_1"].label == "K_r1"
-    assert found["believed_mass"].components[0].sets[0].name == "gains.mass"
-    assert not any("weights" in name or "net" in name for name in found)
-    zeros = plain_controls(gains._replace(integral_1=vector(0.0, 1.0, 2.0)))
-    assert next(control for control in zeros if control.id == "integral_1").min < 0.0
+    gains = Unknown(vector(1.0, 2.0, 3.0), 4.0, Matrix([vector(1.0, 2.0)]))
+    found = {control.id: control for control in plain_sliders(gains)}
+    assert set(found) == {"k_p", "most_speed"}
+    assert [one.sets[0].name for one in found["k_p"].components] == ["gains.k_p.0", "gains.k_p.1", "gains.k_p.2"]
+    assert (found["k_p"].label, found["most_speed"].label) == ("k_p", "most speed")
+    zeros = plain_sliders(gains._replace(k_p=vector(0.0, 1.0, 2.0)))
+    assert next(control for control in zeros if control.id == "k_p").min < 0.0

@@ -24,8 +24,8 @@ from quadstep.flight.engines import fly
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.flight.loop import Loop
 from quadstep.guidance.reference import Reference
+from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.paper_law import PaperSection, as_paper_vehicle
 from quadstep.numbers import Vector, matrix, vector
 from quadstep.numbers.rotations import (
     from_rotation_vector,
@@ -295,14 +295,13 @@ def test_with_ideal_rotors_it_flies_as_on_the_papers_plant():
 
 def test_the_mission_gives_it_the_papers_gains_scaled_to_the_vehicle():
     vehicle = MultirotorMission.model_validate({"vehicle": {"preset": "hummingbird"}, "path": PATH}).vehicle.build()
-    section = PaperSection(type="backstepping", K_r1=(9.0, 8.0, 7.0))
+    section = section_of(PaperOnAirframe).model_validate({"type": "backstepping", "K_r1": [9.0, 8.0, 7.0]})
     built = section.build(vehicle, None)
     gains = built.gains
     assert built.law == PaperOnAirframe(Backstepping())
     assert section.warnings(vehicle) == []
     assert (gains.mass, list(gains.gain_1)) == (0.5, [9.0, 8.0, 7.0])
     assert list(gains.integral_1) == pytest.approx([0.6, 8.0 / 15.0, 7.0 / 15.0])
-    assert as_paper_vehicle(vehicle).kinematics == "rigid"
 
 
 def test_over_the_top_it_ends_as_an_outcome_or_goes_on():

@@ -89,15 +89,14 @@ def test_what_a_vehicle_leaves_out_can_be_tuned(tmp_path):
     assert done.code == 0, done
     before = read_mission(tmp_path / "mission.toml")
     after = tuned(tmp_path / "out")["controller"]
-    vehicle = before.vehicle.build()
-    usual = before.controller.gains_for(vehicle)
+    usual = before.controller.gains(before.vehicle.model())
     assert metrics(tmp_path / "out")["present"] == {
-        **{f"controller.k_x.{i}": usual["k_x"][i] for i in range(3)},
-        "controller.k_R.2": usual["k_R"][2],
+        **{f"controller.k_x.{i}": usual.stiffness[i] for i in range(3)},
+        "controller.k_R.2": usual.turn_stiffness[2],
     }
     assert after["type"] == "geometric"
     if "k_R" in after:
-        assert after["k_R"][:2] == list(usual["k_R"])[:2]
+        assert after["k_R"][:2] == list(usual.turn_stiffness)[:2]
 
 
 def test_numbers_of_one_gain_keep_their_proportion(tmp_path):

@@ -15,13 +15,11 @@ pseudo-inverse; its reason is in Brescianini and D'Andrea, "Tilt-prioritized qua
 With more than four rotors other thrusts than those of least norm may reach a little farther; they are not searched for.
 """
 
-from collections.abc import Iterable
-from functools import reduce
 from typing import NamedTuple
 
 from quadstep.airframe.geometry import Geometry
 from quadstep.airframe.rotor import Rotor
-from quadstep.numbers import Matrix, Number, Vector, absolute, maximum, minimum, sqrt, total, vector, where
+from quadstep.numbers import Matrix, Number, Vector, absolute, largest, maximum, minimum, smallest, sqrt, total, vector, where
 from quadstep.numbers.rotations import cross
 from quadstep.numbers.solve import least_norm_inverse
 from quadstep.numbers.solve import rank as rank_of
@@ -135,13 +133,3 @@ def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Num
 def held(x: Number, low: Number, high: Number) -> Number:
     """`x` held between `low` and `high`; unlike `clip` it hands on a NaN."""
     return minimum(high, maximum(low, x))
-
-
-def largest(numbers: Iterable[Number]) -> Number:
-    """The largest of some numbers."""
-    return reduce(maximum, numbers)
-
-
-def smallest(numbers: Iterable[Number]) -> Number:
-    """The smallest of some numbers."""
-    return reduce(minimum, numbers)

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.certify.arrays import Array
-from quadstep.control.backstepping import BacksteppingGains
+from quadstep.control.backstepping import BacksteppingGains, largest_inertia, least_gains
 from quadstep.flight.engines import FlightPlan
+from quadstep.numbers import smallest
 
 
 class Conditions(NamedTuple):
@@ -81,30 +82,30 @@ def conditions(plan: FlightPlan, inertia: Array, thrust: Array) -> Conditions:
     """The conditions for a plan's gains, with J along the flight (n, 3, 3) and its thrust (n,)."""
     gains: BacksteppingGains = plan.parameters.gains
     vehicle = plan.parameters.vehicle
-    slope_1, slope_2 = np.array(gains.slope_1.entries), np.array(gains.slope_2.entries)
-    gain_1, gain_2 = np.array(gains.gain_1.entries), np.array(gains.gain_2.entries)
-    visited, anywhere = float(np.linalg.eigvalsh(inertia)[:, -1].max()), 2.0 * max(vehicle.inertia)
-    position, corrected = gain_1 - vehicle.mass * slope_1, gain_2 - visited * slope_2.max()
-    k_1, k_2, l_2 = float(position.min()), float(corrected.min()), float(slope_2.min())
+    visited, anywhere = float(np.linalg.eigvalsh(inertia)[:, -1].max()), largest_inertia(vehicle.inertia)
+    outer, inner = least_gains(gains, vehicle.mass, visited)
+    _, inner_anywhere = least_gains(gains, vehicle.mass, anywhere)
+    position, corrected = gains.gain_1 - outer, [gain - inner for gain in gains.gain_2]
+    k_1, k_2, l_2 = smallest(position), smallest(corrected), smallest(gains.slope_2)
 
     def bound(inner: float) -> float | None:
         return 2.0 * l_2 * float(np.sqrt(k_1 * inner)) if min(k_1, inner) > 0.0 else None
 
-    def listed(margins: Array) -> tuple[float, ...]:
-        return tuple(margins.tolist())
+    def printed(j_m: float) -> tuple[float, ...]:
+        return tuple(gains.gain_2 - j_m * gains.slope_2)
 
     return Conditions(
         j_visited=visited,
         j_anywhere=anywhere,
-        position=listed(position),
-        printed_visited=listed(gain_2 - visited * slope_2),
-        printed_anywhere=listed(gain_2 - anywhere * slope_2),
-        corrected_visited=listed(corrected),
-        corrected_anywhere=listed(gain_2 - anywhere * slope_2.max()),
+        position=tuple(position),
+        printed_visited=printed(visited),
+        printed_anywhere=printed(anywhere),
+        corrected_visited=tuple(corrected),
+        corrected_anywhere=tuple(gain - inner_anywhere for gain in gains.gain_2),
         k_1=k_1,
         k_2=k_2,
         l_2=l_2,
         thrust=float(thrust.max()),
         thrust_bound=bound(k_2),
-        thrust_bound_anywhere=bound(float(gain_2.min()) - anywhere * float(slope_2.max())),
+        thrust_bound_anywhere=bound(smallest(gains.gain_2) - inner_anywhere),
     )

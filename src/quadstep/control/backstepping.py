@@ -1,14 +1,18 @@
 """Adaptive neural backstepping, the paper's controller: Eqs 11-54 in the order of its Fig. 2."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.controller import Command
+from quadstep.control.controller import Command, Condition, Controller
+from quadstep.control.gain import ANGLES, AXES, believed, gain, given
 from quadstep.control.inversion import invert_force
+from quadstep.control.learning import net, nets_start, weights
+from quadstep.control.model import Model
 from quadstep.control.networks import Net, basis, output, weight_rate
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, largest, maximum, smallest, sqrt, vector, where
 from quadstep.vehicle.state import State
 
 FORCE_INPUTS = 12
@@ -21,26 +25,26 @@ TORQUE_INPUTS = 9
 class BacksteppingGains(NamedTuple):
     """Design parameters; diagonal matrices as vectors, attitude entries in the order (psi, theta, phi).
 
-    mass [kg], gravity [m/s^2]: what the controller believes. slope_1, slope_2: Lambda_1, Lambda_2 [1/s].
-    gain_1: K_r1 [N s/m], integral_1: K_i1 [N/m], gain_2: K_r2 [N m s], integral_2: K_i2 [N m].
-    filter_frequency: of the command filter [rad/s]. force_net, torque_net: the nets of Eqs 23 and 34.
-    learning_start: when the nets switch on [s]; infinite for never. weights_1, weights_2: W_hat at that moment, (N, 3).
+    force_net, torque_net: the nets of Eqs 23 and 34. learning_start: when they switch on [s]; infinite for never. weights_1,
+    weights_2: W_hat at that moment, (N, 3).
     """
 
-    mass: Number
-    gravity: Number
-    slope_1: Vector
-    gain_1: Vector
-    integral_1: Vector
-    slope_2: Vector
-    gain_2: Vector
-    integral_2: Vector
-    filter_frequency: Number
-    force_net: Net
-    torque_net: Net
-    learning_start: Number
-    weights_1: Matrix
-    weights_2: Matrix
+    mass: Number = believed("mass")
+    gravity: Number = given(lambda model: model.gravity)
+    slope_1: Vector = gain(1.0, "1/s", "Lambda_1, outer loop (Eq. 12)", key="Lambda1")
+    gain_1: Vector = gain(3.0, "N s/m", "the theorem asks K_r1 > m Lambda1", key="K_r1")
+    integral_1: Vector = gain(0.2, "N/m", "of the integral of r1 (Eq. 24)", key="K_i1", zero=True, high=2.0)
+    slope_2: Vector = gain(15.0, "1/s", "Lambda_2, inner loop (Eq. 28)", key="Lambda2", parts=ANGLES)
+    gain_2: Vector = gain(
+        250.0, "N m s", "the theorem asks K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
+    )
+    integral_2: Vector = gain(10.0, "N m", "of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0)
+    filter_frequency: Number = gain(100.0, "rad/s", "command filter of theta_d and phi_d")
+    force_net: Net = net(1, FORCE_INPUTS, rate=5.0, damping=0.01)
+    torque_net: Net = net(2, TORQUE_INPUTS, rate=5.0, damping=0.01)
+    learning_start: Number = nets_start()
+    weights_1: Matrix = weights(1)
+    weights_2: Matrix = weights(2)
 
 
 class BacksteppingMemory(NamedTuple):
@@ -65,6 +69,38 @@ def wanted_force(
 def wanted_torque(gains: BacksteppingGains, r2: Vector, integral: Vector, estimate: Vector) -> Vector:
     """tau [N m] (Eq. 35): W_hat_2^T mu_2 + K_r2 r2 + K_i2 int r2."""
     return estimate + gains.gain_2 * r2 + gains.integral_2 * integral
+
+
+def largest_inertia(inertia: Vector) -> Number:
+    """J_M = 2 max(Sigma) [kg m^2]: bounds J = T^T Sigma T everywhere, as T^T T's eigenvalues are at most 1 + |sin theta|."""
+    return 2.0 * largest(inertia)
+
+
+def least_gains(gains: BacksteppingGains, mass: Number, j_m: Number) -> tuple[Vector, Number]:
+    """What Theorem 5.1, corrected, wants K_r1 and each entry of K_r2 to exceed: m Lambda_1 and J_M max(Lambda_2)."""
+    return mass * gains.slope_1, j_m * largest(gains.slope_2)
+
+
+def theorem_conditions(gains: BacksteppingGains, model: Model) -> list[Condition]:
+    """The gain conditions of Theorem 5.1, corrected, with the mass that the controller believes."""
+    outer, inner = least_gains(gains, gains.mass, largest_inertia(model.inertia))
+    position = zip(AXES, gains.gain_1, outer, strict=True)
+    attitude = zip(ANGLES, gains.gain_2, strict=True)
+    return [
+        *(Condition(f"K_r1 ({axis}) > m Lambda1", k, least, "Theorem 5.1") for axis, k, least in position),
+        *(Condition(f"K_r2 ({angle}) > J_M max(Lambda2)", k, inner, "Theorem 5.1") for angle, k in attitude),
+    ]
+
+
+def coupling_condition(gains: BacksteppingGains, model: Model) -> Condition:
+    """u < 2 l_2 sqrt(k_1 k_2), squared, for the thrust of hovering: what the printed proof leaves out."""
+    outer, inner = least_gains(gains, gains.mass, largest_inertia(model.inertia))
+    k_1, k_2 = smallest(gains.gain_1 - outer), smallest(gains.gain_2) - inner
+    l_2 = smallest(gains.slope_2)
+    hover = model.mass * model.gravity
+    room = 4.0 * l_2 * l_2 * maximum(0.0, k_1) * maximum(0.0, k_2)
+    text = "4 l_2^2 k_1 k_2 > (m g)^2: the coupling of both loops, at hover"
+    return Condition(text, room, hover * hover, "Theorem A of docs/theory.md", warned=False)
 
 
 class PositionLoop(NamedTuple):
@@ -159,8 +195,14 @@ def start_memory(measured: State, gains: BacksteppingGains) -> BacksteppingMemor
 
 
 @dataclass(frozen=True)
-class Backstepping:
+class Backstepping(Controller):
     """The paper's adaptive controller, sampled."""
+
+    name = "backstepping"
+    label = "adaptive backstepping (the paper's)"
+    source = "Das, Lewis, Subbarao 2009"
+    Gains = BacksteppingGains
+    measures = State
 
     def start(self, measured: State, gains: BacksteppingGains) -> BacksteppingMemory:
         """The memory before the first sample."""
@@ -184,3 +226,7 @@ class Backstepping:
         torque = wanted_torque(gains, r2, memory.integral_2, estimate_2)  # Eq. 35
         following = following_memory(gains, memory, outer, mu_2, r2, period, on)
         return command_of(gains, memory, outer, reference, torque, r2), following
+
+    def conditions(self, gains: BacksteppingGains, model: Model) -> Sequence[Condition]:
+        """Theorem 5.1's, and that of the coupling between both loops."""
+        return [*theorem_conditions(gains, model), coupling_condition(gains, model)]

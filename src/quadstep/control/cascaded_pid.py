@@ -5,7 +5,8 @@ other.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
@@ -14,30 +15,24 @@ from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotat
 
 
 class CascadedPidGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains; vectors are x, y, z.
+    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude and rates about body x, y, z."""
 
-    mass [kg], inertia (diagonal) [kg m^2], gravity [m/s^2], most_thrust it may ask for [N]. position: P [1/s], for at most
-    most_speed [m/s]. velocity: P [1/s], velocity_integral: I [1/s^2], bounded to integral_bound [m/s^2]. attitude: P [1/s].
-    rate: P [1/s], rate_integral: I [1/s^2], bounded to rate_integral_bound [rad/s^2], rate_derivative: D [-] of the rate
-    filtered with rate_filter [rad/s].
-    """
-
-    mass: Number
-    inertia: Vector
-    gravity: Number
-    most_thrust: Number
-    position: Vector
-    most_speed: Number
-    velocity: Vector
-    velocity_integral: Vector
-    integral_bound: Number
-    attitude: Vector
-    most_rate: Number
-    rate: Vector
-    rate_integral: Vector
-    rate_integral_bound: Number
-    rate_derivative: Vector
-    rate_filter: Number
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    position: Vector = gain(usual(5.0, 1), "1/s", "P of position")
+    most_speed: Number = gain(3.0, "m/s", "largest speed asked for back to the path")
+    velocity: Vector = gain(usual(6.2, 1), "1/s", "P of velocity")
+    velocity_integral: Vector = gain(usual(5.2, 2), "1/s^2", "I of velocity", zero=True)
+    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration that I of velocity adds")
+    attitude: Vector = gain(usual((12.3, 12.3, 6.2), 1), "1/s", "P of attitude")
+    most_rate: Number = gain(8.0, "rad/s", "largest body rate asked for")
+    rate: Vector = gain(usual((40.0, 40.0, 20.0), 1), "1/s", "P of body rates")
+    rate_integral: Vector = gain(usual((25.0, 25.0, 10.0), 2), "1/s^2", "I of body rates", zero=True)
+    rate_integral_bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration that I of body rates adds")
+    rate_derivative: Vector = gain(0.0, "-", "D of body rates", zero=True)
+    rate_filter: Number = gain(60.0, "rad/s", "low-pass filter of the D of body rates")
 
 
 class CascadedPidMemory(NamedTuple):
@@ -54,8 +49,13 @@ class CascadedPidMemory(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CascadedPid(AirframeLaw):
+class CascadedPid(Controller):
     """`guide` is the position and velocity loop, `law` the attitude and rate loop."""
+
+    name = "pid"
+    label = "cascaded PID"
+    source = "the paper's references [4] and [12]"
+    Gains = CascadedPidGains
 
     def start(self, measured: Measured, gains: CascadedPidGains) -> CascadedPidMemory:
         """Nothing integrated."""

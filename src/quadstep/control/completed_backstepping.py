@@ -6,8 +6,9 @@ own place there; the rigid-body torque of the wanted motion, which the paper lea
 and integrals by projection.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from quadstep.control.backstepping import (
     BacksteppingGains,
@@ -17,11 +18,14 @@ from quadstep.control.backstepping import (
     following_memory,
     position_loop,
     start_memory,
+    theorem_conditions,
     torque_basis,
     wanted_torque,
 )
 from quadstep.control.command_filter import Filtered, command_filter
-from quadstep.control.controller import Command
+from quadstep.control.controller import Command, Condition, Controller
+from quadstep.control.gain import ANGLES, NETS, believed, from_gains, gain
+from quadstep.control.model import Model
 from quadstep.control.networks import output
 from quadstep.control.projection import project, project_weights
 from quadstep.guidance.reference import Reference
@@ -32,17 +36,19 @@ from quadstep.vehicle.state import State
 
 
 class CompletedGains(NamedTuple):
-    """paper: the gains of the paper's law. coupling: P, diagonal over (psi, theta, phi) [N m/rad].
-
-    inertia: the Sigma that the controller believes [kg m^2]. weight_bounds: of |W_hat_1|, |W_hat_2| (Frobenius).
-    integral_bounds: of |int r1| [m], |int r2| [rad].
-    """
+    """paper: the gains of the paper's law. coupling: P, diagonal. inertia: the Sigma that the controller believes."""
 
     paper: BacksteppingGains
-    coupling: Vector
-    inertia: Vector
-    weight_bounds: Vector
-    integral_bounds: Vector
+    coupling: Vector = gain(
+        from_gains(lambda gains, _: 4.0 * gains.inertia),
+        "N m/rad",
+        "weight of the attitude error in the Lyapunov function; 4 s^-2 times the inertia if left out",
+        key="P",
+        parts=ANGLES,
+    )
+    inertia: Vector = believed("inertia")
+    weight_bounds: Vector = gain((20.0, 50.0), "-", "bounds of |W_hat_1| and |W_hat_2|", parts=("W1", "W2"), group=NETS)
+    integral_bounds: Vector = gain((50.0, 50.0), "m, rad", "bounds of |int r1| and |int r2|", parts=("r1", "r2"))
 
 
 class CompletedMemory(NamedTuple):
@@ -93,13 +99,24 @@ def with_yaw(yaw: Number, tilt: Vector) -> Vector:
 
 
 @dataclass(frozen=True)
-class CompletedBackstepping:
+class CompletedBackstepping(Controller):
     """The completed controller. With c the filtered counter-rate, r2 = e2_dot + Lambda_2 e2 + c and
 
     tau = Eq. 35 + P e2 + J (eta_d_dd - Lambda_2^2 e2 - Lambda_2 c + c_dot) + C (eta_d_dot + Lambda_2 e2 + c).
     """
 
+    name = "completed-backstepping"
+    label = "completed backstepping"
+    source = "docs/theory.md"
+    Gains = CompletedGains
+    measures = State
+
     kinematics: Kinematics = Kinematics.STANDARD
+
+    @classmethod
+    def for_vehicle(cls, model: Model) -> Self:
+        """With the vehicle's T_eta."""
+        return cls(model.kinematics)
 
     def start(self, measured: State, gains: CompletedGains) -> CompletedMemory:
         """The memory before the first sample."""
@@ -139,3 +156,7 @@ class CompletedBackstepping:
         torque = wanted_torque(paper, r2, before.integral_2, estimate_2) + gains.coupling * e2 + rigid
         command = command_of(paper, before, outer, reference, torque, r2)
         return command, CompletedMemory(confine(gains, following), counter)
+
+    def conditions(self, gains: CompletedGains, model: Model) -> Sequence[Condition]:
+        """Theorem 5.1's; the coupling of both loops is cancelled."""
+        return theorem_conditions(gains.paper, model)

@@ -1,26 +1,26 @@
-"""What a controller is: one sampled law over numbers.
+"""What a controller is: one sampled law over numbers, and what is known of it.
 
-To add one, write a frozen dataclass with the two methods of `ControllerLaw`, a `NamedTuple` of gains and a `NamedTuple`
-of memory. It then flies on every engine. See "Add a controller" in the README.
-
-There are two kinds, by what they fly. On the paper's plant a law measures a `State` of Euler angles and gives generalised
-torques. On a real airframe it measures a `Measured` on quaternions and gives torques about the body's axes; there its position
-loop may have a rate of its own, see `AirframeLaw`.
+To add one, write a frozen dataclass that subclasses `Controller`, a `NamedTuple` of declared gains (`control/gain.py`) and a
+`NamedTuple` of memory. It then flies on every engine. See "Add a controller" in the README.
 """
 
 import math
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Self
 
+from quadstep.control.gain import Gain, Said, Undecided, by_type, declared, with_defaults
+from quadstep.control.learning import Learning
+from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, vector
-from quadstep.vehicle.state import State
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
 """Of a command that names no attitude: the log has no columns for it, and nothing is made of them."""
 
 
 class Command(NamedTuple):
-    """What a controller asks for, held until its next sample, and what it was thinking.
+    """What a controller asks for, held until its next sample, and internal signals for the log.
 
     thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its
     body axes. The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll),
@@ -35,20 +35,6 @@ class Command(NamedTuple):
     r2: Vector = vector(0.0, 0.0, 0.0)
     stored: Number = 0.0
     weight_norms: Vector = vector(0.0, 0.0)
-
-
-class ControllerLaw(Protocol):
-    """A sampled law. Its numbers live in `gains`; the object itself holds only structure and is hashable."""
-
-    def start(self, measured: State, gains: Any) -> Any:
-        """The memory before the first sample."""
-        ...
-
-    def law(
-        self, memory: Any, measured: State, reference: Reference, gains: Any, t: Number, period: Number
-    ) -> tuple[Command, Any]:
-        """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it."""
-        ...
 
 
 class Measured(NamedTuple):
@@ -66,24 +52,113 @@ class Measured(NamedTuple):
     torque: Vector
 
 
-class AirframeLaw(Protocol):
-    """A sampled law for a real airframe: a `ControllerLaw` on `Measured`, with a position loop at its own, slower rate.
+class Condition(NamedTuple):
+    """What theory asks of the gains: left > right, or left >= right where `text` says so.
 
-    Subclass it to get the `guide` that does nothing.
+    text: in symbols, as "K_r1 (x) > m Lambda1". source: what asks for it. key: of the mission, where that is not the symbol
+    on the left. warned: whether a mission that breaks it is warned, and a search keeps to it.
     """
 
-    def start(self, measured: Measured, gains: Any) -> Any:
-        """The memory before the first sample."""
-        ...
+    text: str
+    left: Number
+    right: Number
+    source: str
+    key: str = ""
+    warned: bool = True
 
-    def guide(self, memory: Any, measured: Measured, reference: Reference, gains: Any, t: Number, period: Number) -> Any:
+    @property
+    def or_equal(self) -> bool:
+        """Whether equality is enough."""
+        return " >= " in self.text
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds; an array of answers for numbers that are arrays."""
+        return self.left >= self.right if self.or_equal else self.left > self.right
+
+    def warning(self) -> str:
+        """That it is broken, with its numbers."""
+        left, right = self.text.split(" >= " if self.or_equal else " > ")
+        key = f"{self.key}: {left}" if self.key else left
+        relation = "below" if self.or_equal else "not above"
+        return f"controller.{key} = {self.left:g} is {relation} {right} = {self.right:g} (condition of {self.source})"
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A sampled law. Its numbers live in the gains; the object itself holds only structure and is hashable.
+
+    name: the `type` in mission files. label: on the page and in tables. source: the paper. Gains: its `NamedTuple` of declared
+    gains. defaults: other defaults than those declared, by field. measures: what `law` is told, and with it what the
+    controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. rates: usual sample times [s].
+    """
+
+    name: ClassVar[str] = ""
+    label: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    Gains: ClassVar[type[Any]]
+    defaults: ClassVar[Mapping[str, Any]] = {}
+    measures: ClassVar[type[Any]] = Measured
+    rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
+
+    @classmethod
+    def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)
+        """The law for a vehicle, where its structure depends on it."""
+        return cls()
+
+    def start(self, measured: Any, gains: Any) -> Any:
+        """The memory before the first sample."""
+        return ()
+
+    def guide(self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number) -> Any:
         """The position loop, every `period` [s]: the memory that tells `law` which thrust and attitude are wanted."""
         return memory
 
     def law(
-        self, memory: Any, measured: Measured, reference: Reference, gains: Any, t: Number, period: Number
+        self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number
     ) -> tuple[Command, Any]:
-        """The attitude loop: the command for the next `period` [s] from time t [s] on, and the memory for the sample after
-        it.
-        """
-        ...
+        """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it."""
+        raise NotImplementedError
+
+    def prepare(self, gains: Any, model: Model) -> Any:
+        """What the law gets as its gains, worked out before the flight."""
+        return gains
+
+    def conditions(self, gains: Any, model: Model) -> Sequence[Condition]:
+        """What theory asks of the gains as declared; a law over numbers."""
+        return ()
+
+    # What follows from the declarations
+
+    @classmethod
+    def declarations(cls) -> Mapping[str, Any]:
+        """The declaration of every field of the gains, by dotted name."""
+        return declarations_of(cls)
+
+    @classmethod
+    def by_key(cls) -> Mapping[str, tuple[str, Gain]]:
+        """By key of a mission: the dotted field and its declaration."""
+        return keys_of(cls)
+
+    @classmethod
+    def undecided(cls, model: Model, values: Mapping[str, Any] | None = None, learning: Learning | None = None) -> Undecided:
+        """The gains for a vehicle, decided as they are read. values: what is said of them, by key; learning: of the nets."""
+        said = {} if values is None else {name: values.get(key) for key, (name, _) in cls.by_key().items()}
+        return Undecided(cls.Gains, cls.declarations(), Said(said, learning), model)
+
+    @classmethod
+    def gains(cls, model: Model, values: Mapping[str, Any] | None = None, learning: Learning | None = None) -> Any:
+        """The gains for a vehicle, as declared."""
+        return cls.undecided(model, values, learning).decided()
+
+
+@by_type
+def declarations_of(controller: type[Controller]) -> Mapping[str, Any]:
+    """Those of its gains, with the controller's own defaults."""
+    return with_defaults(declared(controller.Gains), controller.defaults)
+
+
+@by_type
+def keys_of(controller: type[Controller]) -> Mapping[str, tuple[str, Gain]]:
+    """By key: field and declaration."""
+    return {one.key: (name, one) for name, one in declarations_of(controller).items() if isinstance(one, Gain)}

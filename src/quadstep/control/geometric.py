@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.guidance.reference import Reference
@@ -12,22 +13,17 @@ from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, ya
 
 
 class GeometricGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains over mass and inertia.
+    """What the controller believes of the vehicle, and its gains: over mass in x, y, z, over inertia about body x, y, z."""
 
-    mass [kg], inertia (diagonal) [kg m^2], gravity [m/s^2]. stiffness: k_x / m [1/s^2], damping: k_v / m [1/s], integral
-    [1/s^3] in x, y, z. turn_stiffness: k_R / J [1/s^2], turn_damping: k_Omega / J [1/s] about body x, y, z. integral_bound
-    [m s].
-    """
-
-    mass: Number
-    inertia: Vector
-    gravity: Number
-    stiffness: Vector
-    damping: Vector
-    integral: Vector
-    turn_stiffness: Vector
-    turn_damping: Vector
-    integral_bound: Number
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    stiffness: Vector = gain(usual(24.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
+    damping: Vector = gain(usual(3.8, 1), "1/s", "damping of position, over mass", key="k_v")
+    integral: Vector = gain(usual(20.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
+    turn_stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
+    turn_damping: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
+    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
 
 
 class GeometricMemory(NamedTuple):
@@ -43,8 +39,13 @@ def vee_error(wanted: Matrix, rotation: Matrix) -> Vector:
 
 
 @dataclass(frozen=True)
-class Geometric(AirframeLaw):
+class Geometric(Controller):
     """Position and attitude loop in one, at the attitude loop's rate."""
+
+    name = "geometric"
+    label = "geometric tracking on SE(3)"
+    source = "Lee, Leok, McClamroch 2010; Goodarzi, Lee, Lee 2013"
+    Gains = GeometricGains
 
     def start(self, measured: Measured, gains: GeometricGains) -> GeometricMemory:
         """Nothing integrated."""

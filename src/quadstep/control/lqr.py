@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain, given
+from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, cos, sin, vector
@@ -25,21 +27,41 @@ MOST_STEPS, SMALL = 1000, 1e-13
 """Of Newton's method, and the relative step after which it has converged: the one before was a few digits of that."""
 
 
-class LqrGains(NamedTuple):
-    """mass [kg], inertia (diagonal) [kg m^2], gravity [m/s^2]: what the controller believes.
+LEVEL = ("integral", "position", "velocity", "tilt", "tilt rate", "input")
+CLIMB, TURN = ("integral", "position", "velocity", "input"), ("heading", "rate", "input")
+"""What has a weight; of all but the last, the input, the law has a gain."""
 
-    level: of one level axis, on integral of the position error, position, velocity, tilt and its rate, giving an angular
-    acceleration. climb: on integral, position and velocity, giving an acceleration. turn: on heading and its rate.
-    integral_bound [m s].
+
+class LqrWeights(NamedTuple):
+    """What the controller believes of the vehicle, and the weights on squared errors: what one unit of each is worth."""
+
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    level: Vector = gain(
+        (40.0, 40.0, 4.0, 1.0, 0.3, 0.002),
+        "-",
+        "weights of integral, position, velocity, tilt, tilt rate and angular acceleration",
+        parts=LEVEL,
+    )
+    climb: Vector = gain((20.0, 40.0, 4.0, 1.0), "-", "weights of integral, position, velocity and acceleration", parts=CLIMB)
+    turn: Vector = gain((40.0, 4.0, 0.4), "-", "weights of heading, its rate and angular acceleration", parts=TURN)
+    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
+
+
+class LqrGains(NamedTuple):
+    """What the law flies, worked out from `LqrWeights`.
+
+    level: of one level axis, giving an angular acceleration. climb: giving an acceleration. turn: an angular acceleration.
     """
 
-    mass: Number
-    inertia: Vector
-    gravity: Number
-    level: Vector
-    climb: Vector
-    turn: Vector
-    integral_bound: Number
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    level: Vector = gain(None, "", "gains on integral, position, velocity, tilt and tilt rate", parts=LEVEL[:-1])
+    climb: Vector = gain(None, "", "gains on integral, position and velocity", parts=CLIMB[:-1])
+    turn: Vector = gain(None, "", "gains on heading and its rate", parts=TURN[:-1])
+    integral_bound: Number = gain(None, "m s", "bound of the integral of the position error")
 
 
 class LqrMemory(NamedTuple):
@@ -110,30 +132,27 @@ def outgrown(even: Sequence[float], pace: float) -> bool:
     return False
 
 
-def hover_gains(
-    mass: float,
-    inertia: Sequence[float],
-    gravity: float,
-    level: Sequence[float],
-    climb: Sequence[float],
-    turn: Sequence[float],
-    integral_bound: float = 5.0,
-) -> LqrGains:
-    """Gains about hover. level, climb, turn: weights on the squared states of `LqrGains`, in its order, then on the input."""
-    return LqrGains(
-        mass=mass,
-        inertia=Vector(inertia),
-        gravity=gravity,
-        level=Vector(regulator((1.0, 1.0, gravity, 1.0), level[:-1], level[-1])),
-        climb=Vector(regulator((1.0, 1.0), climb[:-1], climb[-1])),
-        turn=Vector(regulator((1.0,), turn[:-1], turn[-1])),
-        integral_bound=integral_bound,
-    )
-
-
 @dataclass(frozen=True)
-class Lqr(AirframeLaw):
+class Lqr(Controller):
     """State feedback at the attitude loop's rate, with the path's acceleration fed forward as thrust and tilt."""
+
+    name = "lqr"
+    label = "linear quadratic regulator"
+    source = "Bouabdallah, Noth, Siegwart 2004"
+    Gains = LqrWeights
+
+    def prepare(self, gains: LqrWeights, model: Model) -> LqrGains:
+        """Gains about hover."""
+        level, climb, turn = (one.entries for one in (gains.level, gains.climb, gains.turn))
+        return LqrGains(
+            mass=gains.mass,
+            inertia=gains.inertia,
+            gravity=gains.gravity,
+            level=Vector(regulator((1.0, 1.0, gains.gravity, 1.0), level[:-1], level[-1])),
+            climb=Vector(regulator((1.0, 1.0), climb[:-1], climb[-1])),
+            turn=Vector(regulator((1.0,), turn[:-1], turn[-1])),
+            integral_bound=gains.integral_bound,
+        )
 
     def start(self, measured: Measured, gains: LqrGains) -> LqrMemory:
         """Nothing integrated."""

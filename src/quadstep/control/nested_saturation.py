@@ -5,33 +5,40 @@ Altitude and yaw are linear; y with roll and x with pitch are each stabilised by
 hold the origin; here it is given the path's position and velocity errors, without acceleration feed-forward.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import pairwise
+from typing import NamedTuple, Self
 
-from quadstep.control.controller import Command
+from quadstep.control.controller import Command, Condition, Controller
+from quadstep.control.gain import believed, gain, given
+from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, clip, cos, vector
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis_torque, effective_inertia
 from quadstep.vehicle.state import State
 
+PAIR = ("rate", "offset")
+
 
 class NestedSaturationGains(NamedTuple):
-    """mass [kg], inertia [kg m^2], gravity [m/s^2]: what the controller believes.
+    """slope_1, slope_2: Lambda_1, Lambda_2 [1/s] of the study, to log r1 and r2 on the scale of the paper's controller."""
 
-    altitude: (a_z1 [1/s], a_z2 [1/s^2]). yaw: (a_psi1 [1/s], a_psi2 [1/s^2]).
-    bounds: (b_1, b_2, b_3, b_4) of the saturations; theory asks b_i > 2 b_(i+1).
-    slope_1, slope_2: Lambda_1, Lambda_2 [1/s], used only to log r1 and r2 on the scale of the paper's controller.
-    """
-
-    mass: Number
-    inertia: Vector
-    gravity: Number
-    altitude: Vector
-    yaw: Vector
-    bounds: Vector
-    slope_1: Vector
-    slope_2: Vector
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    altitude: Vector = gain((3.0, 0.5), "1/s, 1/s^2", "altitude: damping and stiffness", key="a_z", parts=PAIR)
+    yaw: Vector = gain((2.374, 0.08), "1/s, 1/s^2", "yaw: damping and stiffness", key="a_psi", parts=PAIR)
+    bounds: Vector = gain(
+        (2.0, 1.0, 0.2, 0.1),
+        "-",
+        "bounds of the saturations; [11]: b_i >= 2 b_(i+1)",
+        symbol="b",
+        parts=("1", "2", "3", "4"),
+    )
+    slope_1: Vector = given(lambda _: vector(1.0, 1.0, 1.0))
+    slope_2: Vector = given(lambda _: vector(15.0, 15.0, 15.0))
 
 
 class NoMemory(NamedTuple):
@@ -54,10 +61,21 @@ def nested(bounds: Vector, rate: Number, angle: Number, speed: Number, offset: N
 
 
 @dataclass(frozen=True)
-class NestedSaturation:
+class NestedSaturation(Controller):
     """[11]'s three loops. Its input change tau = C eta_dot + J tau~ compensates the attitude dynamics exactly."""
 
+    name = "nested-saturation"
+    label = "nested saturations [11]"
+    source = "Castillo, Lozano, Dzul 2005"
+    Gains = NestedSaturationGains
+    measures = State
+
     kinematics: Kinematics = Kinematics.STANDARD
+
+    @classmethod
+    def for_vehicle(cls, model: Model) -> Self:
+        """With the vehicle's T_eta."""
+        return cls(model.kinematics)
 
     def start(self, measured: State, gains: NestedSaturationGains) -> NoMemory:
         """Nothing to remember."""
@@ -98,3 +116,10 @@ class NestedSaturation:
             r2=vector(reference.yaw_rate, 0.0, 0.0) - measured.rates + gains.slope_2 * e2,
         )
         return command, memory
+
+    def conditions(self, gains: NestedSaturationGains, model: Model) -> Sequence[Condition]:
+        """Each saturation at least twice as wide as the one inside it."""
+        return [
+            Condition(f"b_{i + 1} >= 2 b_{i + 2}", outer, 2.0 * inner, "reference [11]", key="bounds")
+            for i, (outer, inner) in enumerate(pairwise(gains.bounds))
+        ]

@@ -19,7 +19,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control import controller
+from quadstep.control.controller import Command, Measured
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call
@@ -63,7 +64,7 @@ class OpaqueGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opaque(AirframeLaw):
+class Opaque(controller.Controller):
     """Asks the callable; has no memory of its own."""
 
     def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:

@@ -5,12 +5,17 @@ whose third column is Eq. 7. Body rates are T eta_dot with T of `Kinematics.RIGI
 tau_body. Singular at theta = 90 degrees, as the paper's law is.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
-from quadstep.control.controller import AirframeLaw, Command, ControllerLaw, Measured
+from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
+from quadstep.control.controller import Command, Condition, Controller, Measured
+from quadstep.control.gain import from_gains, usual
+from quadstep.control.learning import net
+from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 from quadstep.vehicle.state import State
 
@@ -66,11 +71,36 @@ def paper_state(measured: Measured) -> State:
     return State(measured.position, measured.velocity, attitude, euler_rates(attitude, measured.rates))
 
 
-@dataclass(frozen=True)
-class PaperOnAirframe(AirframeLaw):
-    """Any law of the paper's plant, flown on a real vehicle. Its psi follows the heading: psi_d = -yaw."""
+FORCE_RATE = from_gains(lambda gains, model: 3.2 * gains.mass * (model.agility * model.agility))
+TORQUE_RATE = from_gains(lambda _, model: 0.1 * largest(model.inertia) * (model.agility * model.agility))
+"""Learning rates that suit a vehicle: F_1 and F_2 of Eq. 54."""
 
-    law_on_angles: ControllerLaw
+
+@dataclass(frozen=True)
+class PaperOnAirframe(Controller):
+    """Any law of the paper's plant, flown on a real vehicle. Its psi follows the heading: psi_d = -yaw.
+
+    With the gains of the paper's law, in newtons; those left out follow the vehicle, so that the conditions of Theorem 5.1
+    hold.
+    """
+
+    name = "backstepping"
+    label = "adaptive backstepping (the paper's)"
+    source = "Das, Lewis, Subbarao 2009, through its Euler angles"
+    Gains = BacksteppingGains
+    defaults: ClassVar[Mapping[str, Any]] = {
+        "slope_1": usual(0.82),
+        "gain_1": from_gains(lambda gains, model: 6.3 * gains.mass * model.agility),
+        "integral_1": from_gains(lambda gains, _: gains.gain_1 / 15.0),
+        "slope_2": usual(12.0),
+        "gain_2": from_gains(lambda gains, model: 4.5 * largest(model.inertia) * largest(gains.slope_2)),
+        "integral_2": from_gains(lambda gains, _: gains.gain_2 / 15.0),
+        "filter_frequency": usual(14.0),
+        "force_net": net(1, FORCE_INPUTS, rate=FORCE_RATE, damping=0.008),
+        "torque_net": net(2, TORQUE_INPUTS, rate=TORQUE_RATE, damping=0.008),
+    }
+
+    law_on_angles: Controller = field(default_factory=Backstepping)
 
     def start(self, measured: Measured, gains: Any) -> Any:
         """The memory before the first sample."""
@@ -90,3 +120,7 @@ class PaperOnAirframe(AirframeLaw):
         command, memory = self.law_on_angles.law(memory, near, turned, gains, t, period)
         attitude = yaw_pitch_roll(quaternion_of(body_to_world(command.desired_attitude)))
         return command._replace(torque=body_torque(state.attitude, command.torque), desired_attitude=attitude), memory
+
+    def conditions(self, gains: Any, model: Model) -> Sequence[Condition]:
+        """Those of the law on angles."""
+        return self.law_on_angles.conditions(gains, model)

@@ -13,11 +13,15 @@ What is the paper's: the filtered errors r1 and r2 (Eqs 12 and 28), the wanted f
   projection, and nothing is learnt before take-off.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
-from quadstep.control.controller import AirframeLaw, Command, Measured
+from quadstep.control.controller import Command, Condition, Controller, Measured
+from quadstep.control.gain import AXES, NETS, believed, gain, given, usual
+from quadstep.control.learning import net, nets_start, weights
+from quadstep.control.model import Model
 from quadstep.control.networks import Net, basis, output, weight_rate
 from quadstep.control.projection import project, project_weights
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
@@ -47,34 +51,33 @@ AIRBORNE = 0.8
 
 
 class RotationGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains over mass and inertia; vectors are x, y, z.
+    """What the controller believes of the vehicle, and its gains over mass in x, y, z, over inertia about body x, y, z.
 
-    most_thrust: that the position loop may ask for [N]. slope_1: Lambda_1 [1/s]. gain_1: K_r1 / m [1/s]. integral_1: K_i1 /
-    m [1/s^2]. slope_2: Lambda_2 [1/s]. gain_2: K_r2 / J [1/s]. integral_2: K_i2 / J [1/s^2]. coupling: P / J [1/s^2].
-    filter_frequency: about body x, y, z [rad/s]. force_net, torque_net: for accelerations [m/s^2] and [rad/s^2].
-    learning_start [s]; infinite for never. weight_bounds: of |W_1|, |W_2|. integral_bounds: of |int r1| [m], |int r2| [rad].
-    weights_1, weights_2: at the start, (N, 3).
+    most_thrust: that the position loop may ask for [N]. force_net, torque_net: for accelerations [m/s^2] and [rad/s^2].
+    learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).
     """
 
-    mass: Number
-    inertia: Vector
-    gravity: Number
-    most_thrust: Number
-    slope_1: Vector
-    gain_1: Vector
-    integral_1: Vector
-    slope_2: Vector
-    gain_2: Vector
-    integral_2: Vector
-    coupling: Vector
-    filter_frequency: Vector
-    force_net: Net
-    torque_net: Net
-    learning_start: Number
-    weight_bounds: Vector
-    integral_bounds: Vector
-    weights_1: Matrix
-    weights_2: Matrix
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    slope_1: Vector = gain(usual(1.2, 1), "1/s", "Lambda_1, position loop (Eq. 12)", key="Lambda1")
+    gain_1: Vector = gain(usual(7.0, 1), "1/s", "K_r1 over mass; the theorem asks K_r1 > Lambda1", key="K_r1")
+    integral_1: Vector = gain(usual(7.0 / 15.0, 2), "1/s^2", "gain of the integral of r1, over mass", key="K_i1", zero=True)
+    slope_2: Vector = gain(usual((4.7, 4.7, 2.4), 1), "1/s", "Lambda_2, attitude loop (Eq. 28)", key="Lambda2")
+    gain_2: Vector = gain(usual((28.0, 28.0, 14.0), 1), "1/s", "K_r2 over inertia", key="K_r2")
+    integral_2: Vector = gain(
+        usual((80.0, 80.0, 40.0), 2), "1/s^2", "gain of the integral of r2, over inertia", key="K_i2", zero=True
+    )
+    coupling: Vector = gain(usual(60.0, 2), "1/s^2", "gain of the attitude error, over inertia: the completion's", key="P")
+    filter_frequency: Vector = gain(usual((31.0, 31.0, 15.5), 1), "rad/s", "command filter of the attitude")
+    force_net: Net = net(1, FORCE_INPUTS, rate=usual(6.5, 2), damping=0.06)
+    torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(36.0, 2), damping=0.06)
+    learning_start: Number = nets_start()
+    weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds of |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
+    integral_bounds: Vector = gain((20.0, 5.0), "m, rad", "bounds of |int r1| and |int r2|", parts=("r1", "r2"))
+    weights_1: Matrix = weights(1)
+    weights_2: Matrix = weights(2)
 
 
 class RotationMemory(NamedTuple):
@@ -98,8 +101,13 @@ class RotationMemory(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RotationBackstepping(AirframeLaw):
+class RotationBackstepping(Controller):
     """The law; `guide` is the position loop, `law` the attitude loop."""
+
+    name = "rotation-backstepping"
+    label = "adaptive backstepping on the rotation group"
+    source = "docs/theory.md"
+    Gains = RotationGains
 
     def start(self, measured: Measured, gains: RotationGains) -> RotationMemory:
         """Nothing integrated, the filter at the measured attitude."""
@@ -206,6 +214,11 @@ class RotationBackstepping(AirframeLaw):
             asked_torque=torque,
         )
         return command, following
+
+    def conditions(self, gains: RotationGains, model: Model) -> Sequence[Condition]:
+        """The condition of Theorem 5.1 that is left when the rigid-body torque is fed forward: K_r1 > m Lambda_1."""
+        pairs = zip(AXES, gains.gain_1, gains.slope_1, strict=True)
+        return [Condition(f"K_r1 ({axis}) > Lambda1", k, slope, "Theorem 5.1, over mass") for axis, k, slope in pairs]
 
 
 def share_made(missing: Number, asked: Number) -> Number:

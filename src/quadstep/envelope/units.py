@@ -9,7 +9,7 @@ from quadstep.mission.fields import Quantity
 KEYS = {
     "s": (
         "path.duration path.period path.ramp path.time "
-        "controller.nets.start wind.gust.start wind.gust.length sensors.latency "
+        "wind.gust.start wind.gust.length sensors.latency "
         "sensors.imu_latency sensors.imu_period sensors.fix_period simulation.duration "
         "simulation.step simulation.control_period simulation.guidance_period simulation.air_period "
         "simulation.log_period"
@@ -26,10 +26,10 @@ KEYS = {
     "m/s²": "vehicle.gravity sensors.accelerometer_bias",
     "m/s²/√Hz": "sensors.accelerometer_noise",
     "rad": "path.yaw path.yaw_start path.yaw_end start.attitude limits.pitch sensors.attitude_noise",
-    "rad/s": "path.yaw_rate start.rates limits.rate wind.swing_frequency controller.filter_frequency sensors.gyro_bias",
+    "rad/s": "path.yaw_rate start.rates limits.rate wind.swing_frequency sensors.gyro_bias",
     "rad/s/√Hz": "sensors.gyro_noise",
-    "kg": "vehicle.mass controller.mass",
-    "kg m²": "vehicle.inertia controller.inertia",
+    "kg": "vehicle.mass",
+    "kg m²": "vehicle.inertia",
     "N": "vehicle.rotors.limits disturbance.force",
     "N m": "disturbance.torque",
     "times Eq. 67": "disturbance.scale",

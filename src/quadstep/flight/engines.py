@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from quadstep.control.controller import AirframeLaw, ControllerLaw
+from quadstep.control.controller import Controller
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
@@ -25,7 +25,7 @@ class FlightPlan(NamedTuple):
     ticks: Ticks
     warnings: tuple[str, ...] = ()
 
-    def with_controller(self, controller: ControllerLaw | AirframeLaw, gains: Any) -> "FlightPlan":
+    def with_controller(self, controller: Controller, gains: Any) -> "FlightPlan":
         """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`."""
         loop = replace(self.loop, controller=controller)
         parameters = self.parameters._replace(gains=gains)

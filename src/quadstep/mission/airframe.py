@@ -7,11 +7,13 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from quadstep.airframe.aerodynamics import Drag
+from quadstep.airframe.agility import agility
 from quadstep.airframe.allocation import Allocation, allocation, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.plant import Airframe
 from quadstep.airframe.rotor import Rotor
+from quadstep.control.model import MARGIN, Model
 from quadstep.mission.fields import (
     Coefficient,
     Finite,
@@ -27,7 +29,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector, cos, sin, total
+from quadstep.numbers import Vector, cos, maximum, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -162,6 +164,19 @@ class BuiltAirframe(NamedTuple):
     airframe: Airframe
     allocation: Allocation
 
+    def model(self) -> Model:
+        """What it is to a controller."""
+        airframe, rotors = self.airframe, len(self.geometry.mounts)
+        return Model(
+            mass=airframe.mass,
+            inertia=airframe.inertia,
+            gravity=airframe.gravity,
+            most_thrust=MARGIN * rotors * self.allocation.most,
+            agility=agility(self.geometry, airframe, self.allocation),
+            rotors=rotors,
+            lag=maximum(airframe.rotor.rise, airframe.rotor.fall),
+        )
+
 
 class AirframeSection(Section):
     """A real airframe. `preset` or `file` names what it starts from; every key beside replaces one of that.
@@ -270,6 +285,10 @@ class AirframeSection(Section):
                 f"vehicle.rotor: a time constant of {quickest:g} s is too short for simulation.step = {step:g} s; "
                 f"steps of at most {2.5 * quickest:g} s are allowed"
             )
+
+    def model(self) -> Model:
+        """What it is to a controller."""
+        return self.build().model()
 
     def build(self) -> BuiltAirframe:
         """The vehicle as structure and numbers."""

@@ -10,7 +10,7 @@ from quadstep.analysis.metrics import lagrange_metrics, saturated_share
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.controllers import AnyController, BacksteppingSection
+from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -68,7 +68,7 @@ class LagrangeMission(Mission):
     name: Name = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
-    controller: AnyController = BacksteppingSection(type="backstepping")
+    controller: AnyController = USUAL_CONTROLLER
     start: StartSection = StartSection()
     disturbance: DisturbanceSection = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()

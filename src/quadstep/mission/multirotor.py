@@ -14,7 +14,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
-from quadstep.mission.airframe_controllers import AnyAirframeController, GeometricSection
+from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
@@ -66,7 +66,7 @@ class MultirotorMission(Mission):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     vehicle: AirframeSection
     path: AnyPath
-    controller: AnyAirframeController = GeometricSection(type="geometric")
+    controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
     start: AirframeStart = AirframeStart()
     wind: WindSection = WindSection()
     sensors: SensorsSection = SensorsSection()
@@ -77,12 +77,12 @@ class MultirotorMission(Mission):
     tune: TuneSection | None = None
 
     @cached_property
-    def model(self) -> BuiltAirframe:
+    def modelled(self) -> BuiltAirframe:
         return self.vehicle.build()
 
     @property
     def plant(self) -> Multirotor:
-        return Multirotor(self.model.geometry, self.model.effects)
+        return Multirotor(self.modelled.geometry, self.modelled.effects)
 
     @property
     def noisy(self) -> bool:
@@ -95,7 +95,7 @@ class MultirotorMission(Mission):
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics = airframe_metrics(log, self.score_from)
         if len(log.rows) > 1:
-            vehicle = self.model
+            vehicle = self.modelled
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
         share = metrics.get("saturated_share", 0.0)
@@ -107,7 +107,7 @@ class MultirotorMission(Mission):
         return airframe_jobs(log, self.name)
 
     def build(self, path: BuiltPath) -> Built:
-        vehicle, simulation = self.model, self.simulation
+        vehicle, simulation = self.modelled, self.simulation
         duration, rotors = simulation.duration or path.length, len(vehicle.geometry.mounts)
         try:
             self.vehicle.check_step(simulation.step)

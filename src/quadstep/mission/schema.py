@@ -60,8 +60,8 @@ class Mission(Section):
         return False
 
     @property
-    def model(self) -> Any:
-        """What the vehicle is to a controller."""
+    def modelled(self) -> Any:
+        """The vehicle that the controller is built for."""
         return self.vehicle
 
     @property
@@ -119,9 +119,9 @@ class Mission(Section):
 
         warn: whether to look for what speaks against it.
         """
-        path, model = self.path.build(folder), self.model
+        path, vehicle = self.path.build(folder), self.modelled
         built = self.build(path)
-        controller = self.controller.build(model, folder)
+        controller = self.controller.build(vehicle, folder)
         loop = Loop(self.plant, path.law, controller.law, built.air, built.sensing, built.guided)
         ticks = self.simulation.clock(path.length, [built.periods[task.name] for task in loop.tasks])
         last = ticks.last // ticks.log * ticks.log * ticks.step
@@ -129,7 +129,7 @@ class Mission(Section):
             raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
-        warnings = [*self.controller.warnings(model), *built.warnings()] if warn else []
+        warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
 
 

@@ -2,9 +2,15 @@
 
 from pathlib import Path
 
+from quadstep.control.controller import Measured
+from quadstep.control.registry import controllers
 from quadstep.errors import UserError
+from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.presets import preset_names
+from quadstep.mission.vehicle_list import load_preset
+from quadstep.mission.vehicles import VehicleSection
 from quadstep.report.publish import write_beside
+from quadstep.vehicle.state import State
 
 TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE
@@ -49,35 +55,7 @@ duration = 10.0             # s
 # rotors.moment = 0.05      # c, torque per thrust [m]
 # rotors.limits = [0.0, 80.0] # example: least and greatest thrust of one rotor [N]; none by default
 
-[controller]
-type = "backstepping"       # the paper's; or "completed-backstepping", or "nested-saturation", its reference [11]
-# mass = 1.0                # what the controller believes [kg]; the vehicle's if left out
-# Lambda1 = 1.0             # 1/s; a gain is one number, or a list of three
-# K_r1 = 3.0                # N s/m; the theorem asks K_r1 > m Lambda1
-# K_i1 = 0.2                # N/m
-# Lambda2 = 15.0            # 1/s, in the order psi, theta, phi
-# K_r2 = 250.0              # N m s; the theorem asks K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)
-# K_i2 = 10.0               # N m
-# filter_frequency = 100.0  # command filter of theta_d and phi_d [rad/s]
-# Only of completed-backstepping (docs/theory.md):
-# P = 20.0                  # N m/rad; 4 times the inertia if left out
-# inertia = [5.0, 5.0, 5.0] # what the controller believes [kg m^2]; the vehicle's if left out
-# weight_bounds = [20.0, 50.0]
-# integral_bounds = [50.0, 50.0]
-#
-# Only of nested-saturation: a_z = [3.0, 0.5], a_psi = [2.374, 0.08], bounds = [2.0, 1.0, 0.2, 0.1]
-
-[controller.nets]
-# enabled = true
-# start = 0.0               # s; when they switch on
-# neurons = 10
-# seed = 1                  # of the fixed input weights
-# F1 = 5.0                  # learning rates
-# F2 = 5.0
-# kappa1 = 0.01             # damping of the weights
-# kappa2 = 0.01
-# weights = "weights.json"  # example: warm start from an earlier flight
-
+CONTROLLER
 [start]                     # what is left out follows the path, or is zero
 # position = [0.0, 0.0, 0.0]   # m
 # velocity = [0.0, 0.0, 0.0]   # m/s
@@ -124,20 +102,7 @@ length = 6.0                # m
 width = 3.0                 # m
 period = 8.0                # s
 
-[controller]
-type = "rotation-backstepping"  # or geometric, pid, lqr, backstepping (the paper's law through its Euler angles)
-# mass and inertia are what the controller believes; the vehicle's if left out.
-# Gains are over mass and inertia; what is left out suits the vehicle. For rotation-backstepping:
-# Lambda1 = 1.2             # 1/s; a gain is one number, or a list for x, y, z
-# K_r1 = 7.0                # 1/s
-# K_i1 = 0.47               # 1/s^2
-# Lambda2 = [4.7, 4.7, 2.4] # 1/s
-# K_r2 = [28.0, 28.0, 14.0] # 1/s
-# K_i2 = [80.0, 80.0, 40.0] # 1/s^2
-# P = 60.0                  # 1/s^2
-# filter_frequency = [31.0, 31.0, 15.5] # rad/s
-# nets = { enabled = true, start = 0.0, neurons = 10, seed = 1, F1 = 6.5, F2 = 36.0, kappa1 = 0.06, kappa2 = 0.06 }
-
+CONTROLLER
 [start]                     # what is left out follows the path, or is zero
 # position = [0.0, 0.0, 3.0]   # m
 # velocity = [0.0, 0.0, 0.0]   # m/s
@@ -184,16 +149,28 @@ type = "rotation-backstepping"  # or geometric, pid, lqr, backstepping (the pape
 """
 
 
-def write_template(path: Path, preset: str | None = None) -> None:
+def write_template(path: Path, preset: str | None = None, controller: str | None = None) -> None:
     """Write the template to a new file: for the paper's plant, or for a real vehicle.
 
-    Raises UserError if the preset is unknown, or if the file exists or cannot be written.
+    Raises UserError if the preset or the controller is unknown, or if the file exists or cannot be written.
     """
-    if preset is not None and preset not in preset_names():
-        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}")
+    text = template(preset, controller)
     try:
         if path.exists():
             raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
     except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
-    write_beside(path, VEHICLE_TEMPLATE.replace("PRESET", preset) if preset else TEMPLATE)
+    write_beside(path, text)
+
+
+def template(preset: str | None = None, controller: str | None = None) -> str:
+    """The text of a mission: for the paper's plant, or for a real vehicle. Raises UserError."""
+    if preset is not None and preset not in preset_names():
+        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}")
+    known = controllers(Measured if preset else State)
+    name = controller or ("rotation-backstepping" if preset else "backstepping")
+    if name not in known:
+        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}")
+    model = load_preset(preset).model() if preset else VehicleSection().model()
+    lines = "\n".join(controller_lines(known[name], model, [other for other in known if other != name]))
+    return (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)

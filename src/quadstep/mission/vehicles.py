@@ -1,11 +1,14 @@
 """The vehicle section of a mission; defaults are the paper's vehicle (Section 6), rotors chosen where it is silent."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, model_validator
 
+from quadstep.control.model import MARGIN, Model
 from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Section, as_tuple
 from quadstep.numbers import Vector, total
+from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle
 from quadstep.vehicle.rotors import Rotors
 
@@ -51,6 +54,12 @@ class VehicleSection(Section):
             if lift <= weight:
                 return [f"vehicle.rotors.limits: four rotors lift at most {lift:g} N, the weight is {weight:g} N"]
         return []
+
+    def model(self) -> Model:
+        """What it is to a controller."""
+        greatest = self.rotors.limits[1] if self.rotors.limits else math.inf
+        kinematics = Kinematics(self.kinematics)
+        return Model(self.mass, Vector(self.inertia), self.gravity, MARGIN * 4 * greatest, kinematics=kinematics)
 
     def build(self) -> Vehicle:
         """The vehicle as numbers."""

@@ -6,6 +6,8 @@ A kind of number joins in by carrying a class attribute `functions` with the met
 
 import math
 import struct
+from collections.abc import Iterable
+from functools import reduce
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -200,6 +202,16 @@ def minimum(a: Number, b: Number) -> Number:
 def maximum(a: Number, b: Number) -> Number:
     """The larger of two numbers."""
     return where(a > b, a, b)
+
+
+def smallest(values: Iterable[Number]) -> Number:
+    """The smallest of some numbers."""
+    return reduce(minimum, values)
+
+
+def largest(values: Iterable[Number]) -> Number:
+    """The largest of some numbers."""
+    return reduce(maximum, values)
 
 
 def clip(x: Number, low: Number, high: Number) -> Number:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from quadstep.control.gain import ANGLES, AXES
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
@@ -11,11 +12,6 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
-
-GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
-"""Headings of a controller's sliders."""
-
-AXES, ANGLES, ONE = ("x", "y", "z"), ("psi", "theta", "phi"), ("",)
 
 BELIEVES = "The vehicle's; the controller goes on believing its own."
 

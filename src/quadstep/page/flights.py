@@ -13,8 +13,8 @@ from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
 from quadstep.page.model import Control, Controller, Flight, Recorded, numbers_text
-from quadstep.page.plain import plain_controls
 from quadstep.page.scenes import panels, scene
+from quadstep.page.sliders import known_sliders
 
 MOST_ROWS = 60_000
 """Rows of the longest log that the page flies."""
@@ -101,14 +101,10 @@ class Live(NamedTuple):
 def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
     """The laws of a flight. Raises UserError where the page cannot fly it."""
     check_length(plan.ticks)
-    if isinstance(flown.mission, LagrangeMission):
-        found = controllers(flown.mission, plan, flown.folder, laws)
-        return Live(tuple(found), tuple(shared_controls(flown.mission, plan)))
     if flown.mission is not None:
-        from quadstep.page.airframes import airframe_controllers  # noqa: PLC0415 (loaded only for a real vehicle)
-
-        found = airframe_controllers(flown.mission, plan, flown.folder, laws)
-        return Live(tuple(found), tuple(airframe_controls(flown.mission, plan)))
+        shared = shared_controls if isinstance(flown.mission, LagrangeMission) else airframe_controls
+        found = controllers(flown.mission, plan, flown.folder, laws)
+        return Live(tuple(found), tuple(shared(flown.mission, plan)))
     return Live((lone_controller(plan, laws),), ())
 
 
@@ -125,7 +121,7 @@ def lone_controller(plan: FlightPlan, laws: Laws) -> Controller:
     """The controller of a plan of which nothing but its numbers is known."""
     gains = plan.parameters.gains
     name = type(plan.loop.controller).__name__
-    return Controller("own", name, *laws.add(plan), tuple(plain_controls(gains)), ())
+    return Controller("own", name, *laws.add(plan), tuple(known_sliders(gains)), ())
 
 
 def recorded(log: FlightLog, share: int) -> Recorded:

@@ -3,10 +3,8 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from quadstep.control.backstepping import BacksteppingGains
-from quadstep.control.completed_backstepping import CompletedGains
-from quadstep.control.networks import Net, random_input_weights
-from quadstep.control.rotation_backstepping import RotationGains
+from quadstep.control.learning import DeclaredNet, Weights
+from quadstep.control.networks import random_input_weights
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import ClosedLoop
 from quadstep.flight.engines import FlightPlan
@@ -131,22 +129,17 @@ def neurons(names: Sequence[str]) -> list[dict[str, list[float]]]:
 
 def widened(gains: Any, seed: int) -> Any:
     """The same gains with nets of at least `NEURONS` neurons, as the seed draws them; the further weights are zero."""
-    if isinstance(gains, CompletedGains):
-        return gains._replace(paper=widened(gains.paper, seed))
-    if not isinstance(gains, BacksteppingGains | RotationGains):
+    if not hasattr(gains, "_field_defaults"):
         return gains
-    count = max(NEURONS, len(gains.weights_1))
-
-    def net(net: Net, stream: int) -> Net:
-        inputs = len(net.input_weights.rows[0]) - 1
-        return net._replace(input_weights=random_input_weights(seed, stream, count, inputs))
-
-    def filled(weights: Matrix) -> Matrix:
-        return Matrix([*weights, *[Vector((0.0, 0.0, 0.0))] * (count - len(weights))])
-
-    return gains._replace(
-        force_net=net(gains.force_net, 1),
-        torque_net=net(gains.torque_net, 2),
-        weights_1=filled(gains.weights_1),
-        weights_2=filled(gains.weights_2),
-    )
+    changed: dict[str, Any] = {}
+    for name, value in zip(gains._fields, gains, strict=True):
+        declaration = gains._field_defaults.get(name)
+        if isinstance(declaration, DeclaredNet):
+            count = max(NEURONS, len(value.input_weights))
+            wide = random_input_weights(seed, declaration.number, count, declaration.inputs)
+            changed[name] = value._replace(input_weights=wide)
+        elif isinstance(declaration, Weights):
+            changed[name] = Matrix([*value, *[Vector((0.0, 0.0, 0.0))] * (NEURONS - len(value))])
+        else:
+            changed[name] = widened(value, seed)
+    return gains._replace(**changed)

@@ -5,6 +5,7 @@ is flown, so that the file with the tuned gains says exactly what was flown.
 """
 
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -114,30 +115,18 @@ def looked_up(mission: Mission, names: Sequence[str], said: str) -> Any:
 
 
 def filled_in(mission: Mission) -> dict[str, Any]:
-    """The gains that a real vehicle's controller takes where the mission says nothing."""
-    controller, vehicle = mission.controller, mission.model
-    found = controller.scaled(vehicle) if hasattr(controller, "scaled") else {}
-    if hasattr(controller, "gains_for"):
-        found = controller.gains_for(vehicle)
-    return {key: tuple(map(float, one)) if isinstance(one, Vector | tuple) else one for key, one in found.items()}
+    """What the controller takes at the keys of its gains, given or not, as the mission would say it."""
+    gains = mission.controller.gains(mission.modelled.model())
+    found = {key: attrgetter(name)(gains) for key, (name, _) in mission.controller.controller.by_key().items()}
+    return {key: tuple(one) if isinstance(one, Vector) else one for key, one in found.items()}
 
 
 def tunable(mission: Mission) -> list[str]:
     """The keys that can be tuned."""
-    filled = filled_in(mission)
-
-    def within(section: BaseModel, prefix: str) -> list[str]:
-        keys: list[str] = []
-        for name in type(section).model_fields:
-            value = getattr(section, name)
-            value = filled.get(name) if value is None else value
-            if isinstance(value, BaseModel):
-                keys += within(value, f"{prefix}{name}.")
-            elif type(value) is float or (isinstance(value, tuple) and all(type(one) is float for one in value)):
-                keys.append(f"{prefix}{name}")
-        return keys
-
-    return within(mission.controller, "controller.")
+    keys = [key for key, (_, gain) in mission.controller.controller.by_key().items() if gain.tunable]
+    nets = mission.controller.table
+    learning = [f"nets.{key}" for key, value in nets or () if type(value) is float]
+    return [f"controller.{key}" for key in (*keys, *learning)]
 
 
 def present(gains: Sequence[Gain]) -> dict[str, float]:

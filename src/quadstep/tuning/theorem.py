@@ -1,21 +1,22 @@
 """The controller's own conditions on its gains, and candidates moved until they hold.
 
 A candidate that breaks them is moved straight towards a point where they hold, just as far as needed, and flown there; the
-search is told a cost that grows with the distance. Nothing is known of the conditions but whether they hold.
+search is told a cost that grows with the distance.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.campaign.keys import parts, replaced
+from quadstep.control.controller import Condition
+from quadstep.control.model import Model
 from quadstep.errors import UserError
+from quadstep.mission.derived import ControllerSection
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
-
-CONDITION = "(condition of "
-"""What a controller's warning of a broken condition says, as in (condition of Theorem 5.1)."""
 
 HALVINGS = 20
 TRIED = 2000
@@ -34,41 +35,46 @@ class Conditions:
 
     def __init__(self, missions: Sequence[Mission], numbers: Callable[[Point], dict[str, float]]) -> None:
         self.numbers = numbers
-        self.cases: list[tuple[Any, list[Any]]] = []
+        self.cases: list[tuple[ControllerSection, list[Model]]] = []
         """Each controller, and the vehicles that it flies."""
         for mission in missions:
-            vehicle = mission.model
-            known = [vehicles for controller, vehicles in self.cases if controller == mission.controller]
+            model = mission.modelled.model()
+            known = [models for controller, models in self.cases if controller == mission.controller]
             if known:
-                known[0].append(vehicle)
+                known[0].append(model)
             else:
-                self.cases.append((mission.controller, [vehicle]))
+                self.cases.append((mission.controller, [model]))
 
-    def broken(self, values: dict[str, float]) -> list[str]:
-        """The conditions that these numbers break in the first case in which they break any."""
-        for controller, vehicles in self.cases:
+    def of(self, values: Mapping[str, Any]) -> Iterator[Condition]:
+        """All conditions on these numbers, each of which may be an array of candidates."""
+        for controller, models in self.cases:
             changed = with_gains(controller, values)
-            for vehicle in vehicles:
-                found = [line for line in changed.warnings(vehicle) if CONDITION in line]
-                if found:
-                    return found
-        return []
+            for model in models:
+                yield from changed.conditions(model)
+
+    def broken(self, values: Mapping[str, float]) -> list[str]:
+        """What these numbers break."""
+        return [one.warning() for one in self.of(values) if not one.holds]
 
     def hold(self, point: Point) -> bool:
         """Whether all hold at a point."""
-        return not self.broken(self.numbers(point))
+        return all(one.holds for one in self.of(self.numbers(point)))
+
+    def holding(self, points: Sequence[Point]) -> NDArray[np.bool_]:
+        """At which of many points all hold."""
+        values = [self.numbers(point) for point in points]
+        columns = {key: np.array([one[key] for one in values]) for key in values[0]}
+        found = np.ones(len(points), dtype=bool)
+        for one in self.of(columns):
+            found &= one.holds
+        return found
 
     def anchor(self, start: Point, seed: int) -> list[float]:
         """A point where they hold: the start, or the nearest to it of many tried. Raises UserError if there is none."""
         if self.hold(start):
             return list(start)
-        random, found = np.random.default_rng(seed), []
-        for _ in range(TRIED):
-            point = random.random(len(start)).tolist()
-            if self.hold(point):
-                found.append(point)
-            if len(found) == ENOUGH:
-                break
+        tried = np.random.default_rng(seed).random((TRIED, len(start)))
+        found = tried[self.holding(tried.tolist())][:ENOUGH].tolist()
         if not found:
             said = self.broken(self.numbers(start))[0]
             raise UserError(
@@ -88,7 +94,7 @@ class Conditions:
         return between(anchor, point, near)
 
 
-def with_gains(controller: Any, values: dict[str, float]) -> Any:
+def with_gains(controller: ControllerSection, values: Mapping[str, Any]) -> ControllerSection:
     """A checked controller with other numbers, by keys of the mission."""
     changed: dict[str, Any] = {}
     for key, value in values.items():

@@ -1,0 +1,258 @@
+"""Gains that say what they are, where a law's numbers are declared.
+
+    class SuperTwistingGains(NamedTuple):
+        mass: Number = believed("mass")
+        k_p: Vector = gain(6.0, "1/s^2", "position", low=0.5, high=60.0)
+        most_thrust: Number = given(lambda model: model.most_thrust)
+
+A declaration stands where a `NamedTuple` has its default. The mission's keys and their checks, the lines of `quadstep new`,
+units, the page's sliders and the ranges of a search all follow from it. A field that is itself a `NamedTuple` of declared
+gains needs none: its keys stand beside the others.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, get_type_hints
+
+from quadstep.control.model import Model
+from quadstep.numbers import Number, Vector
+
+AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
+"""Parts of a gain about three axes. One number in a mission stands for three equal ones."""
+
+GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
+"""Headings of sliders."""
+
+BELIEVED_UNITS = {"mass": "kg", "inertia": "kg m^2", "gravity": "m/s^2"}
+
+
+@dataclass(frozen=True)
+class FromGains:
+    """A default that follows from other gains of the same structure: rule(gains, model)."""
+
+    rule: Callable[[Any, Model], Any]
+
+
+Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], Any] | FromGains | None
+"""A number, one for each part, a function of the vehicle, or of other gains; None if a mission has to say it."""
+
+
+@dataclass(frozen=True)
+class Usual:
+    """A gain found on the 2.6 kg vehicle; on others it is times their agility to this power: 1/s to the power."""
+
+    values: float | tuple[float, ...]
+    power: int
+
+    def __call__(self, model: Model) -> Any:
+        pace: Number = 1.0
+        for _ in range(self.power):
+            pace = pace * model.agility
+        return tuple(value * pace for value in self.values) if isinstance(self.values, tuple) else self.values * pace
+
+
+class Declaration(Protocol):
+    """What decides a field of the gains."""
+
+    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+        """The field's value where the mission says nothing. gains: the other fields; learning: what is said of the nets."""
+        ...
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A number or vector with a key in mission files. parts: names of a vector's entries, none of a number.
+
+    zero: whether it may be 0; it is never less. low, high, scale ("log" or "linear"): of the slider and of a search.
+    tunable: whether it is proposed to a search. group: heading of its slider.
+    """
+
+    default: Default
+    unit: str
+    meaning: str
+    symbol: str = ""
+    key: str = ""
+    parts: tuple[str, ...] = ()
+    zero: bool = False
+    low: float | None = None
+    high: float | None = None
+    scale: str | None = None
+    tunable: bool = True
+    group: str = GAINS
+
+    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+        """The default."""
+        return self.shaped(resolved(self.default, gains, model))
+
+    def shaped(self, value: Any) -> Any:
+        """A value as the law takes it: a vector where there are parts, one number standing for equal ones."""
+        if not self.parts or isinstance(value, Vector):
+            return value
+        return Vector(value if isinstance(value, tuple) else (value,) * len(self.parts))
+
+    @property
+    def label(self) -> str:
+        """The symbol, or what the key says in words; k_p is a symbol, most_speed are words."""
+        first, *more = self.key.split("_")
+        return self.symbol or (self.key if len(first) == 1 or not more else " ".join((first, *more)))
+
+    @property
+    def stands_for_three(self) -> bool:
+        """Whether a mission may give one number for all parts."""
+        return self.parts in (AXES, ANGLES)
+
+    @property
+    def fixed(self) -> Any:
+        """The default if it is the same for every vehicle, as a mission holds it; else None."""
+        if self.default is None or callable(self.default) or isinstance(self.default, FromGains):
+            return None
+        if not self.parts:
+            return self.default
+        return self.default if isinstance(self.default, tuple) else (self.default,) * len(self.parts)
+
+    def span(self, least: float, most: float) -> tuple[float, float, str]:
+        """Low, high and scale of a slider or a search about present values from `least` to `most`."""
+        scale = self.scale or ("linear" if self.zero or least <= 0.0 else "log")
+        low = self.low if self.low is not None else 0.0 if scale == "linear" else least / 10.0
+        high = self.high if self.high is not None else max(10.0 * most, 1.0 if scale == "linear" else 0.0)
+        return low, high, scale
+
+
+@dataclass(frozen=True)
+class Given:
+    """No key: it follows from the vehicle."""
+
+    value: Callable[[Model], Any]
+
+    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+        """What the vehicle gives."""
+        return self.value(model)
+
+
+def gain(
+    default: Default,
+    unit: str,
+    meaning: str,
+    *,
+    symbol: str = "",
+    key: str = "",
+    parts: tuple[str, ...] = (),
+    zero: bool = False,
+    low: float | None = None,
+    high: float | None = None,
+    scale: str | None = None,
+    tunable: bool = True,
+    group: str = GAINS,
+) -> Any:
+    """Declares a gain; see `Gain`. Its key is the field's name, its parts those of three axes, unless they are given."""
+    return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group)
+
+
+def believed(what: str) -> Any:
+    """Declares what the controller believes of the vehicle ("mass", "inertia"): a key, the vehicle's own if left out."""
+    return Gain(
+        lambda model: getattr(model, what),
+        BELIEVED_UNITS[what],
+        "what the controller believes; the vehicle's if left out",
+        key=what,
+        tunable=False,
+        group=BELIEF,
+    )
+
+
+def given(value: Callable[[Model], Any]) -> Any:
+    """Declares a number that follows from the vehicle and has no key."""
+    return Given(value)
+
+
+def usual(values: float | tuple[float, ...], power: int = 1) -> Usual:
+    """A default found on the 2.6 kg vehicle, times the agility of others to this power."""
+    return Usual(values, power)
+
+
+def from_gains(rule: Callable[[Any, Model], Any]) -> FromGains:
+    """A default that follows from other gains: `from_gains(lambda gains, model: gains.k_p / 15.0)`."""
+    return FromGains(rule)
+
+
+def resolved(default: Default, gains: Any, model: Model) -> Any:
+    """What a default comes to."""
+    if isinstance(default, FromGains):
+        return default.rule(gains, model)
+    return default(model) if callable(default) else default
+
+
+# A structure of gains
+
+
+R = TypeVar("R")
+
+
+def by_type(function: Callable[[type[Any]], R]) -> Callable[[type[Any]], R]:
+    """The function, its answer for each class kept."""
+    return cache(function)  # type: ignore[return-value]  # a class is hashable, whatever its objects are
+
+
+@by_type
+def declared(gains: type[Any]) -> Mapping[str, Any]:
+    """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
+    found: dict[str, Any] = {}
+    for name, kind in get_type_hints(gains).items():
+        declaration = getattr(gains, "_field_defaults", {}).get(name)
+        if isinstance(declaration, Gain):
+            parts = declaration.parts or (AXES if kind is Vector else ())
+            found[name] = replace(declaration, key=declaration.key or name, parts=parts)
+        elif hasattr(declaration, "decide"):
+            found[name] = declaration
+        elif hasattr(kind, "_field_defaults"):
+            found |= {f"{name}.{inner}": one for inner, one in declared(kind).items()}
+        else:
+            raise TypeError(f"{gains.__name__}.{name}: say what it is: gain(...), believed(...) or given(...)")
+    keys = [one.key for one in found.values() if isinstance(one, Gain)]
+    twice = [key for key in keys if keys.count(key) > 1]
+    if twice:
+        raise TypeError(f"{gains.__name__}: two gains have the key {twice[0]}")
+    return found
+
+
+def with_defaults(declarations: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Declarations with other defaults, by dotted name; what is itself a declaration replaces the one that was there."""
+    changed = dict(declarations)
+    for name, one in defaults.items():
+        changed[name] = one if hasattr(one, "decide") else replace(declarations[name], default=one)
+    return changed
+
+
+class Said(NamedTuple):
+    """What a mission says of the gains. values: by dotted field, where it does; learning: of the nets."""
+
+    values: Mapping[str, Any]
+    learning: Any = None
+
+
+class Undecided:
+    """Gains that are decided one by one as they are read, so that their order does not matter, and only what is read costs."""
+
+    def __init__(self, gains: type, declarations: Mapping[str, Any], said: Said, model: Model, prefix: str = "") -> None:
+        self._gains, self._declarations, self._said, self._model, self._prefix = gains, declarations, said, model, prefix
+
+    def __getattr__(self, name: str) -> Any:
+        hints = get_type_hints(self._gains)
+        if name not in hints:
+            raise AttributeError(f"{self._gains.__name__} has no field {name!r}")
+        path = f"{self._prefix}{name}"
+        declaration, said = self._declarations.get(path), self._said.values.get(path)
+        if declaration is None:
+            value: Any = Undecided(hints[name], self._declarations, self._said, self._model, f"{path}.")
+        elif said is None:
+            value = declaration.decide(self, self._model, self._said.learning)
+        else:
+            value = declaration.shaped(said)
+        setattr(self, name, value)
+        return value
+
+    def decided(self) -> Any:
+        """All of them, as the law takes them."""
+        values = {name: getattr(self, name) for name in self._gains._fields}  # type: ignore[attr-defined]
+        return self._gains(**{name: one.decided() if isinstance(one, Undecided) else one for name, one in values.items()})

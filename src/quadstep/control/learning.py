@@ -1,0 +1,91 @@
+"""Declares the two nets of an adaptive law, which share one table of a mission's keys.
+
+force_net: Net = net(1, inputs=12, rate=5.0, damping=0.01)
+torque_net: Net = net(2, inputs=9, rate=5.0, damping=0.01)
+learning_start: Number = nets_start()
+weights_1: Matrix = weights(1)
+weights_2: Matrix = weights(2)
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from quadstep.control.gain import Default, resolved
+from quadstep.control.model import Model
+from quadstep.control.networks import Net, random_input_weights
+from quadstep.numbers import Matrix, Number, Vector
+
+NEURONS, SEED = 10, 1
+"""Of each net, and of its fixed input weights, where a mission says nothing."""
+
+
+class Learning(NamedTuple):
+    """What a mission says of both nets. start [s]. rates, dampings: None for what is declared. weights: None for zero."""
+
+    enabled: bool = True
+    start: Number = 0.0
+    neurons: int = NEURONS
+    seed: int = SEED
+    rates: tuple[Number | None, Number | None] = (None, None)
+    dampings: tuple[Number | None, Number | None] = (None, None)
+    weights: tuple[Matrix, Matrix] | None = None
+
+
+@dataclass(frozen=True)
+class DeclaredNet:
+    """One net. number: 1 or 2, as in F1 and kappa1, its stream of random input weights too."""
+
+    number: int
+    inputs: int
+    rate: Default
+    damping: float
+
+    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Net:
+        """The net, with its fixed input weights."""
+        said = learning or Learning()
+        rate, damping = said.rates[self.number - 1], said.dampings[self.number - 1]
+        return Net(
+            random_input_weights(said.seed, self.number, said.neurons, self.inputs),
+            resolved(self.rate, gains, model) if rate is None else rate,
+            self.damping if damping is None else damping,
+        )
+
+
+@dataclass(frozen=True)
+class LearningStart:
+    """When both nets switch on."""
+
+    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Number:
+        """[s]; infinite for never."""
+        said = learning or Learning()
+        return said.start if said.enabled else math.inf
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of one net at the start."""
+
+    number: int
+
+    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Matrix:
+        """Shape (neurons, 3)."""
+        said = learning or Learning()
+        if said.weights is not None:
+            return said.weights[self.number - 1]
+        return Matrix([Vector((0.0, 0.0, 0.0)) for _ in range(said.neurons)])
+
+
+def net(number: int, inputs: int, rate: Default, damping: float) -> Any:
+    """Declares the net of this number, 1 or 2. rate: F of Eq. 54. damping: kappa of Eq. 54."""
+    return DeclaredNet(number, inputs, rate, damping)
+
+
+def nets_start() -> Any:
+    """Declares when the nets switch on."""
+    return LearningStart()
+
+
+def weights(number: int) -> Any:
+    """Declares the weights of the net of this number at the start."""
+    return Weights(number)

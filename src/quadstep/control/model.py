@@ -1,0 +1,28 @@
+"""What the vehicle is to a controller: the numbers from which gains that a mission leaves out follow."""
+
+import math
+from typing import NamedTuple
+
+from quadstep.numbers import Number, Vector
+from quadstep.vehicle.kinematics import Kinematics
+
+MARGIN = 0.85
+"""Share of all rotors' thrust that a position loop may ask for; the rest is for turning."""
+
+
+class Model(NamedTuple):
+    """Of any vehicle; SI units.
+
+    mass [kg], inertia: diagonal [kg m^2], gravity [m/s^2]. most_thrust: what a position loop may ask for [N]; infinite where
+    nothing limits the rotors. agility: how fast the loops can be, against those of the 2.6 kg vehicle, in (0, 1]. rotors: how
+    many. lag: the longer time constant of a rotor [s]. kinematics: T_eta of the paper's plant; that of a rigid body elsewhere.
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    most_thrust: Number = math.inf
+    agility: Number = 1.0
+    rotors: int = 4
+    lag: Number = 0.0
+    kinematics: Kinematics = Kinematics.RIGID

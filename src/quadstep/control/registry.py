@@ -1,0 +1,33 @@
+"""The controllers of the package, by what they are told: those of one kind of vehicle are loaded when they are asked for."""
+
+from importlib import import_module
+
+from quadstep.control.controller import Controller, Measured
+from quadstep.control.gain import by_type
+from quadstep.vehicle.state import State
+
+BUILT_IN: dict[type, tuple[str, ...]] = {
+    State: (
+        "backstepping.Backstepping",
+        "completed_backstepping.CompletedBackstepping",
+        "nested_saturation.NestedSaturation",
+    ),
+    Measured: (
+        "geometric.Geometric",
+        "cascaded_pid.CascadedPid",
+        "lqr.Lqr",
+        "rotation_backstepping.RotationBackstepping",
+        "paper_on_airframe.PaperOnAirframe",
+    ),
+}
+"""Module and class, in the order in which users are told of them."""
+
+
+@by_type
+def controllers(measures: type) -> dict[str, type[Controller]]:
+    """Those that are told such a measurement, by name."""
+    found: list[type[Controller]] = []
+    for place in BUILT_IN[measures]:
+        module, name = place.split(".")
+        found.append(getattr(import_module(f"quadstep.control.{module}"), name))
+    return {law.name: law for law in found}

@@ -1,0 +1,74 @@
+"""The lines of `quadstep new` about a controller, from what its gains declare: every key with its default."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
+from typing import Any
+
+from quadstep.control.controller import Controller
+from quadstep.control.learning import DeclaredNet
+from quadstep.control.model import Model
+from quadstep.mission.derived import section_of
+from quadstep.mission.fields import Quantity
+from quadstep.mission.nets import NetsSection
+from quadstep.numbers import Vector
+
+WIDTH = 27
+"""Of a key and its value, before the comment."""
+
+DIGITS = 4
+"""Of a default that follows from the vehicle."""
+
+
+def controller_lines(controller: type[Controller], model: Model, others: Sequence[str]) -> Iterator[str]:
+    """Tables `[controller]` and `[controller.nets]`. others: what its `type` may be too."""
+    yield "[controller]"
+    yield commented(f'type = "{controller.name}"', f"{controller.label}; or {', '.join(others)}")
+    yield "# A gain in x, y, z or about three axes is one number or a list of three; what is left out suits the vehicle."
+    gains = controller.gains(model)
+    for key, (name, gain) in controller.by_key().items():
+        value = gain.fixed if gain.fixed is not None else rounded(attrgetter(name)(gains))
+        yield commented(f"# {key} = {written(value, gain.stands_for_three)}", gain.unit, gain.meaning)
+    nets = section_of(controller)(type=controller.name).table
+    if nets is not None:
+        yield "\n[controller.nets]"
+        yield from net_lines(nets, learning_numbers(controller, gains))
+    yield ""
+
+
+def net_lines(nets: NetsSection, derived: Mapping[str, float]) -> Iterator[str]:
+    """The keys of the nets. derived: numbers that follow from the vehicle."""
+    for key, field in type(nets).model_fields.items():
+        value = getattr(nets, key)
+        for note in field.metadata:
+            if isinstance(note, Quantity):
+                shown = rounded(derived[key]) if value is None else value
+                yield commented(f"# {key} = {written(shown)}", note.unit, note.meaning)
+    yield commented('# weights = "weights.json"', "", "example: warm start from an earlier flight")
+
+
+def learning_numbers(controller: type[Controller], gains: Any) -> dict[str, float]:
+    """F1, F2, kappa1 and kappa2."""
+    found: dict[str, float] = {}
+    for name, net in controller.declarations().items():
+        if isinstance(net, DeclaredNet):
+            built = attrgetter(name)(gains)
+            found |= {f"F{net.number}": built.learning_rate, f"kappa{net.number}": built.damping}
+    return found
+
+
+def rounded(value: Any) -> Any:
+    """Numbers to a few digits."""
+    return tuple(map(rounded, value)) if isinstance(value, Vector | tuple) else float(f"{value:.{DIGITS}g}")
+
+
+def written(value: Any, stands_for_three: bool = False) -> str:
+    """A value as TOML; of three equal ones that one number may stand for, that."""
+    if isinstance(value, tuple):
+        same = stands_for_three and len(set(value)) == 1
+        return written(value[0]) if same else f"[{', '.join(map(written, value))}]"
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def commented(line: str, *said: str) -> str:
+    """A line and what is said of it."""
+    return f"{line:<{WIDTH}} # {'; '.join(filter(lambda part: part not in ('', '-'), said))}"

@@ -1,0 +1,148 @@
+"""A controller's table of a mission file, derived from what its gains declare."""
+
+from collections.abc import Mapping
+from operator import attrgetter
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Union
+
+from pydantic import BeforeValidator, Field, create_model
+
+from quadstep.control.controller import Condition, Controller
+from quadstep.control.gain import Gain, Undecided, by_type
+from quadstep.control.learning import DeclaredNet
+from quadstep.control.model import Model
+from quadstep.control.registry import controllers
+from quadstep.errors import UserError
+from quadstep.mission.fields import (
+    MOST,
+    NonNegative,
+    NonNegativeDiagonal,
+    Positive,
+    PositiveDiagonal,
+    Quantity,
+    Section,
+    as_tuple,
+)
+from quadstep.mission.nets import NetsSection
+from quadstep.numbers import flatten
+
+
+class BuiltController(NamedTuple):
+    """law and gains as in `quadstep.control`."""
+
+    law: Any
+    gains: Any
+
+
+class Modelled(Protocol):
+    """A vehicle."""
+
+    def model(self) -> Model:
+        """What it is to a controller."""
+        ...
+
+
+class ControllerSection(Section):
+    """A controller in a mission file: its `type`, a key for each declared gain, and a table `nets` if it has any."""
+
+    controller: ClassVar[type[Controller]]
+    type: str
+
+    @property
+    def table(self) -> NetsSection | None:
+        """What is said of the nets; None of a controller that has none."""
+        found: NetsSection | None = getattr(self, "nets", None)
+        return found
+
+    def gains(self, model: Model, folder: Path | None = None) -> Undecided:
+        """The gains as declared, what is left out following from the vehicle.
+
+        folder: where files are looked up that a key names; None for gains whose weights are not wanted. Raises UserError.
+        """
+        values = {key: getattr(self, key) for key in self.controller.by_key()}
+        return self.controller.undecided(model, values, self.table.learning(folder) if self.table else None)
+
+    def build(self, vehicle: Modelled, folder: Path) -> BuiltController:
+        """The law and its gains. folder: where files are looked up that a key names. Raises UserError."""
+        model = vehicle.model()
+        law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
+        self.check_followed(gains)
+        return BuiltController(law, law.prepare(gains, model))
+
+    def check_followed(self, gains: Any) -> None:
+        """Refuse gains that follow from a vehicle of no use. Raises UserError."""
+        for key, (name, _) in self.controller.by_key().items():
+            for value in flatten(attrgetter(name)(gains)) if getattr(self, key) is None else ():
+                if isinstance(value, float) and not value <= MOST:
+                    raise UserError(f"controller.{key}: follows from the vehicle as {value:g}, and may be at most {MOST:.0f}")
+
+    def conditions(self, model: Model) -> list[Condition]:
+        """What theory asks of these gains, as far as a mission is warned of it."""
+        found = self.controller.for_vehicle(model).conditions(self.gains(model), model)
+        return [one for one in found if one.warned]
+
+    def warnings(self, vehicle: Modelled) -> list[str]:
+        """The conditions that these gains break, a line each."""
+        return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
+
+
+def checked_kind(gain: Gain) -> Any:
+    """The type of a gain's key in a mission."""
+    if not gain.parts:
+        return NonNegative if gain.zero else Positive
+    if gain.stands_for_three:
+        return NonNegativeDiagonal if gain.zero else PositiveDiagonal
+    entries: Any = tuple[NonNegative, ...] if gain.zero else tuple[Positive, ...]
+    count = len(gain.parts)
+    return Annotated[entries, BeforeValidator(as_tuple), Field(min_length=count, max_length=count)]
+
+
+def key_field(gain: Gain) -> tuple[Any, Any]:
+    """A gain's key and its default: None where that follows from the vehicle."""
+    kind = checked_kind(gain)
+    return Annotated[kind if gain.fixed is not None else kind | None, Quantity(gain.unit, gain.meaning)], gain.fixed
+
+
+@by_type
+def section_of(controller: type[Controller]) -> type[ControllerSection]:
+    """The table of one controller."""
+    name = f"{controller.__name__}Section"
+    fields: dict[str, Any] = {"type": (Literal[controller.name], ...)}
+    nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]
+    for key, gain in fields_in_order(controller).items():
+        fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
+    made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=controller.__doc__, **fields)
+    made.controller = controller
+    found: type[ControllerSection] = made
+    return found
+
+
+def fields_in_order(controller: type[Controller]) -> Mapping[str, Any]:
+    """Keys as declared; the nets stand where the first of them does."""
+    found: dict[str, Any] = {}
+    for one in controller.declarations().values():
+        if isinstance(one, Gain):
+            found[one.key] = one
+        elif isinstance(one, DeclaredNet):
+            found.setdefault("nets", one)
+    return found
+
+
+def nets_field(nets: list[DeclaredNet], name: str) -> tuple[Any, Any]:
+    """The table of the nets, with the controller's own numbers where they are the same for every vehicle."""
+    fields: dict[str, Any] = {}
+    for net in nets:
+        rate = float(net.rate) if isinstance(net.rate, float | int) else None
+        kind: Any = NonNegative if rate is not None else NonNegative | None
+        fields[f"F{net.number}"] = (Annotated[kind, Quantity("-", "learning rate of Eq. 54")], rate)
+    for net in nets:
+        note = Quantity("-", "damping of the weights in Eq. 54")
+        fields[f"kappa{net.number}"] = (Annotated[NonNegative, note], net.damping)
+    made: Any = create_model(f"{name}Nets", __base__=NetsSection, __module__=__name__, __doc__=NetsSection.__doc__, **fields)
+    return made, made()
+
+
+def any_section(measures: type) -> Any:
+    """A table of any controller of the package that is told such a measurement."""
+    sections = tuple(section_of(controller) for controller in controllers(measures).values())
+    return Annotated[Union[sections], Field(discriminator="type")]  # noqa: UP007 (of as many as there are)
