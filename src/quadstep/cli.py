@@ -28,6 +28,8 @@ from quadstep.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
 from quadstep.report.writable import provide_writable
 from quadstep.terminal.screen import complain, say, width
 from quadstep.terminal.streams import OutputError, prepare_streams
+from quadstep.user_code.blame import blamed, user_error
+from quadstep.user_code.loading import refuse
 
 HELP_WIDTHS = 50, 100
 """Fewest and most columns that help is set in."""
@@ -73,10 +75,26 @@ def version(shown: bool) -> None:
         raise typer.Exit
 
 
+OWN_CODE, TRACEBACK = "--no-user-code", "--traceback"
+"""Options that may stand anywhere on the command line."""
+
+
 def options(
     shown: Annotated[bool, typer.Option("--version", callback=version, is_eager=True, help="Print the version.")] = False,
+    no_user_code: Annotated[bool, typer.Option(OWN_CODE, help="Run no Python file or module that a mission names.")] = False,
+    traceback: Annotated[
+        bool, typer.Option(TRACEBACK, help="Where a Python file of yours fails, print the whole traceback.")
+    ] = False,
 ) -> None:
     """Options of every command."""
+
+
+def everywhere(arguments: list[str]) -> list[str]:
+    """The arguments without the options that may stand anywhere, which are obeyed."""
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    if OWN_CODE in arguments[:end]:
+        refuse(f"{OWN_CODE} was given")
+    return [one for one in arguments[:end] if one not in (OWN_CODE, TRACEBACK)] + arguments[end:]
 
 
 def stop(_number: int, _frame: FrameType | None) -> None:
@@ -103,28 +121,38 @@ def run() -> int | None:
     """The exit code of what the command line asks for; errors are said."""
     try:
         code: int | None = built()(
+            everywhere(sys.argv[1:]),
             standalone_mode=False,
             prog_name="quadstep",
             terminal_width=min(max(width(sys.stdout), HELP_WIDTHS[0]), HELP_WIDTHS[1]),
         )
-        if code == INTERRUPTED:  # what typer makes of Ctrl-C
-            complain("interrupted; nothing was written")
-    except UserError as error:
-        complain(f"error: {error}")
-        return BAD_INPUT
-    except TyperException as error:
-        complain(f"error: {error.format_message()} (see quadstep --help)")
-        return BAD_INPUT
-    except InterruptedRun as stopped:
-        complain(f"interrupted; {stopped}")
-        return INTERRUPTED
-    except BrokenProcessPool:
-        complain("error: a process that draws figures was killed (out of memory?); nothing was written")
-        return BAD_INPUT
-    except (KeyboardInterrupt, typer.Abort):
+    except (Exception, KeyboardInterrupt) as error:
+        if TRACEBACK in sys.argv and blamed(error):
+            raise
+        text, code = explained(error)
+        complain(text)
+        return code
+    if code == INTERRUPTED:  # what typer makes of Ctrl-C
         complain("interrupted; nothing was written")
-        return INTERRUPTED
     return code
+
+
+def explained(error: BaseException) -> tuple[str, int]:
+    """An error as a line, and the exit code; raises the error itself where it is one of quadstep."""
+    match error:
+        case InterruptedRun():
+            return f"interrupted; {error}", INTERRUPTED
+        case KeyboardInterrupt() | typer.Abort():
+            return "interrupted; nothing was written", INTERRUPTED
+        case UserError():
+            return f"error: {error}", BAD_INPUT
+        case TyperException():
+            return f"error: {error.format_message()} (see quadstep --help)", BAD_INPUT
+        case BrokenProcessPool():
+            return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
+        case _ if blamed(error):
+            return f"error: {user_error(error)} ({TRACEBACK} prints all of it)", BAD_INPUT
+    raise error
 
 
 if __name__ == "__main__":

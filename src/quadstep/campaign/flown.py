@@ -46,10 +46,16 @@ class Flyer:
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.planner.batches(flights, drawn):
-            swept = self.sweep(batch).fly(batch.rows, progress=progress)
+            swept = self.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
+
+    def swept(self, batch: Batch, progress: Progress | None) -> Swept:
+        """The flights of a batch. Raises what a controller that is no law over numbers raised."""
+        found = self.sweep(batch).fly(batch.rows, progress=progress)
+        batch.loop.loop.controller.landed(batch.parameters.gains)
+        return found
 
     def rehearse(self) -> None:
         """Build the first flights, so that what cannot be flown is refused before anything is written. Raises UserError."""

@@ -20,6 +20,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
+from quadstep.user_code.places import digest, place
 
 CHUNK = 65_536
 """Flights in one file of results: what a killed run loses at most."""
@@ -147,9 +148,14 @@ class Campaign(NamedTuple):
 
 
 def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
-    """A digest of each file that some string in parsed TOML names, and of the files that those name in turn."""
+    """A digest of each file that some string in parsed TOML names, and of those that these name or import in turn."""
     found = []
     for name in sorted(set(strings(content))):
+        own = place(name)
+        if own:
+            with contextlib.suppress(UserError):  # nothing of the user's, or flying will say so
+                found.append(digest(own, folder))
+            continue
         path = folder / name
         try:
             with files.opened(path, files.ANY) as file:

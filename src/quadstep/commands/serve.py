@@ -8,6 +8,7 @@ import typer
 from quadstep.commands.options import OpenOption
 from quadstep.commands.page import open_in_browser
 from quadstep.terminal.screen import say, say_whole
+from quadstep.user_code.loading import refuse
 
 PORT = 8765
 
@@ -19,6 +20,8 @@ def serve(
 ) -> None:
     """Show results under a folder in the browser, for this machine only. Ctrl-C ends it, with exit code 0."""
     from quadstep.page.serve import serve as run
+
+    refuse("`quadstep serve` only shows results")
 
     def ready(address: str) -> None:
         say_whole(f"Results in {folder}: {address} (Ctrl-C ends)")

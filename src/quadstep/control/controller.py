@@ -124,6 +124,9 @@ class Controller:
         """What the law gets as its gains, worked out before the flight."""
         return gains
 
+    def landed(self, gains: Any) -> None:
+        """Called after its flights; raises what kept it from giving a command, if it is no law over numbers."""
+
     def conditions(self, gains: Any, model: Model) -> Sequence[Condition]:
         """What theory asks of the gains as declared; a law over numbers."""
         return ()

@@ -14,6 +14,7 @@ remembers has to fly alone: every flight of a batch asks the same callable.
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from quadstep.control import controller
 from quadstep.control.controller import Command, Measured
+from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call
@@ -57,6 +59,10 @@ Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[f
 """controller(t, measured, reference) gives thrust [N] and the torque about the body's axes [N m]."""
 
 
+class NoGains(NamedTuple):
+    """Nothing to declare."""
+
+
 class OpaqueGains(NamedTuple):
     """handle: of the callable, as `quadstep.numbers.registered.register` gave it."""
 
@@ -90,6 +96,30 @@ class Opaque(controller.Controller):
         ]
         thrust, *torque = call(gains.handle, inputs, 4)
         return Command(thrust, Vector(torque)), memory
+
+
+def opaque_law(function: Controller, name: str) -> type[controller.Controller]:
+    """A controller that asks this callable, for missions. It has no gains; what it remembers, all flights share."""
+
+    class Own(Opaque):
+        Gains = NoGains
+
+        def prepare(self, gains: NoGains, model: Model) -> OpaqueGains:
+            """The callable's handle."""
+            return OpaqueGains(float(handle_of(function)))
+
+        def landed(self, gains: OpaqueGains) -> None:
+            """Raises what the callable raised."""
+            raise_pending(int(gains.handle))
+
+    Own.name = Own.label = Own.__name__ = name
+    return Own
+
+
+@cache
+def handle_of(function: Controller) -> int:
+    """Of a callable that is never released."""
+    return register(friendly(function))
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:

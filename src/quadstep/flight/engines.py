@@ -39,6 +39,14 @@ def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | No
 
 def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
+    logs = flown(plans, engine, progress)
+    for plan in plans:
+        plan.loop.controller.landed(plan.parameters.gains)
+    return logs
+
+
+def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None) -> list[FlightLog]:
+    """The same, whatever its controllers may have raised."""
     if engine is Engine.PYTHON:
         return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
     from quadstep.flight.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)

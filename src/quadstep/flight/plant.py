@@ -39,6 +39,10 @@ class Plant(Protocol):
         """Name of each entry of `weight_norms`."""
         ...
 
+    def body(self, p: Any) -> Any:
+        """What has the vehicle's mass [kg], inertia [kg m^2] and gravity [m/s^2] among its numbers."""
+        ...
+
     def rest(self, state: Any, p: Any) -> tuple[Any, Any]:
         """The command and the actuators before the first sample."""
         ...

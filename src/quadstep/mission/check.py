@@ -11,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 from quadstep.errors import UserError, cut
 from quadstep.mission.presets import origin
 
+INSIDE = "inside"
+"""Type of an error that is within a table of another model: its context has that model and the problem."""
+
 LONGEST = 60
 """Characters of a given value or a part of a key in a line."""
 
@@ -51,6 +54,9 @@ def blamed(content: dict[str, Any], location: tuple[int | str, ...], folder: Pat
 def describe(model: type[BaseModel], problem: Any) -> str:
     """One problem in the user's words: key, what is wrong, what is allowed."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
+    if kind == INSIDE:  # of a table whose keys the user's own file declares
+        inside = describe(context["model"], context["problem"])
+        return f"{'.'.join(map(str, problem['loc']))}.{inside}"
     models, keys, options = walk(model, problem["loc"])
     key = cut(".".join(cut(part, LONGEST) for part in keys), 3 * LONGEST)
     if kind in ("union_tag_not_found", "union_tag_invalid"):

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
-from typing import Any
+from typing import Any, get_args
 
 from quadstep.control.controller import Controller
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
-from quadstep.mission.derived import section_of
+from quadstep.mission.derived import ControllerSection
 from quadstep.mission.fields import Quantity
 from quadstep.mission.nets import NetsSection
 from quadstep.numbers import Vector
@@ -19,16 +19,17 @@ DIGITS = 4
 """Of a default that follows from the vehicle."""
 
 
-def controller_lines(controller: type[Controller], model: Model, others: Sequence[str]) -> Iterator[str]:
+def controller_lines(section: type[ControllerSection], model: Model, others: Sequence[str]) -> Iterator[str]:
     """Tables `[controller]` and `[controller.nets]`. others: what its `type` may be too."""
+    controller, (kind,) = section.controller, get_args(section.model_fields["type"].annotation)
     yield "[controller]"
-    yield commented(f'type = "{controller.name}"', f"{controller.label}; or {', '.join(others)}")
+    yield commented(f'type = "{kind}"', f"{controller.label or kind}; or {', '.join(others)}")
     yield "# A gain in x, y, z or about three axes is one number or a list of three; what is left out suits the vehicle."
     gains = controller.gains(model)
     for key, (name, gain) in controller.by_key().items():
         value = gain.fixed if gain.fixed is not None else rounded(attrgetter(name)(gains))
         yield commented(f"# {key} = {written(value, gain.stands_for_three)}", gain.unit, gain.meaning)
-    nets = section_of(controller)(type=controller.name).table
+    nets = section(type=kind).table
     if nets is not None:
         yield "\n[controller.nets]"
         yield from net_lines(nets, learning_numbers(controller, gains))

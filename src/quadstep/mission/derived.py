@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Unio
 from pydantic import BeforeValidator, Field, create_model
 
 from quadstep.control.controller import Condition, Controller
-from quadstep.control.gain import Gain, Undecided, by_type
+from quadstep.control.gain import Gain, Undecided
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
 from quadstep.control.registry import controllers
@@ -46,6 +46,9 @@ class ControllerSection(Section):
     """A controller in a mission file: its `type`, a key for each declared gain, and a table `nets` if it has any."""
 
     controller: ClassVar[type[Controller]]
+    own: ClassVar[bool] = False
+    """Whether it is the user's own."""
+
     type: str
 
     @property
@@ -103,16 +106,25 @@ def key_field(gain: Gain) -> tuple[Any, Any]:
     return Annotated[kind if gain.fixed is not None else kind | None, Quantity(gain.unit, gain.meaning)], gain.fixed
 
 
-@by_type
-def section_of(controller: type[Controller]) -> type[ControllerSection]:
-    """The table of one controller."""
+SECTIONS: dict[tuple[type[Controller], str], type[ControllerSection]] = {}
+
+
+def section_of(controller: type[Controller], kind: str = "") -> type[ControllerSection]:
+    """The table of one controller. kind: its `type` in missions, where it is the user's own."""
+    if (controller, kind) not in SECTIONS:
+        SECTIONS[controller, kind] = new_section(controller, kind)
+    return SECTIONS[controller, kind]
+
+
+def new_section(controller: type[Controller], kind: str) -> type[ControllerSection]:
+    """The same, made."""
     name = f"{controller.__name__}Section"
-    fields: dict[str, Any] = {"type": (Literal[controller.name], ...)}
+    fields: dict[str, Any] = {"type": (Literal[kind or controller.name], ...)}
     nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(controller).items():
         fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
     made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=controller.__doc__, **fields)
-    made.controller = controller
+    made.controller, made.own = controller, bool(kind)
     found: type[ControllerSection] = made
     return found
 

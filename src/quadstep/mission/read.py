@@ -9,7 +9,8 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.check import check, sections, shorten, types
-from quadstep.mission.schema import Mission, mission_kind
+from quadstep.mission.kinds import PAPER, REAL, kind, kind_of
+from quadstep.mission.schema import Mission
 
 
 def read_mission(path: Path) -> Mission:
@@ -27,17 +28,14 @@ def plan_mission(mission: Mission, path: Path) -> FlightPlan:
 
 def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> Mission:
     """The mission in parsed TOML; `source` names it in the error. Files that it names are looked up from `folder`."""
-    kind = mission_kind(content)
-    wrong = mistaken(content, kind)
+    own = kind_of(content)
+    wrong = mistaken(content, own)
     if wrong:
-        from quadstep.mission.lagrange import LagrangeMission  # noqa: PLC0415 (loaded only to say what is wrong)
-        from quadstep.mission.multirotor import MultirotorMission  # noqa: PLC0415
-
-        for other, needs in ((MultirotorMission, NEEDS_VEHICLE), (LagrangeMission, NEEDS_PAPER)):
+        for other, needs in ((REAL, NEEDS_VEHICLE), (PAPER, NEEDS_PAPER)):
             for key in wrong:
-                if key not in mistaken(content, other):
+                if key not in mistaken(content, kind(other)):
                     raise UserError(f"{source}: {key} {needs}")
-    return check(kind, content, source, folder)
+    return check(own, content, source, folder)
 
 
 NEEDS_VEHICLE = (

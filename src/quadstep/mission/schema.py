@@ -20,8 +20,8 @@ from quadstep.flight.scored import bare, score_names
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.fields import Name, Section
+from quadstep.mission.kinds import kind_of
 from quadstep.mission.paths import AnyPath, BuiltPath
-from quadstep.mission.presets import is_airframe
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
 from quadstep.sensing.suite import Suite
@@ -81,7 +81,7 @@ class Mission(Section):
 
     def __new__(cls, **given: Any) -> Self:
         """The mission of the plant that the vehicle names."""
-        kind: Any = mission_kind(given) if cls is Mission else cls
+        kind: Any = kind_of(given) if cls is Mission else cls
         made: Self = super().__new__(kind)
         return made
 
@@ -90,7 +90,7 @@ class Mission(Section):
         """The checked mission of the plant that the vehicle names. Raises pydantic's ValidationError."""
         if cls is not Mission:
             return super().model_validate(obj, **how)
-        kind: Any = mission_kind(obj)
+        kind: Any = kind_of(obj)
         found: Self = kind.model_validate(obj, **how)
         return found
 
@@ -131,15 +131,3 @@ class Mission(Section):
         start = built.start(path.law.reference(0.0, path.parameters))
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
-
-
-def mission_kind(content: Any) -> type[Mission]:
-    """The mission whose vehicle this content describes."""
-    from quadstep.mission.lagrange import LagrangeMission  # noqa: PLC0415 (subclasses of the above)
-
-    vehicle = content.get("vehicle") if isinstance(content, dict) else None
-    if not is_airframe(vehicle):
-        return LagrangeMission
-    from quadstep.mission.multirotor import MultirotorMission  # noqa: PLC0415 (loaded only for a real vehicle)
-
-    return MultirotorMission

@@ -6,6 +6,8 @@ from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.controller_lines import controller_lines
+from quadstep.mission.derived import section_of
+from quadstep.mission.own_controller import own_section
 from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
@@ -154,7 +156,7 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
 
     Raises UserError if the preset or the controller is unknown, or if the file exists or cannot be written.
     """
-    text = template(preset, controller)
+    text = template(preset, controller, path.parent)
     try:
         if path.exists():
             raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
@@ -163,14 +165,16 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     write_beside(path, text)
 
 
-def template(preset: str | None = None, controller: str | None = None) -> str:
-    """The text of a mission: for the paper's plant, or for a real vehicle. Raises UserError."""
+def template(preset: str | None = None, controller: str | None = None, folder: Path = Path()) -> str:
+    """The text of a mission: for the paper's plant, or for a real vehicle. folder: where it will be. Raises UserError."""
     if preset is not None and preset not in preset_names():
         raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}")
-    known = controllers(Measured if preset else State)
+    measures = Measured if preset else State
+    known = controllers(measures)
+    own = own_section(controller, measures, folder) if controller and controller not in known else None
     name = controller or ("rotation-backstepping" if preset else "backstepping")
-    if name not in known:
+    if own is None and name not in known:
         raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}")
     model = load_preset(preset).model() if preset else VehicleSection().model()
-    lines = "\n".join(controller_lines(known[name], model, [other for other in known if other != name]))
+    lines = "\n".join(controller_lines(own or section_of(known[name]), model, [other for other in known if other != name]))
     return (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)

@@ -1,5 +1,6 @@
 """What theory asks of the gains, as the page works it out: the controller's own conditions, recorded as terms."""
 
+import contextlib
 from typing import Any
 
 from quadstep.control.controller import Controller
@@ -14,19 +15,24 @@ CHOSEN = {(">", False): "max", (">", True): "min", ("<", False): "min", ("<", Tr
 
 
 def page_conditions(controller: Controller, plan: FlightPlan, model: Model) -> tuple[Condition, ...]:
-    """The conditions of a controller on the gains of a plan. model: of the vehicle; what the plan holds of it varies."""
+    """The conditions of a controller on the gains of a plan, as far as the page has the operations that they take.
+
+    model: of the vehicle; what the plan holds of it varies.
+    """
     if not isinstance(plan.parameters.gains, controller.Gains):  # prepared: the page has only what came of the gains
         return ()
     record = Record()
     named = zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True)
     inputs = [leaf if isinstance(leaf, Table) else record.input(name) for name, leaf in named]
     parameters = rebuild(plan.parameters, iter(inputs))
-    body = parameters.vehicle if hasattr(parameters, "vehicle") else parameters.airframe
+    body = plan.loop.plant.body(parameters)
     model = model._replace(mass=body.mass, inertia=body.inertia, gravity=body.gravity)
-    return tuple(
-        Condition(one.text, term(record, record.at(one.left)), term(record, record.at(one.right)), one.or_equal, one.source)
-        for one in controller.conditions(parameters.gains, model)
-    )
+    found = []
+    for one in controller.conditions(parameters.gains, model):
+        with contextlib.suppress(TypeError):
+            left, right = (term(record, record.at(side)) for side in (one.left, one.right))
+            found.append(Condition(one.text, left, right, one.or_equal, one.source))
+    return tuple(found)
 
 
 def term(record: Record, place: int) -> Any:

@@ -73,6 +73,10 @@ class Lagrange:
         """Of both nets."""
         return ("norm_W1", "norm_W2")
 
+    def body(self, p: Parameters) -> Vehicle:
+        """Its numbers."""
+        return p.vehicle
+
     def rest(self, state: State, p: Parameters) -> tuple[Command, Made]:
         """A placeholder of the right shape: a law runs before the first step."""
         return Command(thrust=0.0, torque=state.rates), Made(0.0, state.rates)

@@ -80,6 +80,10 @@ class Multirotor:
         """Of both nets."""
         return ("norm_W1", "norm_W2")
 
+    def body(self, p: AirframeParameters) -> Airframe:
+        """Its numbers."""
+        return p.airframe
+
     def rest(self, state: AirframeState, p: AirframeParameters) -> tuple[Command, Spun]:
         """The rotors turn as they do, and are told to go on so."""
         nothing = vector(0.0, 0.0, 0.0)

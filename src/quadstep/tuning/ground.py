@@ -140,7 +140,7 @@ class Ground:
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.flyer.planner.batches(flights, drawn):
-            swept = self.flyer.sweep(batch).fly(batch.rows, progress=progress)
+            swept = self.flyer.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import os
 import shutil
 import tomllib
 from pathlib import Path
@@ -22,6 +23,7 @@ from quadstep.tuning.picture import draw_search
 from quadstep.tuning.search import Candidate, Found, Search, check_budget
 from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
+from quadstep.user_code.places import place, sources
 
 TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
 OBJECTIVE = "objective"
@@ -96,9 +98,16 @@ def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
 def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
     """The files that a mission names from its folder: those inside it, and those elsewhere, which can stay where they are."""
     folder = wanted.path.parent
-    names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)})
+    names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)} | own_files(wanted))
     inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
     return inside, [name for name in names if name not in inside and not Path(name).is_absolute()]
+
+
+def own_files(wanted: Asked) -> set[str]:
+    """The Python files beside a mission that it names or that these import, from its folder."""
+    folder = wanted.path.parent
+    named = [own.file(folder) for text in strings(wanted.content) if (own := place(text))]
+    return {os.path.relpath(one, folder.resolve()) for path in named if path for one in sources(path)}
 
 
 def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[str]:

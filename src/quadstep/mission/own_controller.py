@@ -1,0 +1,87 @@
+"""A controller of the user's own in a mission: `type = "my_law.py:SuperTwisting"`, or the name of an installed entry point."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from quadstep.control.controller import Controller
+from quadstep.control.opaque import opaque_law
+from quadstep.errors import UserError
+from quadstep.mission.check import INSIDE
+from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.user_code.loading import load
+from quadstep.user_code.places import Place, place
+
+GROUP = "quadstep.controllers"
+"""Of the entry points by which installed packages bring controllers."""
+
+
+def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSection] | None:
+    """The table of a controller of the user's own; None where `kind` names none. Raises UserError.
+
+    measures: what the vehicle tells its controllers. folder: the mission's.
+    """
+    found = place(kind) or installed(kind)
+    if found is None:
+        return None
+    law = as_controller(load(found, folder), found)
+    if law.measures is not measures:
+        raise UserError(
+            f"{kind}: is written for a vehicle that tells it a {law.measures.__name__}; this one tells a {measures.__name__}"
+        )
+    try:
+        return section_of(law, kind)
+    except TypeError as error:  # in a declaration
+        raise UserError(f"{kind}: {error}") from error
+
+
+def as_controller(thing: Any, found: Place) -> type[Controller]:
+    """A class of controllers; a function of time, measurement and reference becomes one. Raises UserError."""
+    if inspect.isclass(thing) and issubclass(thing, Controller):
+        if thing.law is Controller.law:
+            raise UserError(f"{found.text}: has no method `law`")
+        if not hasattr(thing, "Gains"):
+            raise UserError(f"{found.text}: says no `Gains`, the NamedTuple of its declared gains")
+        return thing
+    if callable(thing) and not inspect.isclass(thing):
+        return opaque_law(thing, found.name)
+    raise UserError(f"{found.text}: should be a subclass of quadstep.control.controller.Controller, or a function")
+
+
+def installed(kind: str) -> Place | None:
+    """The entry point of this name."""
+    for one in entry_points(group=GROUP, name=kind):
+        return place(one.value)
+    return None
+
+
+def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:
+    """A validator around that of the package's controllers: takes one of the user's own too."""
+
+    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
+        if isinstance(value, ControllerSection) and value.own:
+            return value
+        kind = value.get("type") if isinstance(value, Mapping) else None
+        if not isinstance(kind, str) or (":" not in kind and not entry_points(group=GROUP, name=kind)):
+            return known(value)
+        try:
+            model = own_section(kind, measures, (info.context or {}).get("folder", Path()))
+        except UserError as error:
+            raise ValueError(f"type: {error}") from error
+        return known(value) if model is None else checked(model, value, info)
+
+    return validated
+
+
+def checked(model: type[BaseModel], value: Any, info: ValidationInfo) -> BaseModel:
+    """The table; an error in it names its key."""
+    try:
+        return model.model_validate(value, context=info.context)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        raise PydanticCustomError(INSIDE, "inside", {"model": model, "problem": problem}) from None
