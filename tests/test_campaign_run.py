@@ -24,9 +24,7 @@ from quadstep.flight.scored import METRICS
 from quadstep.flight.sweep import Sweep
 from quadstep.mission.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
-from tests.test_cli import no_figures, quadstep
-
-assert no_figures  # a fixture
+from tests.commands import quadstep
 
 MANY = (
     MASS

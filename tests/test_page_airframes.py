@@ -9,8 +9,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten
 from quadstep.page.airframes import GHOSTS, LABELS, sections
 from quadstep.page.laws import widened
-from tests.pages import data_of, fly_page, needs_node
-from tests.test_page_laws import flown, write_page
+from tests.pages import data_of, flown, fly_page, needs_node, write_page
 
 GYRO = {"gyro_noise": 0.01, "gyro_bias": 0.01, "gyro_walk": 0.001}
 FIXES = {"position_noise": 0.02, "velocity_noise": 0.02, "attitude_noise": 0.01, "fix_period": 0.01, "latency": 0.02}

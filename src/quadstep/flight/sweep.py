@@ -114,7 +114,7 @@ class Sweep(Batch):
     def fly(self, values: ArrayLike, threads: int | None = None, progress: Callable[[int], None] | None = None) -> Swept:
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
-        threads: as many as there are cores if not given. progress: told how many more flights are over.
+        threads: as many as there are cores if not given. progress: told the number of newly finished flights.
         """
         rows = self.rows(values)
         flights, length = len(rows), -(-len(rows) // self.width) * self.width

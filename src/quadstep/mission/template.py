@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from quadstep.atomic import write_beside
 from quadstep.errors import UserError
 from quadstep.mission.presets import preset_names
-from quadstep.report.publish import write_beside
 
 TEMPLATE = """\
 # A quadstep mission on the paper's plant, with the paper's controller. Fly it: quadstep fly THIS_FILE

@@ -1,4 +1,4 @@
-"""What a candidate's flights are worth.
+"""The cost of a candidate's flights.
 
 The objective is the aggregate over the completed flights of a weighted sum of metrics. The cost that is minimised is
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 class Flown(NamedTuple):
-    """Flights of one candidate. outcome, ended [s]: an element a flight. metrics: shape (flights, len(METRICS))."""
+    """Flights of one candidate. outcome, ended [s]: one element per flight. metrics: shape (flights, len(METRICS))."""
 
     outcome: NDArray[np.int8]
     ended: Floats
@@ -55,14 +55,14 @@ class Judged(NamedTuple):
 
 
 class Judge(NamedTuple):
-    """duration: of a flight that gets through [s]. unit: the objective of the present gains."""
+    """duration: of a completed flight [s]. unit: the objective of the present gains."""
 
     section: TuneSection
     duration: float
     unit: float = 1.0
 
     def in_units_of(self, flown: Flown) -> "Judge":
-        """That measures objectives in the one of these flights, if they have any."""
+        """A judge that measures objectives in units of these flights' objective, if they have one."""
         objective = self.aggregate(self.costs(flown)[flown.completed])
         return self._replace(unit=objective) if math.isfinite(objective) and objective > 0.0 else self
 
@@ -74,7 +74,7 @@ class Judge(NamedTuple):
         return total
 
     def aggregate(self, values: Floats) -> float:
-        """Of many flights; NaN of none."""
+        """Of many flights; NaN without any."""
         if len(values) == 0:
             return math.nan
         if self.section.aggregate == "mean":
@@ -83,7 +83,7 @@ class Judge(NamedTuple):
 
     @property
     def reported(self) -> list[str]:
-        """The metrics worth telling, by name."""
+        """The metrics to report, by name."""
         return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
 
     def violation(self, flown: Flown) -> float:
@@ -116,5 +116,5 @@ class Judge(NamedTuple):
 
 
 def squashed(x: float) -> float:
-    """From 0 to infinity onto 0 to 1; 1 for what is no number."""
+    """From 0 to infinity onto 0 to 1; 1 for NaN."""
     return x / (1.0 + x) if math.isfinite(x) else 1.0
