@@ -88,7 +88,7 @@ class Batch:
         return rows
 
     def columns(self, rows: NDArray[np.float64], length: int) -> NDArray[Any]:
-        """The varying numbers, one row a leaf in the order of `flatten`, the last flight repeated to fill up `length`."""
+        """The varying numbers, one row per leaf in the order of `flatten`, the last flight repeated to fill up `length`."""
         columns = np.empty((len(self.varying), length), dtype=self.number)
         with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
             columns[:, : len(rows)] = rows[:, np.argsort(self.varying)].T

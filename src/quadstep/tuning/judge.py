@@ -4,8 +4,8 @@ The objective is the aggregate over the completed flights of a weighted sum of m
 
     s(objective) + [0 or 1 + s(violation)] + [0 or 2 + the sum over flights lost of 2 - time of its end / duration],
 
-s(x) = x / (x + 1), the objective measured in that of the present gains. So whatever keeps the constraints is better than what
-does not, and whatever gets through better than what loses a flight; losing fewer is better, and losing them later.
+s(x) = x / (x + 1), the objective measured in that of the present gains. So a candidate that meets the constraints is better
+than one that does not, one that completes all flights better than one that loses any; losing fewer, or later, is better.
 """
 
 import math
