@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from quadstep.campaign.schema import CampaignFile, read_campaign
 from quadstep.mission.check import check
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 SHORT = """
 [path]

@@ -1,10 +1,16 @@
-"""What was skipped, why, and how to have it run: a table at the end of a run, and `--complete` for machines that judge."""
+"""Fixtures of many files; and what was skipped, why, and how to have it run, as a table at the end of a run."""
 
 from collections import Counter
 
 import pytest
 
+from tests.commands import without_figures
 from tests.needs import NEEDS, Need
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    without_figures(monkeypatch)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -9,6 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from quadstep.flight.engines import fly
+from quadstep.mission.schema import Mission
+from quadstep.page.build import fill, page_data
+from quadstep.page.flights import Flown
+from quadstep.page.laws import Laws
+from quadstep.study.cases import adaptive, nested
 from tests.needs import NODE as NODE_JS
 from tests.needs import needs, program
 
@@ -52,3 +58,52 @@ def fly_page(path: Path, *requests: dict[str, Any]) -> list[dict[str, Any]]:
         answer["parameters"] = np.frombuffer(base64.b64decode(answer["parameters"]))
         answer["values"] = np.frombuffer(base64.b64decode(answer["values"])).reshape(-1, len(answer["columns"]))
     return answers
+
+
+SHORT = {"duration": 1.2}
+TILTED = {"position": [0.5, -0.5, 0.0], "attitude": [0.1, 0.1, -0.1], "rates": [0.1, -0.2, 0.3]}
+WAYPOINTS = {
+    "type": "waypoints",
+    "waypoints": [
+        {"t": 0.0, "position": [0.0, 0.0, 0.0]},
+        {"t": 0.5, "position": [0.3, 0.0, 0.3], "yaw": 0.3},
+        {"t": 1.0, "position": [0.5, 0.5, 0.0]},
+    ],
+}
+CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 5.0], "radius": 3.0, "period": 8.0, "yaw_rate": 0.2, "ramp": 1.0}
+UNEQUAL = {"inertia": [5.0, 6.0, 8.0]}
+
+
+def mission(**sections):
+    path = {"type": "minimum-jerk", "end": [4.0, 1.0, 2.0], "duration": 6.0}
+    return Mission.model_validate({"path": path, "start": TILTED, "simulation": SHORT, **sections})
+
+
+FLIGHTS = {
+    "backstepping": mission(vehicle=UNEQUAL),
+    "printed kinematics": mission(vehicle={**UNEQUAL, "kinematics": "printed"}),
+    "rotor limits": mission(vehicle={"rotors": {"limits": [0.0, 12.0]}}),
+    "late learning": mission(controller=adaptive(start=1.0)),
+    "no nets": mission(controller=adaptive(enabled=False)),
+    "completed": mission(vehicle=UNEQUAL, controller={"type": "completed-backstepping"}),
+    "nested saturation": mission(vehicle=UNEQUAL, controller=nested()),
+    "waypoints": mission(path=WAYPOINTS),
+    "circle": mission(path=CIRCLE, start={}),
+    "disturbed": mission(disturbance={"scale": 2.0, "force": [0.3, -0.2, 0.1], "torque": [0.1, 0.0, -0.2]}),
+    "other clock": mission(simulation={"duration": 0.7, "step": 0.001, "control_period": 0.005, "log_period": 0.007}),
+    "forty neurons": mission(controller=adaptive(neurons=40), simulation={"duration": 0.3}),
+    "three neurons": mission(controller=adaptive(neurons=3)),
+}
+
+
+def flown(name, given, folder=Path()):
+    plan = given.plan(folder)
+    log = fly(plan)
+    return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.metrics(log)[0], folder)
+
+
+def write_page(path, *flights):
+    laws = Laws()
+    data = page_data("title", "", flights, (), (), laws)
+    path.write_text(fill(STAND_IN, "title", data, laws.script()), encoding="utf-8")
+    return path

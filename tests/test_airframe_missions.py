@@ -17,12 +17,8 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
 from quadstep.numbers import flatten
-from tests.test_cli import no_figures, quadstep, without_figures
-from tests.test_cli_fly import columns, files, strict_json, write
-from tests.test_mission_bad_input import refusal
-from tests.test_mission_properties import accepted_or_refused, garbage, places, replaced
-
-assert no_figures  # a fixture
+from tests.commands import columns, files, quadstep, strict_json, without_figures, write
+from tests.missions import accepted_or_refused, garbage, places, refusal, replaced
 
 PRESETS = ("crazyflie", "hummingbird", "paper", "research-2.6kg", "x500")
 VEHICLE = '[vehicle]\npreset = "hummingbird"\n'

@@ -16,7 +16,7 @@ from quadstep.vehicle.lagrange import Vehicle, derivative
 from quadstep.vehicle.state import State
 from tests.airframes import NOTHING, at, attitude_matrix, momenta
 from tests.flights import array, column
-from tests.test_vehicle_kinematics import papers_rotation
+from tests.rotations import papers_rotation
 
 GRAVITY = 9.81
 CALM = Disturbance(0.0, NOTHING, NOTHING)

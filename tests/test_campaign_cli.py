@@ -22,7 +22,7 @@ from tests.campaigns import (
     started,
     written,
 )
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 UNIFORM = '{type="uniform", low=0.5, high=1.0}'
 
@@ -159,7 +159,7 @@ MISTAKES = {
     "an entry that is not there": ("", f'"path.end.7" = {UNIFORM}', ["path.end.7", "0 to 2"]),
     "a list that is not there": ("", f'"start.velocity.0" = {UNIFORM}', ["start.velocity.0", "mission"]),
     "an empty part": ("", f'"vehicle." = {UNIFORM}', ["vehicle."]),
-    "an empty key": ("", f'"" = {UNIFORM}', ["no key"]),
+    "an empty key": ("", f'"" = {UNIFORM}', ["not a key"]),
     "the seed of a real vehicle": ("", f'seed = {UNIFORM}', ["seed", "noise"]),
 }  # fmt: skip
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.campaigns import MASS, fly, manifest, written
-from tests.test_judging import checked, properties
+from tests.verdicts import checked, properties
 
 FAILING = f"{MASS}[failure]\nlargest_error = 1e-9\n"
 

@@ -23,10 +23,8 @@ from quadstep.flight.engines import fly as fly_plan
 from quadstep.flight.sweep import Sweep
 from quadstep.mission.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
+from tests.commands import quadstep
 from tests.flights import METRICS
-from tests.test_cli import no_figures, quadstep
-
-assert no_figures  # a fixture
 
 MANY = (
     MASS

@@ -19,7 +19,7 @@ from quadstep.campaign import store as store_module
 from quadstep.campaign.store import opened, parquet
 from quadstep.errors import UserError
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 HEAD = "chunk = 16\nflights = 40\n"
 

@@ -24,19 +24,13 @@ from quadstep.flight.engines import fly
 from quadstep.flight.loop import Loop
 from quadstep.guidance.minimum_jerk import MinimumJerk
 from quadstep.guidance.reference import Reference
-from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector, vector, where
 from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.lagrange import acceleration, derivative
+from tests.certificates import LINE, plan
 
-LINE = {"type": "minimum-jerk", "end": [8.0, 2.0, 4.0], "duration": 5.0, "yaw_end": 0.6}
 UNEQUAL = {"mass": 1.3, "inertia": [4.0, 5.0, 6.0]}
 OFF = {"position": [0.2, -0.1, 0.0], "attitude": [0.1, 0.05, -0.1]}
-
-
-def plan(path=None, controller=None, **sections):
-    content = {"path": path or LINE, "controller": {"type": "backstepping", **(controller or {})}, **sections}
-    return Mission.model_validate(content).plan()
 
 
 def every_sample(plan):

@@ -8,8 +8,7 @@ import pytest
 from quadstep import exit_codes
 from quadstep.certify.record import TERMS
 from quadstep.report.drawing import FigureJob
-from tests.test_cli import LINE, quadstep
-from tests.test_cli_fly import strict_json, write
+from tests.commands import LINE, quadstep, strict_json, write
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BACKSTEPPING = LINE + '[controller]\ntype = "backstepping"\n'
@@ -118,7 +117,7 @@ def test_refusals_are_one_line_and_leave_nothing(tmp_path, undrawn, case):
 def test_the_figure_takes_a_flight_of_any_length(tmp_path):
     from quadstep.certify.certificate import certify_plan
     from quadstep.certify.run import figure_of
-    from tests.test_certify import plan
+    from tests.certificates import plan
 
     job = figure_of(certify_plan(plan(simulation={"duration": 0.1})), "short")
     assert isinstance(job, FigureJob)

@@ -1,76 +1,12 @@
 """The command line: help, version, exit codes, and one line for every error."""
 
-import contextlib
-import io
-import os
 import re
-import signal
-import subprocess
-import sys
-from contextlib import nullcontext
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
-from quadstep import __version__, cli, read_mission
-
-LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
-
-
-class Run(NamedTuple):
-    """What a command gave back."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def refused(self):
-        """Whether it ended as bad input must: exit code 2, one line, nothing else said."""
-        line = re.fullmatch(r"quadstep: error: [^\n]+\n", self.err)
-        return self.code == 2 and line is not None and not self.out
-
-
-def quadstep(*arguments):
-    """Run a command in this process."""
-    out, err = io.StringIO(), io.StringIO()
-    handler, given = signal.getsignal(signal.SIGTERM), sys.argv
-    sys.argv = ["quadstep", *map(str, arguments)]
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            cli.main()
-    except SystemExit as end:
-        return Run(end.code or 0, out.getvalue(), err.getvalue())
-    finally:
-        sys.argv = given
-        signal.signal(signal.SIGTERM, handler)
-    raise AssertionError("main returned")
-
-
-def quadstep_process(*arguments, cwd=None):
-    """The command line of a process of its own."""
-    environment = {**os.environ, "COLUMNS": "120"}
-    return subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env=environment,
-        check=False,
-        timeout=60,
-    )
-
-
-def without_figures(monkeypatch):
-    """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
-    monkeypatch.setattr("quadstep.mission.lagrange.flight_jobs", lambda *_: [])
-    monkeypatch.setattr("quadstep.mission.fly.drawing_pool", lambda *_: nullcontext())
-
-
-@pytest.fixture
-def no_figures(monkeypatch):
-    without_figures(monkeypatch)
+from quadstep import __version__, read_mission
+from tests.commands import LINE, Run, quadstep, quadstep_process
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """`quadstep fly`: what it writes, what it says, and how it ends."""
 
-import csv
-import json
 import math
 import xml.etree.ElementTree as ET
 
@@ -9,41 +7,10 @@ import numpy as np
 import pytest
 
 from quadstep import __version__
-from tests.test_cli import LINE, no_figures, quadstep, quadstep_process, without_figures
-
-assert no_figures  # a fixture
+from tests.commands import ISSUE_COLUMNS, LINE, columns, files, quadstep, quadstep_process, strict_json, without_figures, write
 
 NAME = "[red]x[/red] $\\alpha$ <script>alert(1)</script> & {curly} %s :rocket:"
 PICTURES = {"position", "attitude", "inputs", "learning"}
-
-ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]
-u[N] tau_psi[N_m] tau_theta[N_m] tau_phi[N_m] f1[N] f2[N] f3[N] f4[N]""".replace("N_m", "N#m").split()
-
-
-def files(folder):
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
-def columns(folder, name="flight.csv"):
-    """The columns of a CSV by header."""
-    with (folder / name).open(encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
-    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
-
-
-def strict_json(path):
-    """JSON without the NaN and infinities that Python would let pass."""
-
-    def refuse(constant):
-        raise AssertionError(f"{constant} in {path}")
-
-    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
-
-
-def write(folder, text, name="mission.toml"):
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 @pytest.fixture(scope="module")

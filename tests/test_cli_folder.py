@@ -5,11 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_cli import LINE, no_figures, quadstep
-from tests.test_cli_fly import files, write
+from tests.commands import LINE, files, quadstep, write
 
 pytestmark = pytest.mark.usefixtures("no_figures")
-assert no_figures  # a fixture
 
 OTHER = LINE.replace("[1.0, 0.5, 0.5]", "[2.0, 0.5, 0.5]")
 NESTED = LINE + '[controller]\ntype = "nested-saturation"\n'

@@ -8,18 +8,10 @@ import time
 
 import pytest
 
-from tests.test_cli import LINE, no_figures, quadstep
-from tests.test_cli_fly import files, write
-
-assert no_figures  # a fixture
+from tests.commands import LINE, files, heeding_interrupts, quadstep, write
 
 ENDLESS = '[path]\ntype = "circle"\nradius = 5.0\nperiod = 20.0\nturns = 100.0\n'
 LONG_ON_LANES = ENDLESS + "[simulation]\nduration = 100000.0\nlog_period = 1.0\n"
-
-
-def heeding_interrupts():
-    """A child of a shell's background job would ignore SIGINT."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def interrupted(mission, out, number, whole_group, engine, wait=0.2):

@@ -18,7 +18,7 @@ from quadstep.comparison.run import HARDEST, WINDY, Comparison, as_json, sentenc
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly
 from quadstep.mission.presets import preset_names
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 VEHICLE = "hummingbird"
 HOVER = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "time": 0.001, "duration": 0.6}

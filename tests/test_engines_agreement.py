@@ -15,24 +15,16 @@ from quadstep.flight.lanes import fly_lanes
 from quadstep.flight.loop import Loop
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
-from quadstep.guidance.spline import through_waypoints
 from quadstep.numbers import Table, exp, flatten, rebuild, vector, where
 from quadstep.plants.lagrange import Lagrange
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import derivative
-from quadstep.vehicle.rotors import Rotors
 from tests.flights import CASE_1, NESTED, gains, nested_gains, parameters, same, state, vehicle
+from tests.sweeps import TICKS, TILTED, UNEQUAL, WAYPOINTS
 
-TICKS = Ticks(0.004, (1,), 5, 10000)
 SHORT = Ticks(0.004, (1,), 5, 500)
-UNEQUAL = vehicle((5, 8, 12), mass=1.2, rotors=Rotors(0.25, 0.02, 0.0, 6.0))
-WAYPOINTS = through_waypoints(
-    np.array([0.0, 0.5, 1.0, 1.8]),
-    np.array([[0, 0, 0, 0], [0.2, 0, 0.1, 0.1], [0.3, 0.2, 0.1, 0.0], [0, 0.1, 0.2, 0.3]]),
-)
 ORBIT = OrbitParameters(same(0.0), vector(1.0, 1.0, 0.1), same(0.7), vector(0.0, 1.57, 0.3), 0.2, 0.3, 1.0)
-TILTED = state((0.01, -0.02, 0.03), (0.01, 0.02, -0.03), (0.1, 0.05, -0.05), (0.1, -0.05, 0.05))
 
 
 def agree(log, other):

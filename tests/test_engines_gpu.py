@@ -14,8 +14,7 @@ from quadstep.flight.sweep import Sweep, places
 from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from tests.fake_driver import installed
 from tests.flights import through_lanes
-from tests.test_engines_agreement import TILTED
-from tests.test_engines_scored import CLOCK, LOOP, NUMBERS, PLACES, table, values
+from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, TILTED, table, values
 
 KINDS = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 TICKS = CLOCK._replace(last=60)

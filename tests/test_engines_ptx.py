@@ -26,8 +26,7 @@ from quadstep.numbers.noise import flight_key, key, normals, uniforms
 from quadstep.plants.lagrange import Lagrange
 from tests.flights import parameters, state
 from tests.needs import GRAPHICS, NO_GRAPHICS, PTXAS, needs
-from tests.test_engines_agreement import TILTED, WAYPOINTS
-from tests.test_engines_scored import CLOCK, LOOP, NUMBERS, PLACES, table, values
+from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, TILTED, WAYPOINTS, table, values
 
 WAYPOINT_LOOP = Loop(Lagrange(), Piecewise(), Backstepping())
 BOTH = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])

@@ -1,6 +1,5 @@
 """Metrics summed while flying, and very many flights at once: the same as from logs, on every engine, in every batch."""
 
-import hashlib
 import os
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from quadstep import flight_metrics
 from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
-from quadstep.flight.closed_loop import Outcome, Ticks
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.lanes import fly_lanes
 from quadstep.flight.loop import Loop
@@ -23,15 +22,9 @@ from quadstep.guidance.piecewise import Piecewise
 from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.plants.lagrange import Lagrange, Limits
-from quadstep.vehicle.disturbance import Disturbance
-from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, same, state
-from tests.test_engines_agreement import TILTED, UNEQUAL, WAYPOINTS
+from tests.flights import CASE_1, METRICS, NESTED, nested_gains, parameters, state
+from tests.sweeps import CLOCK, LOOP, NUMBERS, PLACES, SWEEP_TICKS, TILTED, VARYING, WAYPOINTS, digest, sweep, table, values
 
-TICKS = Ticks(0.004, (1,), 5, 300)
-LOOP, CLOCK = scored(CASE_1, TICKS, 0.02)
-NUMBERS = parameters(6.0, vehicle=UNEQUAL, disturbance=Disturbance(0.7, vector(0.1, 0.2, 0.3), same(-0.2)))
-VARYING = ("parameters.vehicle.mass", "parameters.path.duration", "start.position.2", "parameters.disturbance.scale")
-PLACES = places(TILTED, NUMBERS, VARYING)
 KINDS = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 
 
@@ -49,15 +42,6 @@ def with_values(row):
     return rebuild((TILTED, NUMBERS), iter(leaves))
 
 
-def values(count, seed=3):
-    rng = np.random.default_rng(seed)
-    return rng.uniform((0.8, 4.0, -0.1, 0.0), (1.2, 8.0, 0.1, 1.0), (count, 4))
-
-
-def sweep(double=True, loop=LOOP, ticks=CLOCK):
-    return Sweep(loop, ticks, TILTED, NUMBERS, PLACES, double)
-
-
 ENGINES = {
     "floats": fly_floats,
     "arrays": lambda loop, numbers, start, ticks: fly_arrays(loop, [numbers] * 2, [start] * 2, ticks)[1],
@@ -68,7 +52,7 @@ ENGINES = {
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_score_is_what_the_log_of_the_same_flight_says(engine):
     log = ENGINES[engine](LOOP, NUMBERS, TILTED, CLOCK)
-    score, wanted = score_of(log), flight_metrics(fly_floats(CASE_1, NUMBERS, TILTED, TICKS))
+    score, wanted = score_of(log), flight_metrics(fly_floats(CASE_1, NUMBERS, TILTED, SWEEP_TICKS))
     assert log.outcome is Outcome.COMPLETED
     assert float(log.final.score.samples) == 61
     assert score["position_rmse[m]"] == pytest.approx(wanted["position_rmse[m]"], rel=1e-9)
@@ -82,7 +66,7 @@ def test_a_score_is_what_the_log_of_the_same_flight_says(engine):
 
 
 def test_largest_error_effort_and_weights_of_a_score():
-    log = fly_lanes(CASE_1, [NUMBERS], [TILTED], TICKS)[0]
+    log = fly_lanes(CASE_1, [NUMBERS], [TILTED], SWEEP_TICKS)[0]
     score = score_of(fly_lanes(LOOP, [NUMBERS], [TILTED], CLOCK)[0])
     off = np.linalg.norm(log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d"), axis=1)
     inputs = log.table("u", "tau_psi", "tau_theta", "tau_phi")
@@ -95,15 +79,15 @@ def test_largest_error_effort_and_weights_of_a_score():
 
 @pytest.mark.parametrize("every", [1, 7])
 def test_a_score_of_another_period(every):
-    loop, ticks = scored(CASE_1, TICKS, 0.004 * every)
+    loop, ticks = scored(CASE_1, SWEEP_TICKS, 0.004 * every)
     score = score_of(fly_floats(loop, NUMBERS, TILTED, ticks._replace(last=60)))
-    wanted = flight_metrics(fly_floats(CASE_1, NUMBERS, TILTED, TICKS._replace(log=every, last=60)))
+    wanted = flight_metrics(fly_floats(CASE_1, NUMBERS, TILTED, SWEEP_TICKS._replace(log=every, last=60)))
     assert score["position_rmse[m]"] == pytest.approx(wanted["position_rmse[m]"], rel=1e-12)
     assert score["variation_thrust[N]"] == pytest.approx(wanted["u"]["total_variation[N]"], rel=1e-12)
 
 
 def test_a_controller_without_nets_scores_no_weights():
-    loop, ticks = scored(NESTED, TICKS._replace(last=50), 0.02)
+    loop, ticks = scored(NESTED, SWEEP_TICKS._replace(last=50), 0.02)
     log = fly_lanes(loop, [parameters(5.0, gains=nested_gains())], [TILTED], ticks)[0]
     assert list(log.final.score.weight_norms) == [0.0, 0.0]
 
@@ -119,14 +103,14 @@ def test_a_loop_may_say_itself_what_is_scored():
         def weight_norms(self, cycle):
             return vector(7.0, 8.0)
 
-    loop, ticks = scored(Own(CASE_1.plant, CASE_1.path, CASE_1.controller), TICKS._replace(last=50), 0.02)
+    loop, ticks = scored(Own(CASE_1.plant, CASE_1.path, CASE_1.controller), SWEEP_TICKS._replace(last=50), 0.02)
     score = fly_lanes(loop, [NUMBERS], [TILTED], ticks)[0].final.score
     assert [float(leaf) for leaf in flatten(score)] == [11, 275, 25, 44, 11, 0, 0, 2, -1, 7, 8]
 
 
 def test_what_is_not_scored_is_logged_as_before():
-    loop, ticks = scored(CASE_1, TICKS, 0.02)
-    plain = fly_lanes(CASE_1, [NUMBERS], [TILTED], TICKS)[0]
+    loop, ticks = scored(CASE_1, SWEEP_TICKS, 0.02)
+    plain = fly_lanes(CASE_1, [NUMBERS], [TILTED], SWEEP_TICKS)[0]
     both = fly_lanes(loop, [NUMBERS], [TILTED], ticks._replace(log=5))[0]
     assert both.columns == plain.columns
     np.testing.assert_array_equal(both.rows, plain.rows)
@@ -163,11 +147,6 @@ def test_a_flight_of_a_sweep_is_the_same_to_the_bit_in_any_batch_order_and_numbe
     np.testing.assert_array_equal(table(one.fly(rows[100:150], threads=5)), together[100:150])
 
 
-def table(swept):
-    """Everything that a sweep gives, one row per flight."""
-    return np.stack([swept.outcome, swept.ended, *(np.asarray(leaf) for leaf in flatten(swept.score))], axis=1)
-
-
 @KINDS
 def test_a_flight_is_the_same_to_the_bit_whichever_other_numbers_vary(double):
     rows = values(37)
@@ -183,15 +162,11 @@ def test_a_flight_is_the_same_to_the_bit_whichever_other_numbers_vary(double):
 
 
 IN_ANOTHER_PROCESS = """
-from tests.test_engines_scored import digest, sweep, table, values
+from tests.sweeps import digest, sweep, table, values
 rows = values(203)[::-1]
 for double in (True, False):
     print(digest(table(sweep(double).fly(rows, threads=3))[::-1]))
 """
-
-
-def digest(numbers):
-    return hashlib.sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()
 
 
 def test_a_flight_is_the_same_to_the_bit_in_another_process(tmp_path):
@@ -237,7 +212,7 @@ def test_a_block_whose_flights_are_all_over_stops():
 
 def test_paths_with_tables_and_other_outcomes_in_a_sweep():
     numbers = parameters(path=WAYPOINTS, limits=Limits(100.0, 100.0, 0.06))
-    loop, ticks = scored(Loop(Lagrange(), Piecewise(), Backstepping()), TICKS, 0.02)
+    loop, ticks = scored(Loop(Lagrange(), Piecewise(), Backstepping()), SWEEP_TICKS, 0.02)
     one = Sweep(loop, ticks, state(), numbers, places(state(), numbers, ["parameters.limits.pitch"]))
     pitches = np.array([[0.06], [1.5], [0.01], [1.0]])
     swept = one.fly(pitches)
@@ -319,7 +294,7 @@ def test_names_give_places_and_what_cannot_vary_is_refused():
     with pytest.raises(ValueError, match="nothing"):
         places(TILTED, NUMBERS, ["nothing"])
     numbers = parameters(path=WAYPOINTS)
-    loop, ticks = scored(Loop(Lagrange(), Piecewise(), Backstepping()), TICKS, 0.02)
+    loop, ticks = scored(Loop(Lagrange(), Piecewise(), Backstepping()), SWEEP_TICKS, 0.02)
     for wrong in (places(state(), numbers, ["parameters.path.knots"]), [-1], [10**6], [3, 3]):
         with pytest.raises(ValueError, match="each once"):
             Sweep(loop, ticks, state(), numbers, wrong)

@@ -22,7 +22,7 @@ from quadstep.flight.engines import fly
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from tests.campaigns import MASS, NOISY, SHORT, written
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 CASE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 40.0\n'
 DURATIONS, SCALES, NETS = (2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 2.0), (True, False)

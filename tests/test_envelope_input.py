@@ -5,7 +5,7 @@ import pytest
 from quadstep.campaign.flown import Flyer
 from quadstep.errors import UserError
 from tests.campaigns import MASS, SHORT, leftovers, refused, written
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 X, Y = "path.duration=0.3:0.5:3", "disturbance.scale=0,1"
 
@@ -31,8 +31,8 @@ def envelope(folder, *options, x=X, y=Y, file=None):
         ("path.end.²=1:2:3", ["path.end.²", "KEY=a:b:n"]),
         ("path.duration=1:2", ["'1:2'", "KEY=a:b:n"]),
         ("path.duration=1:2:3:4", ["'1:2:3:4'", "KEY=a:b:n"]),
-        ("path.duration=a:2:3", ["'a'", "no number"]),
-        ("path.duration=:2:3", ["''", "no number"]),
+        ("path.duration=a:2:3", ["'a'", "not a number"]),
+        ("path.duration=:2:3", ["''", "not a number"]),
         ("path.duration=1:2:x", ["n in a:b:n", "'x'"]),
         ("path.duration=1:2:2.5", ["n in a:b:n", "'2.5'"]),
         ("path.duration=1:2:0", ["from 1 to 100000", "not 0"]),
@@ -94,7 +94,7 @@ def test_a_value_in_the_middle_that_cannot_be_flown(tmp_path):
         (["--flights", "100000000"], ["--flights", "at most 50000000 flights"]),
         (["--failure", "position_rmse"], ["--failure", "METRIC=MOST"]),
         (["--failure", "rmse=1"], ["--failure", "'rmse' is not known", "position_rmse, largest_error"]),
-        (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is no number"]),
+        (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is not a number"]),
         (["--failure", "position_rmse=0"], ["--failure position_rmse", "above 0"]),
         (["--failure", "position_rmse=nan"], ["--failure position_rmse", "'nan'"]),
         (["--engine", "ray"], ["--engine", "lanes"]),

@@ -24,7 +24,7 @@ from tests.campaigns import written
 from tests.flights import through_lanes
 from tests.needs import ARM_COMPILER, PROCESSOR, QEMU, needs, without
 from tests.pages import needs_node
-from tests.test_numbers_script import through_script
+from tests.scripts import through_script
 
 
 def numpy_features():

@@ -2,32 +2,16 @@
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 
 from quadstep import UserError, read_mission
-from quadstep.mission.read import plan_mission
+from tests.missions import refusal
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
 WAYPOINTS = '[path]\ntype = "waypoints"\nwaypoints = [{times}]\n'
 BACKSTEPPING = LINE + '[controller]\ntype = "backstepping"\n'
 NESTED = LINE + '[controller]\ntype = "nested-saturation"\n'
-
-
-def refusal(folder: Path, content: str | bytes) -> str:
-    """What is said of a mission file with this content; fails if it is accepted, or said in more than one line."""
-    path = folder / "mission.toml"
-    if isinstance(content, str):
-        path.write_text(content, encoding="utf-8")
-    else:
-        path.write_bytes(content)
-    with pytest.raises(UserError) as raised:
-        plan_mission(read_mission(path), path)
-    message = str(raised.value)
-    assert len(message.splitlines()) == 1
-    assert message.startswith(str(path))
-    return message.removeprefix(str(path))
 
 
 def waypoints(*times: float) -> str:
@@ -242,7 +226,7 @@ def test_weights_of_the_wrong_form_are_refused(tmp_path, case):
     (tmp_path / "w.json").write_text(json.dumps(BAD_WEIGHTS[case]), encoding="utf-8")
     message = refusal(tmp_path, WARM)
     assert "w.json" in message
-    assert ("NaN is no number" if case == "nan" else "neurons x 3") in message
+    assert ("NaN is not a number" if case == "nan" else "neurons x 3") in message
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"null", b"[" * 100_000])

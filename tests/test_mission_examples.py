@@ -1,7 +1,6 @@
 """The missions in examples/: all can be flown, and those of the paper are the study's own."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,8 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission
 from quadstep.report.publish import fingerprint
 from quadstep.study.cases import main_cases, stress
+from tests.missions import EXAMPLES, MISSIONS, RECORDED
 from tests.needs import CRAZYPAD, RECORDINGS, needs
-
-EXAMPLES = Path(__file__).parent.parent / "examples"
-MISSIONS = sorted(path.stem for path in EXAMPLES.glob("*.toml") if "[path]" in path.read_text())
-RECORDED = "crazyflie_flight"
-"""Its recording does not come along."""
 
 DIVERGING = {"stress", "theorem_fails"}
 

@@ -2,7 +2,6 @@
 
 import json
 import tomllib
-from copy import deepcopy
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +9,7 @@ from hypothesis import strategies as st
 from quadstep import UserError
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import fingerprint
+from tests.missions import accepted_or_refused, garbage, places, replaced
 
 VALID = {
     "name": "Everything said",
@@ -43,45 +43,6 @@ OTHER_PATHS = [
 ]
 NESTED = {"type": "nested-saturation", "a_z": [3.0, 0.5], "bounds": [2.0, 1.0, 0.2, 0.1]}
 MISSIONS = [VALID, {**VALID, "controller": NESTED}, *({**VALID, "path": path} for path in OTHER_PATHS)]
-
-scalars = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(),
-    st.sampled_from([0, -1, 10**30, 10**400, 1e-320, 1e-200, 1e200]),
-    st.floats(),
-    st.text(max_size=12),
-    st.sampled_from(["backstepping", "circle", "waypoints", "recorded", "a\nb", "\x00", ".", "/"]),
-)
-garbage = st.recursive(
-    scalars,
-    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=6), inner, max_size=4),
-    max_leaves=8,
-)
-
-
-def places(value, way=()):
-    """The way to every value inside a mission."""
-    found = [way] if way else []
-    children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    return found + [place for key, child in children for place in places(child, (*way, key))]
-
-
-def replaced(mission, way, value):
-    """A mission with the value at `way` replaced."""
-    mission = deepcopy(mission)
-    inside = mission
-    for key in way[:-1]:
-        inside = inside[key]
-    inside[way[-1]] = value
-    return mission
-
-
-def accepted_or_refused(content):
-    try:
-        check_mission(content, "mission.toml").plan()
-    except UserError as error:
-        assert len(str(error).splitlines()) == 1
 
 
 @settings(max_examples=250, deadline=None, derandomize=True)

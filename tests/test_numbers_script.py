@@ -26,47 +26,14 @@ from quadstep.numbers import (
     where,
 )
 from quadstep.numbers.noise import key, normals, uniforms
-from quadstep.numbers.script import CONSTANT, Record, ScriptNumber, ScriptTable, constant_text
+from quadstep.numbers.script import CONSTANT, Record, ScriptNumber, constant_text
 from quadstep.numbers.script_functions import JAVASCRIPT
-from quadstep.page.elementary import FUNCTIONS, library
+from quadstep.page.elementary import FUNCTIONS
 from quadstep.page.writing import Output, Writer
 from tests.pages import needs_node, run_node
+from tests.scripts import through_script, written
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-300, -1e300, 1e5, math.inf, -math.inf, math.nan]
-
-
-def written(law, count, table=None):
-    """The law's results as one JavaScript function of an array, after constants that are kept aside."""
-    record = Record()
-    numbers = [record.input(f"A[{i}]") for i in range(count)]
-    if table is not None:
-        numbers.append(ScriptTable(record, "T", table.size))
-    results = law(*numbers)
-    results = results if isinstance(results, list) else [results]
-    outputs = [Output(f"B[{i}]", record.at(result)) for i, result in enumerate(results)]
-    writer = Writer(record, ["A[0]"])
-    writer.keep_steady(outputs)
-    prepare, body = writer.preparation(), writer.functions(outputs)
-    functions = [f"function f{i}(A,T){{{text}}}" for i, text in enumerate([*prepare, *body])]
-    calls = "".join(f"f{i}(A,T);" for i in range(len(functions)))
-    sizes = {"K": len(writer.kept), "X": writer.carried, "B": len(outputs)}
-    arrays = "".join(f"const {name}=new Float64Array({size});" for name, size in sizes.items())
-    return f"'use strict';{library()}{arrays}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
-
-
-def through_script(law, *columns, table=None):
-    """What the law gives in Node.js, an array of shape (results, samples)."""
-    samples = np.array(np.broadcast_arrays(*columns), dtype=float).T
-    text = json.dumps([[constant_text(value).strip("()") for value in sample] for sample in samples.tolist()])
-    values = json.dumps([] if table is None else table.values)
-    script = (
-        written(law, len(columns), table)
-        + f"const T=new Float64Array({values});"
-        + f"console.log(JSON.stringify({text}.map(s=>law(s.map(Number),T).map(x=>Object.is(x,-0)?'-0':String(x)))))"
-    )
-    return np.array(
-        json.loads(run_node(script).replace('"Infinity"', '"inf"').replace('"-Infinity"', '"-inf"')), dtype=float
-    ).T
 
 
 def through_floats(law, *columns, table=None):

@@ -10,8 +10,7 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten
 from quadstep.page.controllers import GHOSTS as EVERY_GHOST
 from quadstep.page.laws import widened
-from tests.pages import data_of, fly_page, needs_node
-from tests.test_page_laws import flown, write_page
+from tests.pages import data_of, flown, fly_page, needs_node, write_page
 
 GHOSTS = EVERY_GHOST[Measured]
 GYRO = {"gyro_noise": 0.01, "gyro_bias": 0.01, "gyro_walk": 0.001}

@@ -23,9 +23,8 @@ from quadstep.study.cases import NEURONS, case_1
 from quadstep.study.claims import check_claims
 from quadstep.study.study import fly_study, plan_study
 from quadstep.vehicle.rotors import rotor_map
-from tests.pages import STAND_IN, data_of
-from tests.test_mission_examples import EXAMPLES, MISSIONS, RECORDED
-from tests.test_page_laws import FLIGHTS, flown
+from tests.missions import EXAMPLES, MISSIONS, RECORDED
+from tests.pages import FLIGHTS, STAND_IN, data_of, flown
 
 HOSTILE = "</script><script>alert('x')</script><!-- & \"quotes\" \\u003c ]]> é 飛"
 

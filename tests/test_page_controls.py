@@ -13,8 +13,7 @@ from quadstep.page.conditions import page_conditions
 from quadstep.page.laws import widened
 from quadstep.page.sliders import plain_sliders
 from quadstep.study.cases import adaptive, nested
-from tests.pages import data_of, fly_page, needs_node
-from tests.test_page_laws import flown, write_page
+from tests.pages import data_of, flown, fly_page, needs_node, write_page
 
 LINE = {"type": "minimum-jerk", "end": [4.0, 1.0, 2.0], "duration": 6.0}
 CIRCLE = {"type": "circle", "centre": [1.0, 0.0, 5.0], "radius": 3.0, "period": 8.0, "clockwise": True}

@@ -1,68 +1,15 @@
 """A flight in JavaScript is the flight of the Python engine."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import fly_floats
 from quadstep.flight.engines import fly
-from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten
-from quadstep.page.build import fill, page_data
-from quadstep.page.flights import Flown
 from quadstep.page.laws import NEURONS, Laws, neurons, widened
 from quadstep.study.cases import adaptive, case_1, case_3, nested, stress
-from tests.pages import STAND_IN, fly_page, needs_node
-
-SHORT = {"duration": 1.2}
-TILTED = {"position": [0.5, -0.5, 0.0], "attitude": [0.1, 0.1, -0.1], "rates": [0.1, -0.2, 0.3]}
-WAYPOINTS = {
-    "type": "waypoints",
-    "waypoints": [
-        {"t": 0.0, "position": [0.0, 0.0, 0.0]},
-        {"t": 0.5, "position": [0.3, 0.0, 0.3], "yaw": 0.3},
-        {"t": 1.0, "position": [0.5, 0.5, 0.0]},
-    ],
-}
-CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 5.0], "radius": 3.0, "period": 8.0, "yaw_rate": 0.2, "ramp": 1.0}
-UNEQUAL = {"inertia": [5.0, 6.0, 8.0]}
-
-
-def mission(**sections):
-    path = {"type": "minimum-jerk", "end": [4.0, 1.0, 2.0], "duration": 6.0}
-    return Mission.model_validate({"path": path, "start": TILTED, "simulation": SHORT, **sections})
-
-
-FLIGHTS = {
-    "backstepping": mission(vehicle=UNEQUAL),
-    "printed kinematics": mission(vehicle={**UNEQUAL, "kinematics": "printed"}),
-    "rotor limits": mission(vehicle={"rotors": {"limits": [0.0, 12.0]}}),
-    "late learning": mission(controller=adaptive(start=1.0)),
-    "no nets": mission(controller=adaptive(enabled=False)),
-    "completed": mission(vehicle=UNEQUAL, controller={"type": "completed-backstepping"}),
-    "nested saturation": mission(vehicle=UNEQUAL, controller=nested()),
-    "waypoints": mission(path=WAYPOINTS),
-    "circle": mission(path=CIRCLE, start={}),
-    "disturbed": mission(disturbance={"scale": 2.0, "force": [0.3, -0.2, 0.1], "torque": [0.1, 0.0, -0.2]}),
-    "other clock": mission(simulation={"duration": 0.7, "step": 0.001, "control_period": 0.005, "log_period": 0.007}),
-    "forty neurons": mission(controller=adaptive(neurons=40), simulation={"duration": 0.3}),
-    "three neurons": mission(controller=adaptive(neurons=3)),
-}
-
-
-def flown(name, given, folder=Path()):
-    plan = given.plan(folder)
-    log = fly(plan)
-    return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.metrics(log)[0], folder)
-
-
-def write_page(path, *flights):
-    laws = Laws()
-    data = page_data("title", "", flights, (), (), laws)
-    path.write_text(fill(STAND_IN, "title", data, laws.script()), encoding="utf-8")
-    return path
+from tests.pages import FLIGHTS, flown, fly_page, mission, needs_node, write_page
 
 
 @pytest.fixture(scope="module")

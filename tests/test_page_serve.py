@@ -25,8 +25,8 @@ from quadstep.page import build
 from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
+from tests.commands import heeding_interrupts
 from tests.pages import STAND_IN, data_of
-from tests.test_cli_interrupt import heeding_interrupts
 
 MISSION = """
 name = "A <b>bold</b> name & more"

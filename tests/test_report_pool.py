@@ -19,7 +19,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
 from quadstep.report.pool import drawing_pool, start_server
 from quadstep.report.publish import publishing
-from tests.test_cli import LINE, quadstep
+from tests.commands import LINE, quadstep
 
 T = np.linspace(0.0, 1.0, 5)
 

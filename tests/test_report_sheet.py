@@ -19,7 +19,7 @@ from quadstep.report.figures import draw, prefixed, thin
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet, sheet
 from quadstep.study.cases import case_1
-from tests.test_cli import quadstep
+from tests.commands import quadstep
 
 T = np.linspace(0.0, 40.0, 4001)
 DECAY = 1500.0 * np.exp(-60.0 * T) * np.cos(40.0 * T) + 0.3 * np.exp(-0.2 * T)
@@ -72,9 +72,9 @@ def test_a_style_of_ones_own(tmp_path):
     assert dict(sheet(style=str(path)).settings) == {"font.size": 7.0, "font.family": ["serif"], "grid.color": "red"}
     refused = {
         "font.size: big": "line 1: font.size",
-        "x\n": "line 1: 'x' is no setting",
-        "\nfigure.hooks: os:system": "line 2: 'figure.hooks' is no setting",
-        "font.sise: 3": "line 1: 'font.sise' is no setting",
+        "x\n": "line 1: 'x' is not a setting",
+        "\nfigure.hooks: os:system": "line 2: 'figure.hooks' is not a setting",
+        "font.sise: 3": "line 1: 'font.sise' is not a setting",
     }
     for content, said in refused.items():
         path.write_text(content)

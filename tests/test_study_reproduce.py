@@ -14,8 +14,8 @@ from quadstep import __version__
 from quadstep.flight.columns import COLUMNS
 from quadstep.report.symbols import rich
 from tests import golden
+from tests.commands import ISSUE_COLUMNS, columns, files, strict_json
 from tests.terminals import in_terminal
-from tests.test_cli_fly import ISSUE_COLUMNS, columns, files, strict_json
 
 CSV = ["case1.csv", "case2.csv", "case3_adaptive.csv", "case3_nested.csv"]
 FIGURES = [f"fig{number:02d}" for number in range(3, 13)]

@@ -8,8 +8,8 @@ from typer.main import get_command
 
 from quadstep import cli
 from tests import campaigns, tuning
+from tests.commands import quadstep
 from tests.terminals import ASCII, PROGRAM, in_terminal, with_streams
-from tests.test_cli import quadstep
 
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"

@@ -10,8 +10,8 @@ from quadstep.mission.read import plan_mission
 from quadstep.report.publish import fingerprint
 from quadstep.tuning import run
 from quadstep.tuning.ground import Ground
-from tests.test_cli import quadstep
-from tests.test_mission_examples import EXAMPLES
+from tests.commands import quadstep
+from tests.missions import EXAMPLES
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, history, lasting, metrics, tuned, written
 
 QUICK = PAPER + LAMBDA

@@ -10,7 +10,7 @@ from quadstep.vehicle.kinematics import Kinematics, euler_rate_matrix
 from quadstep.vehicle.lagrange import acceleration, derivative, energy
 from quadstep.vehicle.state import State
 from tests.flights import array, random_state, same, state, vehicle
-from tests.test_vehicle_kinematics import papers_rotation, rotation
+from tests.rotations import papers_rotation, rotation
 
 UNEQUAL = (5, 8, 12)
 CALM = Disturbance(0.0, same(0.0), same(0.0))

@@ -9,7 +9,7 @@ import sympy
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import angular_acceleration, coriolis, coriolis_torque, effective_inertia
 from tests.flights import array, column, vehicle
-from tests.test_vehicle_kinematics import about_x, about_y
+from tests.rotations import about_x, about_y
 
 UNEQUAL = np.array([5.0, 8.0, 12.0])
 CASES = [np.random.default_rng(case).uniform(-1.3, 1.3, (3, 3)) for case in range(12)]

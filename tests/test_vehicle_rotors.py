@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from quadstep.numbers import vector
 from quadstep.vehicle.rotors import Rotors, allocate, limit, mix, rotor_map
 from tests.flights import array, column
-from tests.test_vehicle_kinematics import axis, papers_rotation
+from tests.rotations import axis, papers_rotation
 
 ROTORS = Rotors(arm=0.25, moment=0.02, minimum=0.0, maximum=6.0)
 PLACES = {1: (0, -1, 0), 2: (-1, 0, 0), 3: (0, 1, 0), 4: (1, 0, 0)}

@@ -4,6 +4,8 @@ import os
 import tempfile
 from pathlib import Path
 
+from quadstep.errors import UserError
+
 WRITING = ".writing-"
 """Start of the name of a file or folder that is being written; one may be left by a killed run."""
 
@@ -21,3 +23,13 @@ def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = F
         Path(temporary).replace(path)
     finally:
         Path(temporary).unlink(missing_ok=True)
+
+
+def write_beside(path: Path, text: str, parents: bool = False) -> None:
+    """`replace_file` for text. parents: whether to make the folder where it is absent. Raises UserError."""
+    try:
+        if parents:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from None

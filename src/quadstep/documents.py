@@ -1,4 +1,4 @@
-"""TOML and JSON from outside, bounded in size, depth and numbers before anyone looks at what they say."""
+"""TOML and JSON from outside, checked for size, depth and numbers before their content is used."""
 
 import json
 import math
@@ -24,7 +24,7 @@ TEXTS = re.compile(
     re.DOTALL | re.VERBOSE,
 )
 DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.ASCII)
-"""Both take a time in proportion to the text, whatever it is."""
+"""Both take time in proportion to the text, whatever it contains."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -70,17 +70,17 @@ def read_json(path: Path, links: bool = True) -> Any:
 
 
 def too_deep(source: str) -> UserError:
-    """What is said of too many levels."""
+    """The error for too many levels."""
     return UserError(f"{source}: nested too deep; at most {DEEPEST} levels are allowed")
 
 
 def no_number(name: str) -> NoReturn:
-    """NaN and Infinity are no JSON."""
+    """NaN and Infinity are not JSON."""
     raise ValueError(f"{name} is not a number")
 
 
 def check(value: Any, source: str, key: str = "", level: int = 0, finite: bool = False) -> None:
-    """Refuses what is nested deeper than `DEEPEST` and whole numbers of more than 64 bits. Raises UserError naming `source`.
+    """Refuses content nested deeper than `DEEPEST` and whole numbers of more than 64 bits. Raises UserError naming `source`.
 
     key: where the value is. finite: refuses infinity and NaN too.
     """

@@ -1,4 +1,4 @@
-"""What went wrong in the user's terms: one line, what and where and what is allowed."""
+"""Errors in the user's terms: one line that says what is wrong, where, and what is allowed."""
 
 LONGEST = 1000
 """Characters of a line."""

@@ -17,7 +17,7 @@ EXTRAS = {
 
 
 def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
-    """What to say where a package that `command` needs is absent; raises the error itself where it is none of an extra's."""
+    """The error for a package that `command` needs; raises `error` itself if the package belongs to no extra."""
     package = (error.name or "").partition(".")[0]
     if package not in EXTRAS:
         raise error

@@ -1,4 +1,4 @@
-"""Files from outside: only regular ones, none larger than its kind may be. A pipe or a device would never end."""
+"""Input files: only regular ones, none larger than its kind allows. Reading a pipe or a device might never end."""
 
 import contextlib
 import io
@@ -58,7 +58,7 @@ def opened(path: Path, kind: Kind, links: bool = True) -> io.BufferedReader:
 
 
 def check(path: Path, status: os.stat_result, kind: Kind) -> None:
-    """Refuses what is no regular file, or too large a one. Raises UserError."""
+    """Refuses anything but a regular file, and one that is too large. Raises UserError."""
     if not stat.S_ISREG(status.st_mode):
         names = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
         found = names.get(stat.S_IFMT(status.st_mode), "a device")
@@ -68,7 +68,7 @@ def check(path: Path, status: os.stat_result, kind: Kind) -> None:
 
 
 def too_large(path: Path, kind: Kind) -> UserError:
-    """What is said of a file that has more bytes than its kind may have."""
+    """The error for a file that is too large for its kind."""
     return UserError(f"{path}: too large; {kind.what} may have at most {kind.most / 1e6:g} MB")
 
 

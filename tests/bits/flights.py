@@ -19,7 +19,7 @@ from quadstep.flight.lanes import fly_lanes
 from quadstep.numbers import atan2, cos, exp, log, sigmoid, sin, sqrt
 from tests.campaigns import NOISY, SHORT, written
 from tests.flights import CASE_1, parameters, state, through_lanes
-from tests.test_engines_agreement import TICKS
+from tests.sweeps import TICKS
 
 ESTIMATED = NOISY + "accelerometer_noise = 0.02\nestimator = true\n"
 PAPER = """

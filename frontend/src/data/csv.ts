@@ -1,4 +1,4 @@
-// A flight as the table quadstep itself writes: one row a log period, each column's unit in the header.
+// A flight as the table quadstep itself writes: one row per log period, each column's unit in the header.
 
 import type { Flight } from "./flight";
 

@@ -1,4 +1,4 @@
-"""Control allocation: the rotor speeds that make a wanted thrust and torque, and what is left of them at rotors' limits.
+"""Control allocation: the rotor speeds for a commanded thrust and torque, and what can be achieved at the rotors' limits.
 
 Within the limits the rotor thrusts are those of least norm, by the pseudo-inverse of the map from rotor thrusts to thrust and
 torque. At the limits thrust and tilt (the torques about body x and y) come first: they hold the vehicle up and on its path.

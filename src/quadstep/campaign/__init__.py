@@ -1,1 +1,1 @@
-"""Very many flights that differ as a file says: drawn, flown, stored, and summed up with intervals."""
+"""Many flights that vary as a file says: drawn, flown, stored, and summarised with intervals."""

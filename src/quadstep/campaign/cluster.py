@@ -1,4 +1,4 @@
-"""A campaign on a Ray cluster: spans of flights flown wherever a core is free, put together as one machine would have them.
+"""A campaign on a Ray cluster: spans of flights flown wherever a core is free, assembled as on one machine.
 
 A span that is lost with its worker or its node is flown again elsewhere; a flight depends on its number only, so nobody can
 tell. `docs/cluster.md` says how to run one and what it was measured to do.
@@ -28,19 +28,19 @@ SPAN = 16_384
 """Flights of one task at most: some seconds of work, two megabytes of results."""
 
 SMALLEST_SPAN = 256
-"""Below it a task costs more than its flights."""
+"""Below this a task costs more than its flights."""
 
 AHEAD = 2
 """Tasks that wait or run for each core, so that none is idle and the driver is not flooded."""
 
 LOSSES = 20
-"""How often a span may go down with its worker or node. Who loses it that often is brought down by it."""
+"""How often a span may be lost with its worker or node; beyond this, the span itself brings them down."""
 
 PATIENCE = 60.0
 """How long a cluster may be without any core [s]: nodes come and go."""
 
 FLYERS: dict[Any, Flyer] = {}
-"""Of this worker, by what it was told; at most one."""
+"""This worker's flyer by its order; at most one."""
 
 
 class OneThread(Sweep):
@@ -55,7 +55,7 @@ class OneThread(Sweep):
 
 
 class Order(NamedTuple):
-    """What workers are told.
+    """Instructions for workers.
 
     needs: what decides a flight's bits. fingerprint: of the campaign. campaign: packed, as only a worker that has all it
     needs can unpack it.
@@ -86,7 +86,7 @@ def fly_span(told: tuple[Any, ...], first: int, past: int) -> pa.Table:
 
 
 def unpacked(told: Order) -> Campaign:
-    """The campaign that is to be flown. Raises UserError where it would not be flown as on the machine that asks for it."""
+    """The campaign to fly. Raises UserError where flights would differ from those on the requesting machine."""
     here = f"--engine ray: node {platform.node()}"
     for (name, mine), (_, theirs) in zip(needs(), told.needs, strict=False):
         if mine != theirs:
@@ -127,7 +127,7 @@ def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Prog
 
 
 def span_size(flights: int, cores: int) -> int:
-    """Flights of a task: such that every core gets some tasks, to end together. No result depends on it."""
+    """Flights per task: few enough that every core gets several and all end together. No result depends on it."""
     even = -(-flights // (4 * max(1, cores)))
     return min(max(even, SMALLEST_SPAN), SPAN)
 
@@ -167,7 +167,7 @@ def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tu
 
 
 def over(ray: Any, flying: list[Any]) -> list[Any]:
-    """The tasks that are over, one at least. Raises UserError for a cluster that has lost all its cores."""
+    """The finished tasks, at least one. Raises UserError for a cluster that has lost all its cores."""
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):
             raise UserError(
@@ -178,7 +178,7 @@ def over(ray: Any, flying: list[Any]) -> list[Any]:
 
 
 def fetched(ray: Any, reference: Any, span: Span) -> pa.Table:
-    """What a task gave. Raises what was raised there, UserError for a worker that is not fit."""
+    """The result of a task. Raises what was raised there, UserError for an unsuitable worker."""
     try:
         return ray.get(reference)
     except ray.exceptions.RayTaskError as error:
@@ -211,7 +211,7 @@ class Pieces:
         self.tables: dict[Chunk, dict[int, pa.Table]] = {}
 
     def add(self, span: Span, table: pa.Table) -> pa.Table | None:
-        """The table of the chunk if this was what it lacked."""
+        """The table of the chunk if this completes it."""
         parts = self.tables.setdefault(span.chunk, {})
         parts[span.first] = table
         if sum(part.num_rows for part in parts.values()) < span.chunk.past - span.chunk.first:

@@ -41,16 +41,16 @@ Ray keeps the first token that it reads, hence one token a process.
 KEEPER = Path(__file__).with_name("cluster_keeper.py")
 
 ANSWER = 5.0
-"""How long a head node may take to take a connection [s]."""
+"""Longest time for a head node to accept a connection [s]."""
 
 JOINING = 60.0
-"""How long it may take to let a driver in [s]. Ray itself would try for minutes, and then end the process."""
+"""Longest time for it to admit a driver [s]. Ray itself would try for minutes, and then end the process."""
 
 START = 120.0
 """How long a cluster of this machine's cores may take to start [s]: some seconds, on a machine that has nothing else to do."""
 
 END = 20.0
-"""How long it may take to end [s]."""
+"""Longest time for it to end [s]."""
 
 TRIAL = "import logging, sys, ray; ray.init(address=sys.argv[1], log_to_driver=False, logging_level=logging.CRITICAL)"
 
@@ -88,7 +88,7 @@ def join(ray: Any, address: str) -> None:
 
 @contextmanager
 def environment(values: Mapping[str, str]) -> Iterator[None]:
-    """Variables of the environment for a while."""
+    """Environment variables for the duration of the block."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
@@ -134,7 +134,7 @@ def own_cluster() -> Iterator[str]:
 
 
 def answered(keeper: subprocess.Popen[bytes]) -> str:
-    """The address of the cluster that was started. Raises UserError where none was."""
+    """The address of the cluster that was started. Raises UserError if there is none."""
     assert keeper.stdout
     wrong = "--engine ray: Ray could not be started on this machine"
     if not select.select([keeper.stdout], [], [], START)[0]:
@@ -147,7 +147,7 @@ def answered(keeper: subprocess.Popen[bytes]) -> str:
 
 
 def ended(keeper: subprocess.Popen[bytes]) -> None:
-    """Have the cluster end, and wait for that and for the end of its folder."""
+    """End the cluster, and wait for it and for its folder to go."""
     assert keeper.stdin
     assert keeper.stdout
     keeper.stdin.close()
@@ -163,7 +163,7 @@ def ended(keeper: subprocess.Popen[bytes]) -> None:
 
 
 def cluster_at(address: str) -> str:
-    """The address, if a cluster takes drivers there. Raises UserError.
+    """The address, if a cluster accepts drivers there. Raises UserError.
 
     A process of its own finds out: where something is wrong, Ray writes to the error stream, tries for minutes, and may abort.
     """
@@ -192,7 +192,7 @@ def cluster_at(address: str) -> str:
 
 
 def reach(address: str) -> None:
-    """Raises UserError for an address where nobody listens."""
+    """Raises UserError for an address where nothing listens."""
     host, _, port = address.rpartition(":")
     if not re.fullmatch(r"[^\s:/]+|\[[0-9a-fA-F:]+\]", host) or not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
         raise UserError(
@@ -210,7 +210,7 @@ def reach(address: str) -> None:
 
 @contextmanager
 def own_handler() -> Iterator[None]:
-    """What was to be done on SIGTERM stays to be done, after Ray has put its own handler there."""
+    """Restore the handler of SIGTERM that Ray replaces."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -223,7 +223,7 @@ def own_handler() -> Iterator[None]:
 
 @contextmanager
 def muted() -> Iterator[None]:
-    """Nothing is written to the error stream, by libraries that know no other way either."""
+    """Silence the error stream, including output that libraries write to its descriptor."""
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:
@@ -240,7 +240,7 @@ def cores(ray: Any) -> int:
 
 
 def first_line(error: BaseException) -> str:
-    """What an error says first."""
+    """The first line of an error."""
     return shortened(f"{type(error).__name__}: {error}")
 
 

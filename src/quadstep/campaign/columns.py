@@ -1,4 +1,4 @@
-"""Columns of drawn values: cut into groups that agree, ranges by their corners, and set against single flights."""
+"""Columns of drawn values: grouped where equal, checked at the corners of their ranges, compared with single flights."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ from quadstep.numbers import Table
 
 
 def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
-    """The corners of a box; of one with very many, both ends and each edge from the lower one."""
+    """The corners of a box; of a box with very many, both ends and each edge from the lower one."""
     ends = [sorted({a.item(), b.item()}) for a, b in zip(low, high, strict=True)]
     if len(ends) <= 5:
         yield from map(list, itertools.product(*ends))

@@ -19,7 +19,7 @@ from quadstep.numbers.noise import flight_key, key
 
 
 def device_flyer(campaign: Campaign) -> Flyer:
-    """What flies a campaign there. Raises UserError where there is no such processor."""
+    """A flyer for the graphics processor. Raises UserError where there is none."""
     Device()  # refuse before anything else is done
     flyer = Flyer(campaign, GpuSweep)
     only = generated_batch(flyer)

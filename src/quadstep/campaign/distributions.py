@@ -1,4 +1,4 @@
-"""How a key of the mission varies from flight to flight, as a user writes it, and the quantile function of each way."""
+"""How a key of the mission varies from flight to flight, as a user writes it, with its quantile function."""
 
 import math
 from itertools import accumulate
@@ -16,7 +16,7 @@ from quadstep.numbers.solve import cholesky
 from quadstep.numbers.spaced import evenly_spaced
 
 MOST_OPTIONS = 100_000
-"""Of a choice or a grid."""
+"""Most options of a choice or a grid."""
 
 
 def ordered(low: float | None, high: float | None) -> None:
@@ -49,7 +49,7 @@ class Sobol(Uniform):
 
 
 class Normal(Section):
-    """Normal with this mean and standard deviation, cut off at low and high where they are given."""
+    """Normal with this mean and standard deviation, truncated at low and high where given."""
 
     type: Literal["normal"]
     mean: Finite
@@ -67,7 +67,7 @@ class Normal(Section):
 
     @property
     def shares(self) -> tuple[float, float]:
-        """What is below low, and what is below high, of the distribution that is not cut off."""
+        """The shares below low and below high of the untruncated distribution."""
         below = 0.0 if self.low is None else probability((self.low - self.mean) / self.deviation)
         above = 1.0 if self.high is None else probability((self.high - self.mean) / self.deviation)
         return below, above
@@ -84,7 +84,7 @@ class Normal(Section):
 
 
 class LogNormal(Section):
-    """Log-normal with this median; sigma: standard deviation of the logarithm. Cut off at low and high where given."""
+    """Log-normal with this median; sigma: standard deviation of the logarithm. Truncated at low and high where given."""
 
     type: Literal["log-normal"]
     median: Positive
@@ -100,7 +100,7 @@ class LogNormal(Section):
 
     @property
     def logarithm(self) -> Normal:
-        """How the logarithm is distributed."""
+        """The distribution of the logarithm."""
         low, high = (None if end is None else log(end) for end in (self.low, self.high))
         return Normal(type="normal", mean=log(self.median), deviation=self.sigma, low=low, high=high)
 
@@ -127,7 +127,7 @@ class Choice(Section):
 
     @property
     def options(self) -> tuple[Any, ...]:
-        """What there is to choose from."""
+        """The options."""
         return self.values
 
     def place(self, u: Any) -> Any:
@@ -170,7 +170,7 @@ Distribution = Annotated[Uniform | Sobol | Normal | LogNormal | Choice | Grid, F
 
 
 def within(x: Number, low: float | None, high: float | None) -> Number:
-    """Round-off must not leave the range."""
+    """The value kept inside the range despite round-off."""
     x = x if low is None else maximum(x, low)
     return x if high is None else minimum(x, high)
 

@@ -13,7 +13,7 @@ from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, key, uniforms
 
 VERSION = 2
-"""Of the draws: raised whenever seed and number of a flight give other values. Those of version 1 depended on the machine."""
+"""Version of the draws, raised whenever seed and number of a flight give other values. Version 1 depended on the machine."""
 
 STREAM = 2**25
 """Of the random numbers that campaigns draw; a flight's own noise uses small numbers."""
@@ -22,7 +22,7 @@ A_TICK = 128
 """Numbers drawn at one tick of the counter."""
 
 Values: TypeAlias = Any
-"""An array with an element a flight, which laws take for a number."""
+"""An array with one element per flight, which laws treat as a number."""
 
 
 class Drawn(NamedTuple):
@@ -45,7 +45,7 @@ class Drawn(NamedTuple):
         return result
 
     def shown_options(self) -> list[Any]:
-        """The options as numbers, booleans or text (JSON for what is none of these)."""
+        """The options as numbers, booleans or text (JSON for anything else)."""
         options = list(self.options or ())
         kinds = {type(option) for option in options}
         if kinds == {int, float}:
@@ -64,7 +64,7 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
 
 
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
-    """What varies, for the flights of these numbers, which follow each other, by key."""
+    """The values of each key for the flights of these consecutive numbers."""
     with np.errstate(all="ignore"):  # what is beyond the range of numbers is refused with its flight
         return drawn_columns(file, flights)
 

@@ -18,4 +18,4 @@ LARGEST_CHUNK = 2**20
 """Flights in one file of results: they are in memory together, 100 bytes and more each."""
 
 MOST_CHUNKS = 20_000
-"""Files of one campaign: its manifest names each and is written anew with each."""
+"""Files of one campaign: its manifest names each and is rewritten with each."""

@@ -1,4 +1,4 @@
-"""A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row a flight."""
+"""A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row per flight."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -15,7 +15,7 @@ from quadstep.flight.sweep import Sweep, Swept
 from quadstep.numbers import Table, flatten
 
 MOST_SWEEPS = 256
-"""Kept ready."""
+"""Sweeps kept ready."""
 
 FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "success"
 OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
@@ -24,7 +24,7 @@ Progress = Callable[[int], None]
 
 
 class Sweeper(Protocol):
-    """What flies a batch: `Sweep` or one that looks like it."""
+    """Flies a batch: `Sweep` or a class with its methods."""
 
     def fly(self, values: NDArray[np.float64], *, progress: Progress | None = None) -> Swept:
         """Fly a flight for each row of values."""
@@ -58,13 +58,13 @@ class Flyer:
         return found
 
     def rehearse(self) -> None:
-        """Build the first flights, so that what cannot be flown is refused before anything is written. Raises UserError."""
+        """Build the first flights, so that impossible flights are refused before anything is written. Raises UserError."""
         flights = np.arange(TYPICAL)
         for _ in self.planner.batches(flights, self.planner.typical):
             pass
 
     def sweep(self, batch: Batch) -> Sweeper:
-        """What flies the flights of a batch, kept for the next one like it."""
+        """The sweep for a batch, kept for the next one like it."""
         leaves = flatten((batch.start, batch.parameters))
         constants = tuple(
             tuple(leaf.values) if isinstance(leaf, Table) else leaf
@@ -89,7 +89,7 @@ def table(
     ended: NDArray[np.float64],
     metrics: NDArray[np.float64],
 ) -> pa.Table:
-    """One row a flight; what a flight does not have is null, never NaN."""
+    """One row per flight; missing values are null, never NaN."""
     number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
     columns: dict[str, Any] = {FLIGHT: arrow(flights)}
@@ -118,7 +118,7 @@ def judged(table: pa.Table, campaign: Campaign) -> pa.Table:
 
 
 def drawn_column(drawn: Drawn) -> pa.Array:
-    """A column of what was drawn: numbers, booleans or text."""
+    """A column of drawn values: numbers, booleans or text."""
     if drawn.options is None:
         return arrow(drawn.values)
     return pa.array(drawn.shown_options()).take(arrow(drawn.values.astype(np.int64)))
@@ -132,5 +132,5 @@ def arrow(values: NDArray[Any], known: NDArray[np.bool_] | None = None) -> pa.Ar
 
 
 def bits(flags: NDArray[np.bool_]) -> pa.Buffer:
-    """A bit a flag."""
+    """One bit per flag."""
     return pa.py_buffer(np.packbits(flags, bitorder="little"))

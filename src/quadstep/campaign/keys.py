@@ -1,4 +1,4 @@
-"""Keys of a mission file, dotted as in `path.end.2`: set in what a user wrote, or in a checked mission."""
+"""Keys of a mission file, dotted as in `path.end.2`: set in a user's text, or in a checked mission."""
 
 import re
 from collections.abc import Callable
@@ -18,7 +18,7 @@ def parts(key: str) -> list[str]:
 
 
 def dotted(table: Any, whole: Callable[[dict[str, Any]], bool], prefix: str = "") -> Any:
-    """Tables within a table as one table with dotted keys; what is no table stays as it is.
+    """Tables within a table as one table with dotted keys; anything else stays as it is.
 
     whole: whether a table is a value. Raises ValueError for a key given twice.
     """

@@ -47,7 +47,7 @@ class Manifest(BaseModel):
 
 
 def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any]:
-    """What the manifest of a campaign says before anything was flown."""
+    """The manifest of a campaign before its first flight."""
     return {
         "name": campaign.file.name,
         "version": __version__,
@@ -70,7 +70,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
 
 
 def machine() -> dict[str, Any]:
-    """What the bits of a result may depend on."""
+    """The machine, as far as results may depend on it."""
     processor = host().name
     return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
 
@@ -93,7 +93,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 
 def other_draws(manifest: dict[str, Any]) -> str:
-    """What to say where a campaign drew its values in another way than this package does; nothing where in the same."""
+    """How a campaign's draws differ from this package's; empty where they are the same."""
     version = manifest.get("draws", 1)
     if version == draws.VERSION:
         return ""
@@ -104,7 +104,7 @@ def other_draws(manifest: dict[str, Any]) -> str:
 
 
 def check_replay(campaign: Campaign, folder: Path, named: bool) -> None:
-    """Refuse to fly one flight again of a campaign where it would be another flight than in `folder`. Raises UserError.
+    """Refuse to replay a flight of a campaign where it would differ from the one in `folder`. Raises UserError.
 
     named: whether the user has named the folder, so that the campaign must be there.
     """

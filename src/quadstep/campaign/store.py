@@ -259,7 +259,7 @@ def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterab
 
 
 def not_flights(path: Path, chunk: Chunk) -> UserError:
-    """What is said of a file that holds something else."""
+    """The error for a file with other content."""
     return UserError(f"{path}: does not hold flights {chunk.first} to {chunk.past - 1}; delete it, and --resume")
 
 

@@ -29,7 +29,7 @@ DECADES = 20.0
 
 
 class Varied(NamedTuple):
-    """A key. values: a number a flight, or the place of its value among `options`, which are texts; parts: for its index."""
+    """A key. values: one number per flight, or the place of its value among `options`, texts; parts: for its index."""
 
     values: NDArray[Any]
     options: tuple[str, ...] | None

@@ -1,4 +1,4 @@
-"""What a machine is told of a campaign."""
+"""The verdict on a campaign, for machines."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from quadstep.judging.verdict import Case, Verdict
 
 
 def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | None) -> Verdict:
-    """Judge a campaign that is over. least: share of flights that must succeed; None if nothing is required."""
+    """Judge a finished campaign. least: share of flights that must succeed; None if nothing is required."""
     summary, name = done.summary, done.campaign.file.name
     judged = None if least is None else Judged(least, summary.success, summary.flights)
     cases = (Case("flown"), *([judged.case] if judged else []))

@@ -1,4 +1,4 @@
-"""Between the laws, which take vectors of numbers, and NumPy, which takes whole flights: one sample a row."""
+"""Conversions between the laws' vectors of numbers and NumPy arrays of whole flights, one row per sample."""
 
 from collections.abc import Iterable
 

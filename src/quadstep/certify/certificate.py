@@ -18,7 +18,7 @@ from quadstep.flight.log import FlightLog
 
 
 class Certificate(NamedTuple):
-    """What Theorem 5.1 says of a flight and what the flight did.
+    """What Theorem 5.1 says about a flight and what the flight did.
 
     outcome, ended [s]: of the flight; until [s]: the last sample looked at. conditions, ideal, lyapunov: as in their files.
     weight_bound: W_B; residual_bound: eps_N [N, N m]; with _plain: of least squares without a ridge.
@@ -47,7 +47,7 @@ class Certificate(NamedTuple):
 
     @property
     def outside(self) -> Mask:
-        """Which samples have |r| > b_r; none where there is no b_r."""
+        """Which samples have |r| > b_r; none without b_r."""
         result: Mask = self.r > (np.inf if self.b_r is None else self.b_r)
         return result
 
@@ -62,9 +62,9 @@ class Certificate(NamedTuple):
 
 
 def certify_plan(plan: FlightPlan) -> Certificate:
-    """Fly a plan and certify it. Raises UserError where Theorem 5.1 has nothing to say of it.
+    """Fly a plan and certify it. Raises UserError where Theorem 5.1 does not apply.
 
-    A flight that diverges is looked at up to where its wanted force last defined an attitude.
+    A diverging flight is examined up to where its commanded force last defined an attitude.
     """
     check_plan(plan)
     plan = plan._replace(ticks=plan.ticks._replace(log=plan.ticks.every[0]))

@@ -1,4 +1,4 @@
-"""What Theorem 5.1 asks of the gains, as printed and as its proof needs it, and what the coupling it leaves out asks."""
+"""The gain conditions of Theorem 5.1, as printed and as its proof needs them, and that of the coupling it leaves out."""
 
 from typing import NamedTuple
 

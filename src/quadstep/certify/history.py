@@ -136,7 +136,7 @@ def yaw_accelerations(plan: FlightPlan, t: Array) -> Array:
 
 
 def summed(steps: Array) -> Array:
-    """What was summed up before each sample."""
+    """The integral before each sample."""
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
 
 

@@ -1,4 +1,4 @@
-"""What a mission must be for Theorem 5.1 to speak of it; anything else is refused in one line."""
+"""What a mission must satisfy for Theorem 5.1 to apply; anything else is refused in one line."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ MOST_SAMPLES = 500_000
 FEWEST_SAMPLES = 10
 
 LEAST_FORCE = 0.01
-"""Least y-z part of the wanted force, as a share of the weight: theta_d and phi_d turn at a rate that goes as its inverse."""
+"""Least y-z part of the commanded force, as a share of the weight: the rates of theta_d and phi_d grow with its inverse."""
 
 AGREEMENT = 1e-6
 """Largest difference between the law recomputed from the log and the flight, relative beyond 1."""
@@ -52,7 +52,7 @@ def sideways(force: Array) -> Array:
 
 
 def first_undefined(plan: FlightPlan, force: Array) -> int | None:
-    """The first sample whose wanted force leaves theta_d or phi_d without a rate: too small beside x, or passing below."""
+    """The first sample whose commanded force leaves theta_d or phi_d without a rate: too small beside x, or passing below."""
     vehicle = plan.parameters.vehicle
     small = sideways(force) < LEAST_FORCE * vehicle.mass * vehicle.gravity
     phi = np.arctan2(force[:, 1], force[:, 2])
@@ -71,7 +71,7 @@ def too_little(plan: FlightPlan, force: Array, sample: int) -> str:
 
 
 def check_flight(plan: FlightPlan, h: History) -> None:
-    """After the flight. Raises UserError where rotor limits changed what the law asked for."""
+    """After the flight. Raises UserError where rotor limits changed the law's commands."""
     bitten = np.flatnonzero(h.excess > AGREEMENT * (1.0 + np.abs(h.thrust) + np.linalg.norm(h.torque, axis=1)))
     if plan.loop.plant.rotor_limits and len(bitten):
         raise UserError(

@@ -20,7 +20,7 @@ RIDGES = (0.0, *(10.0**power for power in range(-14, 1)), np.inf)
 
 
 class Fit(NamedTuple):
-    """One net's weights W (N, 3) and what they leave of the target: eps (n, 3). ridge: as in `RIDGES`."""
+    """One net's weights W (N, 3) and the part of the target they leave: eps (n, 3). ridge: as in `RIDGES`."""
 
     ridge: float
     weights: Array
@@ -65,7 +65,7 @@ def residual_bound(fits: tuple[Fit, Fit]) -> float:
 
 
 def targets(plan: FlightPlan, h: History, inertia: Array, coriolis: Array) -> tuple[Array, Array]:
-    """What the nets should say at each sample, (n, 3) each [N] and [N m].
+    """What the nets should output at each sample, (n, 3) each [N] and [N m].
 
     v_NN1 = -A_xyz (Eq. 22), and if the controller believes another mass m_c than m, (m - m_c) (xi_d_dd - Lambda_1^2 e1 + g)
     as well. v_NN2 = J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - J Lambda_2^2 e2 (Eq. 33), eta_d after the filter.

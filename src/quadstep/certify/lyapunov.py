@@ -1,4 +1,4 @@
-"""L of Eq. 55 and its rate along a flight, term by term (Eq. 56 and what the proof leaves out)."""
+"""L of Eq. 55 and its rate along a flight, term by term (Eq. 56 and the terms that the proof leaves out)."""
 
 from typing import NamedTuple
 

@@ -21,7 +21,7 @@ from quadstep.report.sheet import Sheet
 
 
 class CertifiedFlight(NamedTuple):
-    """What the command line says: rows of the table, the verdict line, whether the flight came to its end."""
+    """What the command line prints: rows of the table, the verdict line; and whether the flight was completed."""
 
     name: str
     rows: list[list[str]]
@@ -30,7 +30,7 @@ class CertifiedFlight(NamedTuple):
 
 
 def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | None = None) -> CertifiedFlight:
-    """Fly the mission in `path`, certify it, write `folder`, and say what was found. Raises UserError."""
+    """Fly the mission in `path`, certify it, write `folder`, and return the findings. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, "certificate-" + fingerprint([plan]), overwrite) as out, drawing_pool() as pool:

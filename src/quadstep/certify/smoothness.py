@@ -59,7 +59,7 @@ def mismatch(values: Array, rates: Array, middles: Array, period: float) -> floa
 
 
 def check_path(plan: FlightPlan, t: Array) -> None:
-    """Raises UserError for a path that jumps, or whose velocity or acceleration is not the rate of what it should be.
+    """Raises UserError for a path that jumps, or whose velocity or acceleration is not the right rate.
 
     t: the control samples [s].
     """

@@ -1,4 +1,4 @@
-"""The one line that says how a flight and Theorem 5.1 fit; it always holds the numbers it rests on."""
+"""The one line that says how a flight and Theorem 5.1 fit, with the numbers it rests on."""
 
 import numpy as np
 

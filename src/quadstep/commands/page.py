@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from quadstep.atomic import write_beside
 from quadstep.commands.options import OpenOption
 from quadstep.errors import UserError
 from quadstep.files import PAGE, read_bytes
@@ -33,7 +34,7 @@ def page(
     target = out or Path("out") / (f"{files[0].stem}.html" if len(files) == 1 else "page.html")
     check_target(target)
     text = page_of(files, engine)
-    write(target, text)
+    write_beside(target, text, parents=True)
     say_whole(f"Page: {target} ({len(text.encode()) / 1e6:.2f} MB). Double-click it to open it.")
     if show:
         open_in_browser(target.resolve().as_uri())
@@ -59,17 +60,6 @@ def check_target(path: Path) -> None:
             raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
-
-
-def write(path: Path, text: str) -> None:
-    """Write the page beside its place and move it there. Raises UserError."""
-    from quadstep.report.publish import write_beside
-
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
-    write_beside(path, text)
 
 
 def open_in_browser(address: str) -> None:

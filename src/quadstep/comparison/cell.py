@@ -1,4 +1,4 @@
-"""One vehicle, scenario and controller: flown over many seeds, summed up with intervals."""
+"""One vehicle, scenario and controller: flown over many seeds, summarised with intervals."""
 
 import math
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from quadstep.numbers import Vector
 
 
 class Cell(NamedTuple):
-    """What came out. rmse: mean over completed flights [m], and its interval; largest: of all of these [m].
+    """Results. rmse: mean over completed flights [m], and its interval; largest: of all of these [m].
 
     activity: mean change of the rotors' thrusts a second over the weight [1/s]. saturated: mean share of time. lost: flights
     that did not complete, as a share with its exact interval.

@@ -1,4 +1,4 @@
-"""What is flown: vehicles, controllers and scenarios as missions."""
+"""The vehicles, controllers and scenarios of the study, as missions."""
 
 import math
 from typing import Any
@@ -64,7 +64,7 @@ def hover() -> dict[str, Any]:
 
 
 def step() -> dict[str, Any]:
-    """The wanted position jumps by 5 m."""
+    """The commanded position jumps by 5 m."""
     start, end = [0.0, 0.0, GROUND_CLEARANCE], [5.0, 0.0, GROUND_CLEARANCE]
     return {"path": {"type": "step", "start": start, "end": end, "time": 1.0, "duration": 10.0}}
 

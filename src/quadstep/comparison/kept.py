@@ -1,4 +1,4 @@
-"""Finished cells of a study that is not over, so that after an interruption the same command continues from them."""
+"""Finished cells of an unfinished study, from which the same command continues after an interruption."""
 
 import contextlib
 import hashlib
@@ -30,7 +30,7 @@ class Kept:
                 self.read(line)
 
     def read(self, line: str) -> None:
-        """Take in one line; one that was cut short by a kill counts for nothing."""
+        """Take in one line; one that was cut short by a kill is ignored."""
         try:
             one = json.loads(line)  # with NaN, where no flight completed
             self.cells[str(one["key"])] = CELL.validate_python(one["cell"])

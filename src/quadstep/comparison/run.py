@@ -23,7 +23,7 @@ HARDEST = "vertical eight, wind 12.1"
 
 
 class Comparison(NamedTuple):
-    """What was found."""
+    """Findings of the study."""
 
     seeds: int
     cells: list[Cell]
@@ -71,7 +71,7 @@ def study_vehicles(
 def fly_cells(
     pool: Executor, kept: Kept, vehicles: Sequence[str], seeds: int, progress: Callable[[int, int], None]
 ) -> list[Cell]:
-    """Every scenario of every vehicle under every controller, in this order; only those are flown that are not kept."""
+    """Every scenario of every vehicle under every controller, in this order; cells that are kept are not flown again."""
     asked = {
         key(vehicle, controller, scenario, seeds): (vehicle, controller, name, scenario)
         for vehicle in vehicles
@@ -89,7 +89,7 @@ def fly_cells(
 
 
 def as_json(found: Comparison) -> dict[str, Any]:
-    """The content of metrics.json; what no flight gave is null."""
+    """The content of metrics.json; missing values are null."""
 
     def number(value: float) -> float | None:
         return value if math.isfinite(value) else None

@@ -1,1 +1,1 @@
-"""`quadstep envelope`: where over two keys of a mission it can be flown, and how well."""
+"""`quadstep envelope`: where in the plane of two of its keys a mission can be flown, and how well."""

@@ -1,4 +1,4 @@
-"""What a map varies: `KEY=a:b:n` or `KEY=v1,v2,v3` as a user types it."""
+"""An axis of a map: `KEY=a:b:n` or `KEY=v1,v2,v3` as a user types it."""
 
 import math
 import re

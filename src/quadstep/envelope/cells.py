@@ -27,10 +27,10 @@ MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
 
 
 class Cells(NamedTuple):
-    """What the flights of each cell gave, arrays over (panel, row, column).
+    """Results of each cell, arrays over (panel, row, column).
 
     causes: of those that did not succeed how many by each of `CAUSES` (a fourth index). completed: how many completed.
-    rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where there is none. outcome: the most
+    rmse, mean: median and mean RMSE [m], and largest: largest error [m] of these, NaN where missing. outcome: the most
     frequent one.
     """
 
@@ -45,7 +45,7 @@ class Cells(NamedTuple):
 
     @property
     def successes(self) -> NDArray[np.int64]:
-        """How many succeed."""
+        """Number of successes."""
         count: NDArray[np.int64] = self.flights - self.causes.sum(axis=-1)
         return count
 
@@ -56,7 +56,7 @@ class Cells(NamedTuple):
 
     @property
     def share(self) -> NDArray[np.float64]:
-        """Of flights that succeed."""
+        """Share of flights that succeed."""
         return self.successes / self.flights
 
     @property
@@ -103,7 +103,7 @@ def numbers(column: pa.ChunkedArray) -> NDArray[np.float64]:
 
 
 def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Median and mean of each column without its NaN; NaN where there is nothing else."""
+    """Median and mean of each column without its NaN; NaN for a column of NaN."""
     known = np.isfinite(values)
     count = known.sum(axis=0)
     ordered = np.sort(values, axis=0)  # NaN last
@@ -115,7 +115,7 @@ def middle(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def table(asked: Request, cells: Cells) -> pa.Table:
-    """One row a cell; what a cell does not have is null. Without chance in a cell, its share is no estimate."""
+    """One row per cell; missing values are null. Without chance in a cell, its share is no estimate."""
     count = asked.cells
     drawn = draw(asked.campaign.file, np.arange(count))
     columns: dict[str, Any] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(asked.axes)}
@@ -134,6 +134,6 @@ def table(asked: Request, cells: Cells) -> pa.Table:
 
 
 def interval(cells: Cells, successes: int) -> Estimate:
-    """The share of a cell that has so many successes."""
+    """The success rate of a cell with this many successes."""
     value = successes / cells.flights
     return share(successes, cells.flights) if cells.random else Estimate(value, value, value)

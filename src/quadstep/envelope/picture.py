@@ -1,4 +1,4 @@
-"""The map as a picture: a panel for each value of --by, coloured by RMSE, grey and hatched where it cannot be flown."""
+"""The map as a picture: one panel per value of --by, coloured by RMSE, grey and hatched where flights fail."""
 
 import math
 from pathlib import Path
@@ -25,7 +25,7 @@ from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 
 COLOURS = "viridis"
-"""Lighter where the error is larger, in grey and for the colour-blind too."""
+"""Lighter where the error is larger, also in greyscale and for the colour-blind."""
 
 LOOKS = {
     OVER_LIMIT: ("0.97", "..", ""),
@@ -38,7 +38,7 @@ LOOKS = {
 """Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone."""
 
 CONTOURS: dict[float, Any] = {0.05: ":", 0.5: "-", 0.95: "--"}
-"""Lines of equal share of success, where a cell has several flights."""
+"""Lines of equal success rate, where a cell has several flights."""
 
 MOST_HATCHED = 20_000
 """Spans of cells that are hatched; beyond, grey has to do."""
@@ -158,7 +158,7 @@ def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up:
 
 
 def legend(asked: Request, cells: Cells) -> list[Any]:
-    """What the greys and the lines mean, as far as they occur."""
+    """The legend of greys and lines, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
         f"{name} > {most:g} {unit_of(asked.campaign.thresholds[name])}".strip()
@@ -179,7 +179,7 @@ def legend(asked: Request, cells: Cells) -> list[Any]:
 
 
 def draw_scale(figure: Figure, grid: Any, norm: LogNorm, asked: Request) -> None:
-    """The bar that says which colour is which RMSE."""
+    """The colour bar of RMSE."""
     bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=list(grid.flat), pad=0.02, aspect=30)
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
     bar.ax.yaxis.set_major_locator(

@@ -1,4 +1,4 @@
-"""What is asked for: a mission or a campaign file and the axes of the map, made into a campaign of all cells."""
+"""The request: a mission or a campaign file and the axes of the map, turned into a campaign of all cells."""
 
 import itertools
 import math
@@ -17,14 +17,14 @@ from quadstep.mission.read import check_mission
 
 MOST_FLIGHTS = 50_000_000
 NOISY_FLIGHTS = 20
-"""A cell's, if not said, where flights of a cell differ."""
+"""Default flights per cell, where flights of a cell differ."""
 
 
 class Request(NamedTuple):
     """A map to be flown.
 
-    campaign: its flights; x, y, by: the axes (by has a panel a value, or is None). flights: of a cell. random: whether they
-    differ. Flight number f is of cell f % cells, and x turns fastest, then y, then by.
+    campaign: its flights; x, y, by: the axes (by: one panel per value, or None). flights: of a cell. random: whether they
+    differ. Flight number f is of cell f % cells, and x changes fastest, then y, then by.
     """
 
     campaign: Campaign
@@ -41,7 +41,7 @@ class Request(NamedTuple):
 
     @property
     def cells(self) -> int:
-        """How many there are."""
+        """Number of cells."""
         return math.prod(self.shape)
 
     @property
@@ -106,7 +106,7 @@ def fitted(base: Campaign, axes: list[Axis]) -> list[Axis]:
 
 
 def planner_of(base: Campaign) -> Planner:
-    """What builds single flights of the mission."""
+    """The builder of single flights of the mission."""
     return Planner(base.content, base.defaults, base.source, base.folder, {}, base.file.seed)
 
 

@@ -20,7 +20,7 @@ DATA, PICTURE = "envelope.parquet", "envelope"
 
 
 class Panel(NamedTuple):
-    """A panel of the map in numbers. name: what the key of --by is there, nothing without one.
+    """A panel of the map in numbers. name: the value of --by, empty without it.
 
     flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
     least and the largest of the flyable cells [m], None if there is none.
@@ -75,7 +75,7 @@ def fly_envelope(
 
 
 def flyer(engine: EnvelopeEngine) -> Callable[..., Flyer]:
-    """What flies a campaign on this engine."""
+    """The flyer of a campaign on this engine."""
     if engine is EnvelopeEngine.GPU:
         from quadstep.campaign.device import device_flyer  # noqa: PLC0415 (loaded only where it is used)
 
@@ -145,7 +145,7 @@ def keys(asked: Request) -> list[str]:
 
 
 def sentence(found: Envelope) -> str:
-    """How much of each panel can be flown, in words."""
+    """The flyable share of each panel, in words."""
     asked = found.asked
     parts = [
         f"{100.0 * panel.flyable / panel.cells:.3g} % ({panel.flyable} of {panel.cells} cells)"

@@ -23,7 +23,7 @@ CLOCK, PROCESSORS, THREADS_A_PROCESSOR, CAPABILITY_MAJOR, CAPABILITY_MINOR = 13,
 class Device:
     """The first graphics processor of this machine. Its primary context is current, in the thread, within `with device:`.
 
-    Raises NoDeviceError where there is none to be had.
+    Raises NoDeviceError where none is available.
     """
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class Device:
         return free.value
 
     def discard(self, name: str, handle: Any) -> None:
-        """Give something back; whether that succeeds helps nobody, least of all after another error."""
+        """Release something; a failure is ignored, above all after another error."""
         self.driver.cuCtxPushCurrent_v2(self.context)
         getattr(self.driver, name)(handle)
         self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))

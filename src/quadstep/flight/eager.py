@@ -45,7 +45,7 @@ def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, prog
 
 
 def always(law: Callable[..., S]) -> Callable[..., S]:
-    """The law of floats, once more on arrays of one element where floats raise what other numbers go on from (1 / 0)."""
+    """The law of floats, repeated on arrays of one element where floats raise and other numbers continue (1 / 0)."""
 
     def run(*given: Any) -> S:
         try:

@@ -1,4 +1,4 @@
-"""NVIDIA's driver as a C library: the functions of it that are called, with their types, and what it says when one fails."""
+"""NVIDIA's driver as a C library: the functions of it that are called, with their types, and its message when one fails."""
 
 import ctypes
 import sys

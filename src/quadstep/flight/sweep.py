@@ -88,7 +88,7 @@ class Batch:
         return rows
 
     def columns(self, rows: NDArray[np.float64], length: int) -> NDArray[Any]:
-        """The varying numbers, one row a leaf in the order of `flatten`, the last flight repeated to fill up `length`."""
+        """The varying numbers, one row per leaf in the order of `flatten`, the last flight repeated to fill up `length`."""
         columns = np.empty((len(self.varying), length), dtype=self.number)
         with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
             columns[:, : len(rows)] = rows[:, np.argsort(self.varying)].T
@@ -114,7 +114,7 @@ class Sweep(Batch):
     def fly(self, values: ArrayLike, threads: int | None = None, progress: Callable[[int], None] | None = None) -> Swept:
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
-        threads: as many as there are cores if not given. progress: told how many more flights are over.
+        threads: as many as there are cores if not given. progress: told the number of newly finished flights.
         """
         rows = self.rows(values)
         flights, length = len(rows), -(-len(rows) // self.width) * self.width

@@ -1,4 +1,4 @@
-"""Handing a verdict over: one JSON object on the output stream, a JUnit file, an exit code."""
+"""Delivering a verdict: one JSON object on standard output, a JUnit file, an exit code."""
 
 import json
 import os
@@ -35,9 +35,9 @@ def check_junit(path: Path) -> None:
 
 
 def deliver(verdict: Verdict, as_json: bool, junit: Path | None, seconds: float) -> None:
-    """Write and print what was asked for, then leave with the verdict's exit code. seconds: how long the command took.
+    """Write and print what was requested, then exit with the verdict's exit code. seconds: how long the command took.
 
-    With `as_json` what is not met is said on the error stream. Raises UserError where the file cannot be written.
+    With `as_json` unmet requirements are printed on standard error. Raises UserError where the file cannot be written.
     """
     if junit:
         from quadstep.judging.junit import write_junit  # noqa: PLC0415 (XML is loaded only where it is written)

@@ -10,9 +10,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from quadstep import __version__
-from quadstep.errors import UserError
+from quadstep.atomic import write_beside
 from quadstep.judging.verdict import Verdict, scalars
-from quadstep.report.publish import write_beside
 
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""
@@ -67,8 +66,4 @@ def clean(text: str) -> str:
 
 def write_junit(path: Path, verdict: Verdict, seconds: float) -> None:
     """Write beside, then rename. Raises UserError."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--junit {path}: cannot be written: {error.strerror}") from None
-    write_beside(path, junit_xml(verdict, seconds))
+    write_beside(path, junit_xml(verdict, seconds), parents=True)

@@ -1,4 +1,4 @@
-"""`quadstep fly --require METRIC=MOST`: a metric of one flight may be so large at most."""
+"""`quadstep fly --require METRIC=MOST`: an upper limit for a metric of one flight."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -11,14 +11,14 @@ OPTION = "--require"
 
 
 class Requirement(NamedTuple):
-    """metric: dotted name as in metrics.json, with or without its unit. most: what it may be at most, in that unit."""
+    """metric: dotted name as in metrics.json, with or without its unit. most: its upper limit, in that unit."""
 
     metric: str
     most: float
 
 
 class Judged(NamedTuple):
-    """A requirement held against a flight. metric: with its unit. measured: None where the flight has no such number."""
+    """A requirement applied to a flight. metric: with its unit. measured: None where the flight has no such number."""
 
     metric: str
     most: float

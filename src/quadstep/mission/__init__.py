@@ -1,1 +1,1 @@
-"""Mission files: what a user may write, checked, and turned into a flight."""
+"""Mission files: their schema, their checks, and the flights they describe."""

@@ -1,4 +1,4 @@
-"""A section checked: one line that says what is wrong, where, and what is allowed."""
+"""Checking sections: one line that says what is wrong, where, and what is allowed."""
 
 import contextlib
 import re

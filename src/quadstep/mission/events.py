@@ -1,4 +1,4 @@
-"""The events of a mission: what changes on a vehicle while it flies."""
+"""The events of a mission: changes to a vehicle in flight."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal
@@ -44,7 +44,7 @@ class PayloadSection(LastingSection):
 
 
 class CentreSection(LastingSection):
-    """The centre of gravity moves by `shift` [m] in body axes; the mass and the inertia about it stay what they were.
+    """The centre of gravity moves by `shift` [m] in body axes; the mass and the inertia about it stay the same.
 
     It is as if the whole vehicle but its rotors were moved: its mass is taken from the body's origin and put at `shift`.
     """

@@ -52,7 +52,7 @@ LEAST, MOST = 1e-9, 1e9
 
 
 def large_enough(value: float) -> float:
-    """Refuses what is above zero but below `LEAST`."""
+    """Refuses a value above zero but below `LEAST`."""
     if 0.0 < value < LEAST:
         raise ValueError(f"should be at least {LEAST:g}, not {value:g}")
     return value
@@ -91,7 +91,7 @@ LEAST_COEFFICIENT = 1e-15
 
 
 def large_enough_coefficient(value: float) -> float:
-    """Refuses what is above zero but below `LEAST_COEFFICIENT`."""
+    """Refuses a value above zero but below `LEAST_COEFFICIENT`."""
     if 0.0 < value < LEAST_COEFFICIENT:
         raise ValueError(f"should be at least {LEAST_COEFFICIENT:g}, not {value:g}")
     return value

@@ -34,7 +34,7 @@ Told: TypeAlias = Callable[[str, int, int], None]
 
 
 class Summary(NamedTuple):
-    """What the command line says of a flight: a table, single numbers and a last line. judged: what was required of it."""
+    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements."""
 
     name: str
     header: list[str]
@@ -47,7 +47,7 @@ class Summary(NamedTuple):
     judged: list[Judged]
 
     def verdict(self, about: dict[str, Any]) -> Verdict:
-        """For a machine. about: what was run, as text."""
+        """The verdict for machines. about: the run, as text."""
         cases = (Case("completed", None if self.completed else self.ending), *(one.case for one in self.judged))
         unmet = any(one.failure for one in self.judged)
         code = DIVERGED if not self.completed else UNMET if unmet else 0
@@ -67,7 +67,7 @@ def fly_mission(
     results: Path | None = None,
     sheet: Sheet | None = None,
 ) -> Summary:
-    """Fly the mission in `path`, write `folder`, and say how it went. told: of every stage.
+    """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
     flown. sheet: what the figures are drawn on. Raises UserError, also for a requirement of a metric that no such flight has.

@@ -61,7 +61,7 @@ class SensorsSection(Section):
         return any(size > 0.0 for size in sizes)
 
     def numbers(self, gravity: float) -> Sensors:
-        """The sizes of all noise; gravity [m/s^2] is what the estimator takes for it."""
+        """The sizes of all noise; gravity [m/s^2] is the value that the estimator assumes."""
         return Sensors(
             gyro_noise=self.gyro_noise,
             gyro_bias=self.gyro_bias,

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from quadstep.atomic import write_beside
 from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
@@ -11,7 +12,6 @@ from quadstep.mission.own_controller import own_section
 from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
-from quadstep.report.publish import write_beside
 from quadstep.vehicle.state import State
 
 TEMPLATE = """\

@@ -81,7 +81,7 @@ def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Check
 
 
 class TuneSection(Section):
-    """What `quadstep tune` is to do; it changes no flight.
+    """The task of `quadstep tune`; it affects no flight.
 
     gains: keys of the controller and their ranges. vary, correlated: what differs from flight to flight, as in a campaign.
     seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the end. objective: weight of

@@ -1,4 +1,4 @@
-"""The functions of a number, dispatched on what the number is.
+"""The functions of a number, dispatched on the kind of number.
 
 A law calls these and never `math` or `numpy`, and it never branches on a number: `where` chooses between two values.
 A kind of number joins in by carrying a class attribute `functions` with the methods of `Functions`.

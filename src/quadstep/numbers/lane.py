@@ -1,6 +1,6 @@
-"""Lanes: numbers whose operators emit LLVM vector instructions, one flight a lane.
+"""Lanes: numbers whose operators emit LLVM vector instructions, one flight per lane.
 
-Feed lanes to a law and what comes out is the machine code of that law. Constants fold (x * 0, x * 1, x + 0) and what has
+Feed lanes to a law, and the result is its machine code. Constants fold (x * 0, x * 1, x + 0) and what has
 been computed in a block is not computed again, so matrix notation costs nothing once compiled. Every operation is rounded by
 itself, in the order of the law: nothing is fused or reassociated, so lanes of any processor give what Python floats give. NaN
 and infinity keep their meaning, so that divergence is seen. What folding does to zeros and NaN stands in

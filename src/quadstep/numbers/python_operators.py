@@ -1,4 +1,4 @@
-"""What Python itself asks of a number that is only written down, and what to use instead."""
+"""Python operations that a recorded number cannot support, and what to use instead."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Script numbers: feed them to a law and what is left is a list of assignments, to be written as JavaScript.
+"""Script numbers: feed them to a law, and the result is a list of assignments, to be written as JavaScript.
 
 Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
 contracted: each assignment is one operation on doubles, so a script gives what Python floats give, to the bit. NaN and

@@ -19,7 +19,7 @@ OFF_BIAS = -1e4
 """A neuron with this bias and no input weights puts out exactly zero."""
 
 ROOM, ROOM_FOR_GHOSTS = 1_200_000, 800_000
-"""Characters of laws that a page takes, and up to which controllers are added beside the missions' own."""
+"""Characters of laws that a page may hold, and those up to which controllers are added beside the missions' own."""
 
 
 class Numbers(NamedTuple):
@@ -102,7 +102,7 @@ class Laws:
 
 
 def compiled(plan: FlightPlan) -> Law:
-    """The law of a plan. Raises UserError for one that cannot be written as JavaScript."""
+    """The law of a plan. Raises UserError for a law that cannot be written as JavaScript."""
     try:
         return emit(plan.loop, plan.parameters, plan.start)
     except Exception as error:

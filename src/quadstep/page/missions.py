@@ -1,4 +1,4 @@
-"""A page of missions: each is flown once by Python, and again by whoever moves a slider."""
+"""A page of missions: each is flown once by Python, and again when a slider is moved."""
 
 import contextlib
 import re
@@ -43,7 +43,7 @@ def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
 
 
 def flown_mission(mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
-    """A mission as the page wants it. folder: where its files are looked up; taken: ids in use."""
+    """A mission as the page takes it. folder: where its files are looked up; taken: ids in use."""
     metrics, found = mission.metrics(log)
     warnings = (*plan.warnings, *found)
     return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)

@@ -1,4 +1,4 @@
-"""What the page is told, as its front end reads it. Names and meanings are those of `frontend/src/data/contract.ts`."""
+"""The page's data, as its front end reads it. Names and meanings are those of `frontend/src/data/contract.ts`."""
 
 import base64
 import math
@@ -184,11 +184,11 @@ def numbers_text(values: Iterable[float] | NDArray[np.float64]) -> str:
 
 
 SHARED = (Control, Panel, Scene, Condition)
-"""What is often the same from flight to flight, and is written once."""
+"""Records that are often the same from flight to flight, and are written once."""
 
 
 class Sharing:
-    """Turns records into JSON values; what is the same is kept once and referred to by its place."""
+    """Turns records into JSON values; equal ones are kept once and referred to by their place."""
 
     def __init__(self) -> None:
         self.values: list[Any] = []

@@ -60,7 +60,7 @@ def names_files(content: Any) -> bool:
 
 
 def outcome(content: dict[str, Any]) -> Outcome:
-    """How the flight ended, as far as that is told."""
+    """How the flight ended, as far as known."""
     name = content.get("outcome")
     return Outcome[name.upper()] if isinstance(name, str) and name.upper() in Outcome.__members__ else Outcome.COMPLETED
 

@@ -109,7 +109,7 @@ def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequen
 
 
 def fly_paper(engine: Engine = Engine.LANES) -> str:
-    """The page of the paper, flown for it. Raises UserError."""
+    """The page of the paper, with its flights flown here. Raises UserError."""
     plans = plan_study()
     study = fly_study(plans, engine)
     return paper_page(study, plans, check_claims(study))

@@ -1,6 +1,6 @@
 """`quadstep serve`: results under a folder in the browser, for this machine only.
 
-Whatever is asked for, only regular files below the folder are sent: every part of the way is opened from the one before it,
+Whatever is requested, only regular files below the folder are sent: every part of the way is opened from the one before it,
 and links are not followed.
 """
 
@@ -42,7 +42,7 @@ LIST_STYLE = "a { color: LinkText; } td:first-child { font-weight: 600; } td:nth
 
 
 class Answer(NamedTuple):
-    """What is sent: text, or a file that is open."""
+    """The answer to a request: text, or an open file."""
 
     status: HTTPStatus
     kind: str
@@ -51,7 +51,7 @@ class Answer(NamedTuple):
 
 
 class NotFound(Exception):  # noqa: N818 (an answer, not an error)
-    """There is nothing of that name."""
+    """Nothing has that name."""
 
 
 def parts_of(path: str) -> list[str]:
@@ -99,7 +99,7 @@ def folder_below(root: Path, path: str) -> Path:
 
 
 def answer(root: Path, target: str) -> Answer:
-    """What a GET of `target` gets."""
+    """The answer to a GET of `target`."""
     try:
         path = urlsplit(target).path
         if path == "/":
@@ -133,7 +133,7 @@ def list_page(root: Path, found: list[Result]) -> str:
 
 
 def row(result: Result) -> str:
-    """One result: its name opens the best there is, then every file."""
+    """One result: a link to its page or report, then to every file."""
     place = result.place.as_posix()
     base = "" if place == "." else quote(place) + "/"
     files = [(name, f"/files/{base}{quote(name)}") for name in result.files]
@@ -200,7 +200,7 @@ class Handler(BaseHTTPRequestHandler):
                 length -= len(chunk)
 
     def handle(self) -> None:
-        """A browser that hangs up is no error."""
+        """A browser that hangs up is not an error."""
         try:
             super().handle()
         except (ConnectionError, TimeoutError):
@@ -211,14 +211,14 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Server(ThreadingHTTPServer):
-    """One thread a request; none outlives the server."""
+    """One thread per request; none outlives the server."""
 
     daemon_threads = True
     allow_reuse_address = True
 
 
 def server(folder: Path, port: int) -> Server:
-    """A server of the results under `folder`. Raises UserError where that cannot be."""
+    """A server of the results under `folder`. Raises UserError where that is impossible."""
     if not folder.is_dir():
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
     kind = type("FolderHandler", (Handler,), {"root": folder.resolve()})

@@ -1,7 +1,7 @@
 """Recorded assignments as JavaScript statements, in functions of a size that a browser's compiler takes.
 
-What is used once is written into its user; what is used again becomes a local, or, from one function to a later one, a place
-in an array. What depends on the parameters alone is computed once a flight.
+A result that is used once is written into its user; one that is used again becomes a local, or, from one function to a later
+one, a place in an array. What depends on the parameters alone is computed once per flight.
 """
 
 from collections import Counter

@@ -1,1 +1,1 @@
-"""What a person gets: CSV files, figures, pages, tables on the screen."""
+"""Results for people: CSV files, figures and pages."""

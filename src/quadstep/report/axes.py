@@ -21,17 +21,17 @@ MOST_DECADES = 4
 """Of a signed logarithmic axis, on either side."""
 
 DEEPEST = 8
-"""Decades of a logarithmic axis, at most."""
+"""Most decades of a logarithmic axis."""
 
 STEADY, ROOM = 1e-3, 0.02
-"""What varies by less than this share of its size is shown with so much of it around."""
+"""A line that varies by less than this share of its size is shown with that much room around it."""
 
 STEPS = [1, 2, 2.5, 5, 10]
 """Between ticks, times a power of ten."""
 
 
 def plain() -> FuncFormatter:
-    """Numbers as they are."""
+    """Plain numbers."""
     return FuncFormatter(lambda value, _: f"{value:.10g}".replace("-", "−"))
 
 
@@ -48,7 +48,7 @@ def powers() -> FuncFormatter:
 
 
 def linear(axes: Axes, lines: Sequence[Numbers]) -> None:
-    """A linear axis, wide enough that what stays where it is looks as if it does."""
+    """A linear axis, wide enough that a constant line looks constant."""
     low = min((float(values.min()) for values in lines), default=0.0)
     high = max((float(values.max()) for values in lines), default=0.0)
     size = max(abs(low), abs(high))
@@ -60,7 +60,7 @@ def linear(axes: Axes, lines: Sequence[Numbers]) -> None:
 
 
 def logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
-    """A logarithmic axis for what is not negative; zeros are below it."""
+    """A logarithmic axis for values that are not negative; zeros fall below it."""
     above = np.concatenate([values[values > 0.0] for values in lines]) if lines else np.zeros(0)
     if not above.size:
         linear(axes, lines)

@@ -43,7 +43,7 @@ LINES: tuple[dict[str, Any], ...] = (
 
 
 LONE_FACE, FACES = "font-family: 'DejaVu Sans'\"", "font-family: 'DejaVu Sans', Verdana, sans-serif\""
-"""Symbols in an SVG name one face only; where it is not installed, one of like widths is to be taken."""
+"""Symbols in an SVG name one face only; where it is not installed, one of similar widths is used."""
 
 
 PACKED = 3
@@ -52,7 +52,7 @@ PACKED = 3
 
 @contextmanager
 def drawing(sheet: Sheet, more: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Matplotlib's settings for a figure. more: what this figure cannot do without."""
+    """Matplotlib's settings for a figure. more: settings that this figure needs."""
     settings: Any = {**STYLE, **dict(sheet.settings), **(more or {})}
     with rc_context(settings):
         yield

@@ -20,7 +20,7 @@ from quadstep.report.symbols import label, power_of_ten, prose
 Numbers = NDArray[np.float64]
 
 BUCKETS = 400
-"""At least so many stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
+"""The fewest stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
 
 LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
 """Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""

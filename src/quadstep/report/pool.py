@@ -35,7 +35,7 @@ class DrawingPool(ProcessPoolExecutor):
         super().__init__(workers, multiprocessing.get_context("forkserver"), initializer=prepare_worker)
 
     def submit(self, function: Callable[Given, Result], /, *args: Given.args, **kwargs: Given.kwargs) -> Future[Result]:
-        """Have a function called. Raises UserError where no process can be started for it."""
+        """Run a function in a process of the pool. Raises UserError where no process can be started for it."""
         try:
             with starting():
                 return super().submit(function, *args, **kwargs)

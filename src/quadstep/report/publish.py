@@ -1,4 +1,4 @@
-"""Writing results so that a folder holds a whole result or the one before, never half of one."""
+"""Writing results so that a folder always holds a complete result, the new one or the one before."""
 
 import contextlib
 import errno
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from quadstep.atomic import WRITING, replace_file
+from quadstep.atomic import WRITING
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -20,7 +20,7 @@ from quadstep.numbers import Table, flatten
 from quadstep.report.interrupts import signals_ignored
 
 MANIFEST = "metrics.json"
-"""The file that is moved last and says whose results a folder holds."""
+"""The file that is moved last and identifies the results in a folder."""
 
 
 def fingerprint(plans: list[FlightPlan]) -> str:
@@ -83,7 +83,7 @@ def discard(made: list[Path]) -> None:
 
 
 def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]:
-    """The files of the result that `folder` holds. Raises UserError where replacing it was not asked for."""
+    """The files of the result that `folder` holds. Raises UserError where replacing it was not requested."""
     if not folder.exists():
         return []
     if not folder.is_dir():
@@ -118,11 +118,3 @@ def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path])
 def write_json(path: Path, content: Any) -> None:
     """JSON with a fixed order and no NaN."""
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def write_beside(path: Path, text: str) -> None:
-    """Write a file beside its place and move it there. Raises UserError if that fails."""
-    try:
-        replace_file(path, text.encode())
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None

@@ -1,4 +1,4 @@
-"""The sensors of a vehicle as a whole: between what it does and what its controller gets to know.
+"""The sensors of a vehicle as a whole: from its true motion to what its controller is told.
 
 An IMU on board (gyro, accelerometer) is sampled at its own rate. A fix, a sample of position, velocity and attitude from a
 camera system or a satellite receiver, comes at a slower rate, speaks of an instant some time ago, and is held until the next.

@@ -28,7 +28,7 @@ class StudyPlans(NamedTuple):
 
 
 class Study(NamedTuple):
-    """What was flown. logs: of the cases, which get a CSV each. The rest are metrics by what was varied."""
+    """The study as flown. logs: of the cases, one CSV each. The rest are metrics by what was varied."""
 
     logs: Logs
     cases: dict[str, Metrics]

@@ -1,1 +1,1 @@
-"""How things are written to a terminal, a file or a pipe: the one place that decides widths, characters and broken streams."""
+"""Output to a terminal, a file or a pipe: the one place that handles widths, characters and broken streams."""

@@ -1,4 +1,4 @@
-"""Bars on standard error, while something takes its time."""
+"""Progress bars on standard error."""
 
 import contextlib
 import sys
@@ -14,7 +14,7 @@ WIDE, ROOM = 60, 50
 
 
 class Count(ProgressColumn):
-    """How much is done, and of how much once that is known."""
+    """The amount done, and the total once known."""
 
     def render(self, task: Task) -> Text:
         of = "" if task.total is None else f"/{task.total:,.0f}"
@@ -22,7 +22,7 @@ class Count(ProgressColumn):
 
 
 class Rate(ProgressColumn):
-    """How much a second, where it is one at least."""
+    """Units per second, where at least one."""
 
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed or 0.0
@@ -37,17 +37,17 @@ class Bar:
         self.task = progress.add_task(doing, total=total, unit=unit, note="")
 
     def to(self, done: float, total: float | None = None, note: str = "") -> None:
-        """Where it stands. total: as far as known by now. note: what else to say."""
+        """Set the progress. total: as far as known. note: shown beside it."""
         self.progress.update(self.task, completed=done, total=total, note=note)
 
     def doing(self, what: str) -> None:
-        """The next stage: what is done now."""
+        """Set the description to the current stage."""
         self.progress.update(self.task, description=what)
 
 
 @contextlib.contextmanager
 def bar(doing: str, unit: str = "", total: float | None = None) -> Iterator[Bar]:
-    """A bar for as long as the block takes. unit: what is counted."""
+    """A progress bar while the block runs. unit: of the count."""
     screen = console(sys.stderr)
     narrow = screen.width < WIDE
     drawn = [] if narrow else [BarColumn(bar_width=min(40, screen.width - ROOM))]

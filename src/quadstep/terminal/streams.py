@@ -15,11 +15,11 @@ LEFT = (errno.EPIPE, errno.EIO)
 
 
 class OutputError(Exception):
-    """Standard output takes no more, for a reason other than that nobody reads it: a full disk."""
+    """Standard output accepts no more, for another reason than a reader that left: a full disk."""
 
 
 class Outlet(io.RawIOBase):
-    """Writes to a descriptor for as long as somebody takes it; from then on what is written is dropped.
+    """Writes to a descriptor for as long as it accepts output; after that, output is dropped.
 
     required: whether to raise OutputError, once, where something would be lost that the reader still expects.
     """

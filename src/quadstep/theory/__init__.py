@@ -1,1 +1,1 @@
-"""The repaired theorem (docs/theory.md), its inequalities checked on random states, and what the completed controller buys."""
+"""The repaired theorem (docs/theory.md): inequalities checked on random states, and what the completed controller gains."""

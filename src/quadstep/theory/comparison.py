@@ -1,6 +1,6 @@
 """The paper's and the completed controller over inner-loop gains, t_f, disturbance and nets.
 
-A third law shows which part of the completion buys what: the counter-term alone, without the rigid-body torque.
+A third law shows which part of the completion gains what: the counter-term alone, without the rigid-body torque.
 """
 
 from typing import Any, NamedTuple

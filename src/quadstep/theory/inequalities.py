@@ -115,7 +115,7 @@ def projection(sample: Sample) -> Any:
 
 
 def rate_identity(completed: bool) -> Callable[[Sample], Any]:
-    """L_dot is what the theorem says, to round-off."""
+    """L_dot is as the theorem says, to round-off."""
 
     def margin(sample: Sample) -> Any:
         rate = lyapunov_rate(sample, completed)

@@ -1,7 +1,7 @@
 """The proving ground: flies many candidates over the same draws, all in one sweep.
 
 Flight i of a candidate has the draws and the noise of flight number i, for every candidate of every generation alike:
-candidates differ by their gains only, and the objective is one fixed function of them.
+candidates differ only in their gains, and the objective is one fixed function of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -46,7 +46,7 @@ class Asked(NamedTuple):
 
     @property
     def seeds(self) -> int:
-        """Flights of each candidate; of flights that are all alike one is enough."""
+        """Flights of each candidate; one where all flights are alike."""
         return self.section.seeds if self.different else 1
 
     @property
@@ -69,13 +69,13 @@ class Asked(NamedTuple):
         return starting_point(self.gains)
 
     def tuned(self, values: dict[str, float]) -> dict[str, Any]:
-        """The user's mission with other gains."""
+        """The user's mission with these gains."""
         changed = {key: value for key, value in values.items() if value != self.present[key]}
         return with_numbers(self.content, self.mission, changed) if changed else self.content
 
 
 def asked(path: Path) -> Asked:
-    """What the mission in a file asks for. Raises UserError."""
+    """The tuning request in a mission file. Raises UserError."""
     content = read_toml(path)
     if "tune" not in content and "mission" in content:
         raise UserError(f"{path}: looks like a campaign; `quadstep tune` takes a mission with a table [tune]")
@@ -127,7 +127,7 @@ class Ground:
         self.duration = plan.ticks.last * plan.ticks.step
 
     def draws(self, first: int, count: int = 1) -> "Draws":
-        """What the flights from this number on draw."""
+        """The draws of the flights from this number on."""
         return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
 
     def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None = None) -> list[Flown]:
@@ -148,7 +148,7 @@ class Ground:
         return [Flown(*one, names) for one in zip(*parts, strict=True)]
 
     def conditions(self) -> Conditions | None:
-        """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not asked for."""
+        """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not requested."""
         if not self.asked.section.theorem:
             return None
         planner, base = self.flyer.planner, self.flyer.planner.mission({})
@@ -173,4 +173,4 @@ class Draws(NamedTuple):
 
 
 Told = Callable[[int, float], None]
-"""Told flights flown so far and the best objective so far, NaN if there is none."""
+"""Told flights flown so far and the best objective so far, NaN if none."""

@@ -1,11 +1,11 @@
-"""What a candidate's flights are worth.
+"""The cost of a candidate's flights.
 
 The objective is the aggregate over the completed flights of a weighted sum of metrics. The cost that is minimised is
 
     s(objective) + [0 or 1 + s(violation)] + [0 or 2 + the sum over flights lost of 2 - time of its end / duration],
 
-s(x) = x / (x + 1), the objective measured in that of the present gains. So whatever keeps the constraints is better than what
-does not, and whatever gets through better than what loses a flight; losing fewer is better, and losing them later.
+s(x) = x / (x + 1), the objective measured in that of the present gains. So a candidate that meets the constraints is better
+than one that does not, one that completes all flights better than one that loses any; losing fewer, or later, is better.
 """
 
 import math
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 class Flown(NamedTuple):
-    """Flights of one candidate. outcome, ended [s]: an element a flight. metrics: shape (flights, len(names))."""
+    """Flights of one candidate. outcome, ended [s]: one element per flight. metrics: shape (flights, len(names))."""
 
     outcome: NDArray[np.int8]
     ended: Floats
@@ -57,14 +57,14 @@ class Judged(NamedTuple):
 
 
 class Judge(NamedTuple):
-    """duration: of a flight that gets through [s]. unit: the objective of the present gains."""
+    """duration: of a completed flight [s]. unit: the objective of the present gains."""
 
     section: TuneSection
     duration: float
     unit: float = 1.0
 
     def in_units_of(self, flown: Flown) -> "Judge":
-        """That measures objectives in the one of these flights, if they have any."""
+        """A judge that measures objectives in units of these flights' objective, if they have one."""
         objective = self.aggregate(self.costs(flown)[flown.completed])
         return self._replace(unit=objective) if math.isfinite(objective) and objective > 0.0 else self
 
@@ -76,7 +76,7 @@ class Judge(NamedTuple):
         return total
 
     def aggregate(self, values: Floats) -> float:
-        """Of many flights; NaN of none."""
+        """Of many flights; NaN without any."""
         if len(values) == 0:
             return math.nan
         if self.section.aggregate == "mean":
@@ -85,7 +85,7 @@ class Judge(NamedTuple):
 
     @property
     def reported(self) -> list[str]:
-        """The metrics worth telling, by name."""
+        """The metrics to report, by name."""
         return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
 
     def violation(self, flown: Flown) -> float:
@@ -118,5 +118,5 @@ class Judge(NamedTuple):
 
 
 def squashed(x: float) -> float:
-    """From 0 to infinity onto 0 to 1; 1 for what is no number."""
+    """From 0 to infinity onto 0 to 1; 1 for NaN."""
     return x / (1.0 + x) if math.isfinite(x) else 1.0

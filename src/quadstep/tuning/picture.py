@@ -1,4 +1,4 @@
-"""How a search went, as a picture: the objective and the gains of every candidate over the flights."""
+"""A picture of the search: the objective and the gains of every candidate over the flights."""
 
 import math
 from pathlib import Path

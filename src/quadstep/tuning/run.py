@@ -52,7 +52,7 @@ def tune(
     told: Told | None = None,
     sheet: Sheet | None = None,
 ) -> Tuned:
-    """Tune the mission in `path` within a budget of flights, comparison included, and write `folder`.
+    """Tune the mission in `path` within a budget of flights, including the comparison, and write `folder`.
 
     Raises UserError. On Ctrl-C nothing is written.
     """
@@ -82,7 +82,7 @@ def identity(wanted: Asked, budget: int, seed: int) -> str:
 
 
 def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
-    """The present and the tuned gains on flights of which the search has seen none."""
+    """Compare the present and the tuned gains on flights that the search has not seen."""
     flights = found.history[-1].flights
 
     def progress(more: int) -> None:
@@ -96,7 +96,7 @@ def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
 
 
 def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
-    """The files that a mission names from its folder: those inside it, and those elsewhere, which can stay where they are."""
+    """The files that a mission names from its folder: those inside it, and those elsewhere, which stay where they are."""
     folder = wanted.path.parent
     names = sorted({name for name in strings(wanted.content) if "." in name and is_file(folder / name)} | own_files(wanted))
     inside = [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]

@@ -1,6 +1,6 @@
 """The search: CMA-ES (Hansen 2016, the library `cma`) in the unit box, restarted with twice the population (Auger 2005).
 
-It asks for a generation, all of which is flown in one sweep, and is told the costs. Where it stops by itself it starts again
+It asks for a generation, all of which is flown in one sweep, and is told the costs. Where it stops by itself it restarts
 from anywhere in the box, with a population that still fits ten times into what is left of the budget. It never flies more than
 the budget; what is left over is less than a generation.
 """
@@ -23,7 +23,7 @@ SIGMA = 0.25
 """Standard deviation of the first generation in the unit box."""
 
 ALIKE = {"tolx": 1e-3, "tolfun": 1e-5}
-"""When candidates are so alike, in the unit box and in cost, that a search stops: gains are not wanted any finer."""
+"""Differences of candidates, in the unit box and in cost, below which a search stops: finer gains are of no use."""
 
 FEWEST_GENERATIONS = 10
 """That a restart must still have room for, or its population is not doubled."""
@@ -67,7 +67,7 @@ def population(gains: int, seeds: int) -> int:
 
 
 def least_budget(wanted: Asked) -> int:
-    """Flights without which there is nothing to find: the present gains, a generation and the comparison."""
+    """The fewest flights with which to search: the present gains, a generation and the comparison."""
     return wanted.seeds * (1 + population(len(wanted.gains), wanted.seeds)) + 2 * wanted.unseen
 
 

@@ -18,7 +18,7 @@ AGGREGATES = {"mean": "mean", "p95": "95 % quantile", "worst": "largest"}
 
 class Row(NamedTuple):
     """A metric with both gains, over the flights completed with them; difference: tuned less present, flight by flight,
-    over those completed with both. None where there is no such flight.
+    over those completed with both. None without such a flight.
     """
 
     name: str
@@ -43,7 +43,7 @@ WORSE = "The tuned gains are WORSE{where}: do not use them."
 SAME = "The tuned gains are NOT shown to be better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
 UNCHANGED = "Nothing better than the present gains was found: tuned.toml has the same."
 NEGLIGIBLE = 1e-3
-"""Share of the present objective by which a change is not worth naming."""
+"""Share of the present objective below which a change is negligible."""
 
 
 def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) -> Compared:
@@ -70,7 +70,7 @@ def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row
 
 
 def judged(success: Estimate, objective: Row) -> str:
-    """What can be said with 95 % confidence; more flights that succeed count before a smaller objective."""
+    """The verdict at 95 % confidence; more successful flights come before a smaller objective."""
     sign, change = certain(success), objective.difference
     if sign == 0 and change is not None and objective.present is not None:
         sign = -certain(change) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
@@ -93,7 +93,7 @@ def aggregated(judge: Judge, values: Floats, less: Floats | None = None) -> Esti
 
 
 def interval(statistic: Callable[[NDArray[np.int64]], float], count: int) -> Estimate | None:
-    """A statistic of flights at some places with its bootstrap interval (Efron 1979), the same on every call; None of none."""
+    """A statistic of flights at some places with its bootstrap interval (Efron 1979), reproducible; None without flights."""
     if count == 0:
         return None
     value = statistic(np.arange(count))

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from quadstep.report.publish import write_beside
+from quadstep.atomic import write_beside
 from quadstep.verify.registry import all_rows, verify
 from quadstep.verify.rows import Result, Verdict
 

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from quadstep.atomic import write_beside
 from quadstep.errors import UserError
 from quadstep.files import JSON, read_bytes
-from quadstep.report.publish import write_beside
 from quadstep.verify.rows import Result, Verdict
 
 HEADER = ("number", "what", "where", "verdict", "reason")

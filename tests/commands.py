@@ -1,0 +1,104 @@
+"""Commands run as a user runs them, and what they leave."""
+
+import contextlib
+import csv
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import nullcontext
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep import cli
+
+LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
+
+
+class Run(NamedTuple):
+    """What a command gave back."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def refused(self):
+        """Whether it ended as bad input must: exit code 2, one line, nothing else said."""
+        line = re.fullmatch(r"quadstep: error: [^\n]+\n", self.err)
+        return self.code == 2 and line is not None and not self.out
+
+
+def quadstep(*arguments):
+    """Run a command in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    handler, given = signal.getsignal(signal.SIGTERM), sys.argv
+    sys.argv = ["quadstep", *map(str, arguments)]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            cli.main()
+    except SystemExit as end:
+        return Run(end.code or 0, out.getvalue(), err.getvalue())
+    finally:
+        sys.argv = given
+        signal.signal(signal.SIGTERM, handler)
+    raise AssertionError("main returned")
+
+
+def quadstep_process(*arguments, cwd=None):
+    """The command line of a process of its own."""
+    environment = {**os.environ, "COLUMNS": "120"}
+    return subprocess.run(
+        [sys.executable, "-m", "quadstep.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=environment,
+        check=False,
+        timeout=60,
+    )
+
+
+def without_figures(monkeypatch):
+    """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
+    monkeypatch.setattr("quadstep.mission.lagrange.flight_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.fly.drawing_pool", lambda *_: nullcontext())
+
+
+ISSUE_COLUMNS = """t[s] x[m] y[m] z[m] psi[rad] theta[rad] phi[rad] x_d[m] y_d[m] z_d[m] psi_d[rad] theta_d[rad] phi_d[rad]
+u[N] tau_psi[N_m] tau_theta[N_m] tau_phi[N_m] f1[N] f2[N] f3[N] f4[N]""".replace("N_m", "N#m").split()
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def columns(folder, name="flight.csv"):
+    """The columns of a CSV by header."""
+    with (folder / name).open(encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+
+
+def strict_json(path):
+    """JSON without the NaN and infinities that Python would let pass."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} in {path}")
+
+    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def write(folder, text, name="mission.toml"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def heeding_interrupts():
+    """A child of a shell's background job would ignore SIGINT."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
