@@ -3,11 +3,12 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
+from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.airframe_loop import AirframeLimits, AirframeLoop, AirframeParameters
 from quadstep.flight.engines import FlightPlan
@@ -16,6 +17,7 @@ from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
+from quadstep.mission.derived import with_usual_rates
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
 from quadstep.mission.paths import AnyPath
@@ -73,6 +75,11 @@ class AirframeMission(Section):
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: NonNegative = 0.0
     tune: TuneSection | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rates(cls, content: Any) -> Any:
+        return with_usual_rates(content, Measured, USUAL_AIRFRAME_CONTROLLER.type)
 
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""

@@ -86,6 +86,22 @@ class ControllerSection(Section):
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
 
 
+PERIODS = {"law": "control_period", "guide": "guidance_period"}
+"""Keys of `[simulation]` that say how often each method of a controller runs."""
+
+
+def with_usual_rates(content: Any, measures: type[Any], usual: str) -> Any:
+    """A mission's content with its controller's own sample times where it says none. usual: the controller if left out."""
+    table = content.get("controller", {"type": usual}) if isinstance(content, dict) else None
+    name = table.get("type") if isinstance(table, dict) else None
+    law = controllers(measures).get(name) if isinstance(name, str) else None
+    if law is None or law.rates == Controller.rates:
+        return content
+    own = {PERIODS[method]: period for method, period in law.rates.items() if period != Controller.rates[method]}
+    simulation = content.get("simulation", {})
+    return {**content, "simulation": {**own, **simulation}} if isinstance(simulation, dict) else content
+
+
 def checked_kind(gain: Gain) -> Any:
     """The type of a gain's key in a mission."""
     if not gain.parts:

@@ -13,6 +13,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Limits, Loop, Parameters
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
+from quadstep.mission.derived import with_usual_rates
 from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
 from quadstep.mission.paths import AnyPath
 from quadstep.mission.tune import TuneSection
@@ -78,6 +79,11 @@ class Mission(Section):
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
     tune: TuneSection | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rates(cls, content: Any) -> Any:
+        return with_usual_rates(content, State, USUAL_CONTROLLER.type)
 
     def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         """What the flight was like, and warnings that only flying it could give."""

@@ -18,7 +18,7 @@ MOST_SEEDS = 100_000
 
 
 class Range(Section):
-    """Between what a gain is sought, and whether by its size or by its logarithm."""
+    """Search interval of a gain, and whether it is searched by its size or by its logarithm."""
 
     low: Finite
     high: Finite
@@ -70,9 +70,9 @@ def flat_ranges(table: Any, prefix: str = "") -> Any:
     return found
 
 
-def as_ranges(table: dict[str, Any]) -> dict[str, Range]:
-    """Ranges by key."""
-    return {key: as_section(Range, one, key, "{ low = ..., high = ... }") for key, one in table.items()}
+def as_ranges(table: dict[str, Any]) -> dict[str, Range | None]:
+    """Ranges by key; None where `{}` asks for the one that the gain declares."""
+    return {key: as_section(Range, one, key, "{ low = ..., high = ... }") if one else None for key, one in table.items()}
 
 
 def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
@@ -99,11 +99,11 @@ def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Check
 class TuneSection(Section):
     """What `quadstep tune` is to do; it changes no flight.
 
-    gains: keys of the controller and their ranges. vary, correlated: what differs from flight to flight, as in a campaign.
-    seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the end. objective: weight of
-    each metric in the cost of a flight. aggregate: what of the flights' costs is minimised. constraints: of metrics. theorem:
-    whether the controller's gain conditions must hold. score_period: from sample to sample of the metrics [s]; the log period
-    if left out.
+    gains: keys of the controller and their ranges, {} for the declared one. vary, correlated: what differs from flight to
+    flight, as in a campaign. seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the
+    end. objective: weight of each metric in the cost of a flight. aggregate: what of the flights' costs is minimised.
+    constraints: of metrics. theorem: whether the controller's gain conditions must hold. score_period: from sample to sample
+    of the metrics [s]; the log period if left out.
     """
 
     gains: Annotated[
