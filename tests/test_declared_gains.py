@@ -14,7 +14,7 @@ import pytest
 import quadstep.control
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import AXES, Gain, believed, declared, from_gains, gain, given, usual
+from quadstep.control.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
 from quadstep.control.learning import Learning, net, nets_start, weights
 from quadstep.control.lqr import Lqr, LqrGains, LqrWeights
 from quadstep.control.model import Model
@@ -32,7 +32,6 @@ from quadstep.page.sliders import sliders
 from quadstep.tuning.gains import gain as gain_of
 from quadstep.tuning.gains import tunable
 from quadstep.tuning.theorem import with_gains
-from quadstep.vehicle.state import State
 from tests.pages import needs_node, run_node
 from tests.test_page_controls import value_of
 
@@ -303,18 +302,33 @@ def test_declarations_that_cannot_be_are_refused():
         declared(Twice)
 
 
-def test_a_default_that_asks_for_a_field_that_is_not_there_says_so():
-    class Wrong(NamedTuple):
-        k_p: Number = gain(from_gains(lambda gains, _: gains.k_q), "-", "wrong")
+class Taken(NamedTuple):
+    build: Number = gain(1.0, "-", "taken")
 
+
+def test_a_key_that_a_mission_needs_itself_is_refused():
     @dataclass(frozen=True)
     class Law(Controller):
-        name = "wrong"
-        Gains = Wrong
-        measures = State
+        name = "taken"
+        Gains = Taken
 
-    with pytest.raises(AttributeError, match="Wrong has no field 'k_q'"):
-        Law.gains(MODEL)
+    with pytest.raises(TypeError, match="a gain cannot have the key build"):
+        section_of(Law)
+
+
+class Wrong(NamedTuple):
+    k_p: Number = gain(from_gains(lambda gains, _: gains.k_q), "-", "wrong")
+
+
+class Circular(NamedTuple):
+    k_p: Number = gain(from_gains(lambda gains, _: gains.k_i), "-", "wrong")
+    k_i: Number = gain(from_gains(lambda gains, _: gains.k_p), "-", "wrong")
+
+
+def test_defaults_that_cannot_be_worked_out_say_so():
+    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default follows from itself")):
+        with pytest.raises((AttributeError, TypeError), match=said):
+            Undecided(kind, declared(kind), Said({}), MODEL).decided()
 
 
 def test_a_gains_slider_reaches_from_what_is_declared_or_a_decade_about_its_value():

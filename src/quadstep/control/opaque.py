@@ -19,8 +19,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control import controller
 from quadstep.control.controller import Command, Measured
+from quadstep.control.controller import Controller as Law
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call, raise_pending, register, release
@@ -63,8 +63,10 @@ class OpaqueGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opaque(controller.Controller):
+class Opaque(Law):
     """Asks the callable; has no memory of its own."""
+
+    Gains = OpaqueGains
 
     def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
         """Nothing."""

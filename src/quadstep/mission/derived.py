@@ -83,6 +83,8 @@ class ControllerSection(Section):
 
     def warnings(self, vehicle: Modelled) -> list[str]:
         """The conditions that these gains break, a line each."""
+        if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
+            return []
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
 
 
@@ -126,6 +128,8 @@ def section_of(controller: type[Controller]) -> type[ControllerSection]:
     fields: dict[str, Any] = {"type": (Literal[controller.name], ...)}
     nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(controller).items():
+        if hasattr(ControllerSection, key):
+            raise TypeError(f"{controller.__name__}: a gain cannot have the key {key}; give it another by key=...")
         fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
     made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=controller.__doc__, **fields)
     made.controller = controller
