@@ -1,5 +1,6 @@
 """What follows from the declaration of a gain: keys, checks, lines of `quadstep new`, units, sliders, searches, conditions."""
 
+import json
 import tomllib
 from dataclasses import dataclass, fields
 from importlib import import_module
@@ -13,7 +14,7 @@ import pytest
 import quadstep.control
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import AXES, Gain, believed, declared, from_gains, gain, given, usual
+from quadstep.control.gain import AXES, Gain, Said, Undecided, believed, declared, from_gains, gain, given, usual
 from quadstep.control.learning import Learning, net, nets_start, weights
 from quadstep.control.lqr import Lqr, LqrGains, LqrWeights
 from quadstep.control.model import Model
@@ -25,12 +26,13 @@ from quadstep.mission.check import check
 from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.derived import section_of
 from quadstep.mission.read import check_mission
-from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, smallest, vector
-from quadstep.page.conditions import page_conditions
+from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector
+from quadstep.page.conditions import OPERATIONS, page_conditions
 from quadstep.page.sliders import sliders
+from quadstep.tuning.gains import gain as gain_of
 from quadstep.tuning.gains import tunable
 from quadstep.tuning.theorem import with_gains
-from quadstep.vehicle.state import State
+from tests.pages import needs_node, run_node
 from tests.test_page_controls import value_of
 
 MODEL = Model(mass=2.0, inertia=vector(0.1, 0.2, 0.25), gravity=9.81, most_thrust=40.0, agility=0.5)
@@ -236,6 +238,20 @@ def test_what_the_law_flies_may_be_worked_out_before():
     assert {control.id for control in sliders(section(Lqr), gains)} >= {"level", "climb", "turn", "believed_inertia"}
 
 
+@pytest.mark.parametrize("written", [{}, {"controller": {"type": "geometric"}}, {"simulation": {"step": 0.001}}])
+def test_a_controller_is_sampled_as_it_says_unless_the_mission_does(monkeypatch, written):
+    content = {"vehicle": {"preset": "x500"}, "path": {"type": "step", "end": [1.0, 0.0, 1.0], "duration": 2.0}, **written}
+    usual = check_mission(content, "test").simulation
+    assert (usual.control_period, usual.guidance_period) == (Controller.rates["law"], Controller.rates["guide"])
+    monkeypatch.setattr(controllers(Measured)["geometric"], "rates", {"law": 0.004, "guide": 0.02})
+    own = check_mission(content, "test").simulation
+    assert (own.control_period, own.guidance_period) == (0.004, 0.02)
+    said = check_mission({**content, "simulation": {"control_period": 0.002}}, "test").simulation
+    assert (said.control_period, said.guidance_period) == (0.002, 0.02)
+    other = check_mission({**content, "controller": {"type": "pid"}}, "test").simulation
+    assert other.control_period == 0.002
+
+
 # The package's own
 
 
@@ -286,18 +302,33 @@ def test_declarations_that_cannot_be_are_refused():
         declared(Twice)
 
 
-def test_a_default_that_asks_for_a_field_that_is_not_there_says_so():
-    class Wrong(NamedTuple):
-        k_p: Number = gain(from_gains(lambda gains, _: gains.k_q), "-", "wrong")
+class Taken(NamedTuple):
+    build: Number = gain(1.0, "-", "taken")
 
+
+def test_a_key_that_a_mission_needs_itself_is_refused():
     @dataclass(frozen=True)
     class Law(Controller):
-        name = "wrong"
-        Gains = Wrong
-        measures = State
+        name = "taken"
+        Gains = Taken
 
-    with pytest.raises(AttributeError, match="Wrong has no field 'k_q'"):
-        Law.gains(MODEL)
+    with pytest.raises(TypeError, match="a gain cannot have the key build"):
+        section_of(Law)
+
+
+class Wrong(NamedTuple):
+    k_p: Number = gain(from_gains(lambda gains, _: gains.k_q), "-", "wrong")
+
+
+class Circular(NamedTuple):
+    k_p: Number = gain(from_gains(lambda gains, _: gains.k_i), "-", "wrong")
+    k_i: Number = gain(from_gains(lambda gains, _: gains.k_p), "-", "wrong")
+
+
+def test_defaults_that_cannot_be_worked_out_say_so():
+    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default follows from itself")):
+        with pytest.raises((AttributeError, TypeError), match=said):
+            Undecided(kind, declared(kind), Said({}), MODEL).decided()
 
 
 def test_a_gains_slider_reaches_from_what_is_declared_or_a_decade_about_its_value():
@@ -306,3 +337,42 @@ def test_a_gains_slider_reaches_from_what_is_declared_or_a_decade_about_its_valu
     assert Gain(0.0, "", "", zero=True).span(0.0, 0.0) == (0.0, 1.0, "linear")
     assert Gain(0.0, "", "", zero=True, high=2.0).span(0.0, 0.2) == (0.0, 2.0, "linear")
     assert Gain(1.0, "", "", scale="linear").span(1.0, 2.0) == (0.0, 20.0, "linear")
+
+
+def test_a_condition_that_the_page_cannot_work_out_is_refused_with_its_operation():
+    @dataclass(frozen=True)
+    class Curved(Backstepping):
+        def conditions(self, gains, model):
+            return [Condition("sin K_r1 > 0", sin(gains.gain_1[0]), 0.0, "nobody")]
+
+    plan = check_mission({"path": {"type": "step", "end": [1.0, 0.0, 1.0], "duration": 2.0}}, "test").plan()
+    with pytest.raises(UserError, match="asks for 'sin', which the page cannot work out"):
+        page_conditions(Curved(), plan, MODEL)
+
+
+@needs_node
+def test_the_page_works_out_every_operation():
+    """The operations of the front end's sources, on the terms that Python records."""
+    text = (Path(__file__).parent.parent / "frontend" / "src" / "data" / "conditions.ts").read_text()
+    table = "const OPERATIONS =" + text[text.index("const OPERATIONS") :].partition("> =")[2]
+    script = (
+        f"{table}; for (const [a, b, c] of [[3, 4, 5], [0, 2, 7], [-2, -2, 1]]) console.log(JSON.stringify("
+        "Object.fromEntries(Object.entries(OPERATIONS).map(([name, f]) => [name, f(a, b, c)]))))"
+    )
+    found = [json.loads(line) for line in run_node(script).splitlines()]
+    assert set(found[0]) == OPERATIONS | {"max", "min"}
+    for answer, (a, b, c) in zip(found, [(3.0, 4.0, 5.0), (0.0, 2.0, 7.0), (-2.0, -2.0, 1.0)], strict=True):
+        wanted = {
+            "+": a + b, "-": a - b, "*": a * b, "/": a / b, "max": max(a, b), "min": min(a, b), "negative": -a,
+            "magnitude": abs(a), "sqrt": a**0.5 if a >= 0 else None, "<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b,
+            "where": b if a else c,
+        }  # fmt: skip
+        assert answer == wanted
+
+
+def test_a_search_takes_the_range_that_a_gain_declares():
+    wide, decade = (gain_of(key, None, mission(k_v=2.0, nets={"F1": 3.0})) for key in ("controller.k_v", "controller.layer"))
+    assert (wide.range.low, wide.range.high, wide.range.scale) == (0.5, 60.0, "log")
+    assert (decade.range.low, decade.range.high, decade.range.scale) == (0.1, 10.0, "log")
+    nets = gain_of("controller.nets.F1", None, mission(nets={"F1": 3.0}))
+    assert (nets.range.low, nets.range.high, nets.range.scale) == (0.0, 30.0, "linear")

@@ -1,6 +1,6 @@
 // The theorem's conditions, worked out on the numbers in use.
 
-import type { Condition, Term } from "./contract";
+import type { Condition, Operation, Term } from "./contract";
 import type { Inputs } from "./engine";
 
 export interface Judged {
@@ -19,25 +19,25 @@ export function judge(given: Inputs): Judged[] {
 }
 
 function evaluate(term: Term, given: Inputs): number {
-  if (typeof term === "number") return term;
+  if (typeof term !== "object") return Number(term);
   if ("name" in term) return given.parameters[given.names.get(term.name) ?? -1] ?? Number.NaN;
-  const [first, ...rest] = term.of.map((part) => evaluate(part, given));
-  return rest.reduce((left, right) => combine(term.op, left, right), first ?? Number.NaN);
+  const [a = Number.NaN, b = Number.NaN, c = Number.NaN] = term.of.map((part) => evaluate(part, given));
+  return OPERATIONS[term.op](a, b, c);
 }
 
-function combine(op: "+" | "-" | "*" | "/" | "max" | "min", left: number, right: number): number {
-  switch (op) {
-    case "+":
-      return left + right;
-    case "-":
-      return left - right;
-    case "*":
-      return left * right;
-    case "/":
-      return left / right;
-    case "max":
-      return Math.max(left, right);
-    case "min":
-      return Math.min(left, right);
-  }
-}
+const OPERATIONS: Readonly<Record<Operation, (a: number, b: number, c: number) => number>> = {
+  "+": (a, b) => a + b,
+  "-": (a, b) => a - b,
+  "*": (a, b) => a * b,
+  "/": (a, b) => a / b,
+  max: (a, b) => Math.max(a, b),
+  min: (a, b) => Math.min(a, b),
+  negative: (a) => -a,
+  magnitude: (a) => Math.abs(a),
+  sqrt: (a) => Math.sqrt(a),
+  "<": (a, b) => Number(a < b),
+  "<=": (a, b) => Number(a <= b),
+  ">": (a, b) => Number(a > b),
+  ">=": (a, b) => Number(a >= b),
+  where: (a, b, c) => (a !== 0 ? b : c),
+};

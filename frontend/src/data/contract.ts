@@ -131,7 +131,10 @@ export interface Condition {
   readonly source: string;
 }
 
-export type Term = number | { readonly name: string } | { readonly op: "+" | "-" | "*" | "/" | "max" | "min"; readonly of: readonly Term[] };
+/** An operation on terms; a comparison is 1 where it holds, else 0, and `where` takes its second term where the first is not 0. */
+export type Operation = "+" | "-" | "*" | "/" | "max" | "min" | "negative" | "magnitude" | "sqrt" | "<" | "<=" | ">" | ">=" | "where";
+
+export type Term = Num | { readonly name: string } | { readonly op: Operation; readonly of: readonly Term[] };
 
 export interface Claim {
   readonly name: string;

@@ -195,10 +195,16 @@ def by_type(function: Callable[[type[Any]], R]) -> Callable[[type[Any]], R]:
 
 
 @by_type
+def kinds_of(gains: type[Any]) -> Mapping[str, Any]:
+    """The type of every field."""
+    return get_type_hints(gains)
+
+
+@by_type
 def declared(gains: type[Any]) -> Mapping[str, Any]:
     """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
     found: dict[str, Any] = {}
-    for name, kind in get_type_hints(gains).items():
+    for name, kind in kinds_of(gains).items():
         declaration = getattr(gains, "_field_defaults", {}).get(name)
         if isinstance(declaration, Gain):
             parts = declaration.parts or (AXES if kind is Vector else ())
@@ -236,15 +242,19 @@ class Undecided:
 
     def __init__(self, gains: type, declarations: Mapping[str, Any], said: Said, model: Model, prefix: str = "") -> None:
         self._gains, self._declarations, self._said, self._model, self._prefix = gains, declarations, said, model, prefix
+        self._begun: set[str] = set()
 
     def __getattr__(self, name: str) -> Any:
-        hints = get_type_hints(self._gains)
-        if name not in hints:
+        kinds = kinds_of(self._gains)
+        if name not in kinds:
             raise AttributeError(f"{self._gains.__name__} has no field {name!r}")
+        if name in self._begun:
+            raise TypeError(f"{self._gains.__name__}.{name}: its default follows from itself")
+        self._begun.add(name)
         path = f"{self._prefix}{name}"
         declaration, said = self._declarations.get(path), self._said.values.get(path)
         if declaration is None:
-            value: Any = Undecided(hints[name], self._declarations, self._said, self._model, f"{path}.")
+            value: Any = Undecided(kinds[name], self._declarations, self._said, self._model, f"{path}.")
         elif said is None:
             value = declaration.decide(self, self._model, self._said.learning)
         else:

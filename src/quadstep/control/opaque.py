@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control import controller
 from quadstep.control.controller import Command, Measured
+from quadstep.control.controller import Controller as Law
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
@@ -70,8 +70,10 @@ class OpaqueGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opaque(controller.Controller):
+class Opaque(Law):
     """Asks the callable; has no memory of its own."""
+
+    Gains: ClassVar[type[Any]] = OpaqueGains
 
     def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
         """Nothing."""
@@ -98,7 +100,7 @@ class Opaque(controller.Controller):
         return Command(thrust, Vector(torque)), memory
 
 
-def opaque_law(function: Controller, name: str) -> type[controller.Controller]:
+def opaque_law(function: Controller, name: str) -> type[Law]:
     """A controller that asks this callable, for missions. It has no gains; what it remembers, all flights share."""
 
     class Own(Opaque):

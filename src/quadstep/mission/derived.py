@@ -86,7 +86,22 @@ class ControllerSection(Section):
 
     def warnings(self, vehicle: Modelled) -> list[str]:
         """The conditions that these gains break, a line each."""
+        if self.controller.conditions is Controller.conditions:  # none: the vehicle's model costs more than the rest
+            return []
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
+
+
+PERIODS = {"law": "control_period", "guide": "guidance_period"}
+"""Keys of `[simulation]` that say how often each method of a controller runs."""
+
+
+def with_usual_rates(content: Mapping[str, Any], law: type[Controller]) -> Mapping[str, Any]:
+    """A mission's content with its controller's own sample times where it says none."""
+    own = {PERIODS[method]: period for method, period in law.rates.items() if period != Controller.rates[method]}
+    simulation = content.get("simulation", {})
+    if not own or not isinstance(simulation, Mapping):
+        return content
+    return {**content, "simulation": {**own, **simulation}}
 
 
 def checked_kind(gain: Gain) -> Any:
@@ -122,6 +137,8 @@ def new_section(controller: type[Controller], kind: str) -> type[ControllerSecti
     fields: dict[str, Any] = {"type": (Literal[kind or controller.name], ...)}
     nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]
     for key, gain in fields_in_order(controller).items():
+        if hasattr(ControllerSection, key):
+            raise TypeError(f"{controller.__name__}: a gain cannot have the key {key}; give it another by key=...")
         fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
     made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=controller.__doc__, **fields)
     made.controller, made.own = controller, bool(kind)

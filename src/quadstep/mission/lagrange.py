@@ -2,7 +2,7 @@
 
 import math
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -74,6 +74,8 @@ class LagrangeMission(Mission):
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
     tune: TuneSection | None = None
+
+    measures: ClassVar = State
 
     @property
     def plant(self) -> Lagrange:

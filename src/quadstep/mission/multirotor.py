@@ -1,7 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 from functools import cached_property, partial
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -9,6 +9,7 @@ from quadstep.air.wind import MovingAir
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
+from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
@@ -75,6 +76,8 @@ class MultirotorMission(Mission):
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: NonNegative = 0.0
     tune: TuneSection | None = None
+
+    measures: ClassVar = Measured
 
     @cached_property
     def modelled(self) -> BuiltAirframe:

@@ -1,5 +1,6 @@
 """A controller of the user's own in a mission: `type = "my_law.py:SuperTwisting"`, or the name of an installed entry point."""
 
+import contextlib
 import inspect
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
@@ -11,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from quadstep.control.controller import Controller
 from quadstep.control.opaque import opaque_law
+from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import ControllerSection, section_of
@@ -19,6 +21,14 @@ from quadstep.user_code.places import Place, place
 
 GROUP = "quadstep.controllers"
 """Of the entry points by which installed packages bring controllers."""
+
+
+def law_named(kind: str, measures: type, folder: Path) -> type[Controller] | None:
+    """The controller of this `type`, the package's or the user's; None where there is none, of which others will tell."""
+    with contextlib.suppress(UserError):
+        own = own_section(kind, measures, folder)
+        return own.controller if own else controllers(measures).get(kind)
+    return None
 
 
 def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSection] | None:

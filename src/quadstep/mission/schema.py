@@ -7,9 +7,9 @@ subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate`
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
-from pydantic import model_validator
+from pydantic import ValidationInfo, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -19,8 +19,10 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
+from quadstep.mission.derived import with_usual_rates
 from quadstep.mission.fields import Name, Section
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.own_controller import law_named
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
@@ -58,6 +60,20 @@ class Mission(Section):
     def noisy(self) -> bool:
         """Whether flights of the same numbers differ by their noise."""
         return False
+
+    measures: ClassVar[type]
+    """What the vehicle tells its controllers."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _at_the_controllers_rates(cls, content: Any, info: ValidationInfo) -> Any:
+        if not isinstance(content, dict):
+            return content
+        table = content.get("controller", {"type": cls.model_fields["controller"].default.type})
+        name = table.get("type") if isinstance(table, dict) else None
+        folder = (info.context or {}).get("folder", Path())
+        law = law_named(name, cls.measures, folder) if isinstance(name, str) else None
+        return with_usual_rates(content, law) if law else content
 
     @property
     def modelled(self) -> Any:

@@ -54,9 +54,9 @@ def ranges_by_key(table: Any) -> Any:
     return dotted(table, lambda inside: not inside or bool(Range.model_fields.keys() & inside.keys()))
 
 
-def as_ranges(table: dict[str, Any]) -> dict[str, Range]:
-    """Ranges by key."""
-    return {key: as_section(Range, one, key, "{ low = ..., high = ... }") for key, one in table.items()}
+def as_ranges(table: dict[str, Any]) -> dict[str, Range | None]:
+    """Ranges by key; None where `{}` asks for the one that the gain declares."""
+    return {key: as_section(Range, one, key, "{ low = ..., high = ... }") if one else None for key, one in table.items()}
 
 
 def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
@@ -83,11 +83,11 @@ def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Check
 class TuneSection(Section):
     """The task of `quadstep tune`; it affects no flight.
 
-    gains: keys of the controller and their ranges. vary, correlated: what differs from flight to flight, as in a campaign.
-    seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the end. objective: weight of
-    each metric in the cost of a flight. aggregate: what of the flights' costs is minimised. constraints: of metrics. theorem:
-    whether the controller's gain conditions must hold. score_period: from sample to sample of the metrics [s]; the log period
-    if left out.
+    gains: keys of the controller and their ranges, {} for the declared one. vary, correlated: what differs from flight to
+    flight, as in a campaign. seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the
+    end. objective: weight of each metric in the cost of a flight. aggregate: what of the flights' costs is minimised.
+    constraints: of metrics. theorem: whether the controller's gain conditions must hold. score_period: from sample to sample
+    of the metrics [s]; the log period if left out.
     """
 
     gains: Annotated[

@@ -5,6 +5,7 @@ from typing import Any
 
 from quadstep.control.controller import Controller
 from quadstep.control.model import Model
+from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import CONSTANT, INPUT, Record
@@ -12,6 +13,10 @@ from quadstep.page.model import Condition
 
 CHOSEN = {(">", False): "max", (">", True): "min", ("<", False): "min", ("<", True): "max"}
 """What choosing one of two compared numbers comes to; True where they stand the other way round."""
+
+
+OPERATIONS = frozenset(("+", "-", "*", "/", "negative", "magnitude", "sqrt", "<", "<=", ">", ">=", "where"))
+"""What the page can work out; `data/contract.ts` says how."""
 
 
 def page_conditions(controller: Controller, plan: FlightPlan, model: Model) -> tuple[Condition, ...]:
@@ -29,27 +34,25 @@ def page_conditions(controller: Controller, plan: FlightPlan, model: Model) -> t
     model = model._replace(mass=body.mass, inertia=body.inertia, gravity=body.gravity)
     found = []
     for one in controller.conditions(parameters.gains, model):
-        with contextlib.suppress(TypeError):
+        with contextlib.suppress(UserError):
             left, right = (term(record, record.at(side)) for side in (one.left, one.right))
             found.append(Condition(one.text, left, right, one.or_equal, one.source))
     return tuple(found)
 
 
 def term(record: Record, place: int) -> Any:
-    """A recorded number as a term. Raises TypeError for an operation that the page does not know."""
+    """A recorded number as a term. Raises UserError for an operation that the page does not know."""
     operation, operands, text = record.nodes[place]
     if operation == INPUT:
         return {"name": text}
     if operation == CONSTANT:
         return float(text.strip("()"))
-    if operation == "negative":
-        return {"op": "-", "of": [0.0, term(record, operands[0])]}
     if operation == "where":
         comparison, *chosen = operands
         relation, compared, _ = record.nodes[comparison]
         swapped = list(compared) != chosen
         if (relation, swapped) in CHOSEN and sorted(compared) == sorted(chosen):
             return {"op": CHOSEN[relation, swapped], "of": [term(record, one) for one in chosen]}
-    if operation in "+-*/":
-        return {"op": operation, "of": [term(record, one) for one in operands]}
-    raise TypeError(f"a condition on the page may add, subtract, multiply, divide and take the larger, not {operation!r}")
+    if operation not in OPERATIONS:
+        raise UserError(f"a condition on its gains asks for {operation!r}, which the page cannot work out")
+    return {"op": operation, "of": [term(record, one) for one in operands]}

@@ -52,7 +52,7 @@ class Control(NamedTuple):
 
 
 class Condition(NamedTuple):
-    """left > right must hold. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
+    """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
 
     text: str
     left: Any

@@ -11,12 +11,16 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from quadstep.campaign.keys import parts, with_value
+from quadstep.control import gain as declaration
 from quadstep.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector
 
 DIGITS = 6
+
+LEARNING = declaration.Gain(None, "", "number of the nets", zero=True)
+"""What is declared of the keys of `controller.nets`."""
 
 
 class Leaf(NamedTuple):
@@ -64,7 +68,7 @@ def gains_of(section: TuneSection, mission: Mission) -> list[Gain]:
     return gains
 
 
-def gain(key: str, wanted: Range, mission: Mission) -> Gain:
+def gain(key: str, wanted: Range | None, mission: Mission) -> Gain:
     """A gain and what it is at present.
 
     A key of several numbers is one gain: its range is that of the first of them, and the others keep their proportion to it.
@@ -84,9 +88,17 @@ def gain(key: str, wanted: Range, mission: Mission) -> Gain:
             f"{said}: is {value!r:.40}, which changes the structure of the flight; allowed: {', '.join(tunable(mission))}"
         )
     present = leaves[0].present
+    wanted = wanted or declared_range(rest[0], present, mission)
     if not wanted.low <= present <= wanted.high:
         raise UserError(f"{said}: its present value {present:g} is outside low = {wanted.low:g} to high = {wanted.high:g}")
     return Gain(key, wanted, leaves)
+
+
+def declared_range(name: str, present: float, mission: Mission) -> Range:
+    """The range that a gain's own declaration gives it."""
+    _, declared = mission.controller.controller.by_key().get(name, ("", LEARNING))
+    low, high, scale = declared.span(present, present)
+    return Range.model_validate({"low": low, "high": high, "scale": scale})
 
 
 def shares(values: tuple[float, ...], said: str) -> list[float]:
