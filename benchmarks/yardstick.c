@@ -59,6 +59,9 @@ static const num A[] = {-0.3333333333333333, 0.19999999999999785, -0.14285714285
 #define HALF_PI3 2.0222662487959506e-21
 #define LN2_HIGH 0.6931471805599454
 #define LN2_LOW -8.783192846883203e-17
+static const num P[] = {0.6931471805599462, 0.24022650695910075, 0.05550410866465167, 0.009618129107618665,
+                        0.0013333558200794592, 0.00015403530424776529, 1.5252672924850737e-05, 1.3215451633221434e-06,
+                        1.0205905413765595e-07, 7.070977866508138e-09};
 #define MAGIC 6755399441055744.0
 #define LOW -708.0
 #define HIGH 709.0
@@ -76,6 +79,8 @@ static const num A[] = {-0.33333331686451945f, 0.1999952339722771f, -0.142633665
 #define HALF_PI3 3.1385570764541626e-07f
 #define LN2_HIGH 0.693115234375f
 #define LN2_LOW 3.1946184945309414e-05f
+static const num P[] = {0.6931471805599453f, 0.2402234903802036f, 0.05550381013796457f, 0.009666368515385448f,
+                        0.0013381302537320797f};
 #define MAGIC 12582912.0f
 #define LOW -87.0f
 #define HIGH 88.0f
@@ -215,7 +220,12 @@ INLINE void advance(Cycle *c, const Numbers *p, V per_mass, num h) {
     }
 }
 
-INLINE V sigmoid(V x) { return (num)1 / ((num)1 + exponential(-x)); }
+INLINE V sigmoid(V x) {
+    V octaves = most(least(x * (num)-1.4426950408889634, all(BIAS + 1)), all(-BIAS));
+    V moved = octaves + (num)MAGIC;
+    V r = octaves - (moved - (num)MAGIC);
+    return (num)1 / ((num)1 + ((num)1 + r * POLYNOMIAL(r, P)) * (V)(((I)moved + BIAS) << SHIFT));
+}
 
 INLINE void net(V *mu, const num *weights, const V *chi, int inputs) {
     for (int j = 0; j < N; j++) {

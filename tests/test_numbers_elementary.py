@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from quadstep.numbers import atan2, cos, exp, log, sin
+from quadstep.numbers import atan2, cos, exp, log, sigmoid, sin
 from quadstep.numbers.elementary import MOST_ANGLE
 from tests.flights import through_lanes
 
@@ -22,14 +22,17 @@ CASES = {
     "sin": (sin, mpmath.sin, (ANGLES,)),
     "cos": (cos, mpmath.cos, (ANGLES,)),
     "exp": (exp, mpmath.exp, (POWERS,)),
+    "sigmoid": (sigmoid, lambda x: 1 / (1 + mpmath.exp(-x)), (np.concatenate([RANDOM.uniform(-6, 6, 6000), POWERS]),)),
     "log": (log, mpmath.log, (POSITIVE,)),
     "atan2": (atan2, mpmath.atan2, tuple(PLANE)),
 }
-SINGLE = {"sin": 12000.0, "cos": 12000.0, "exp": 87.0}
+SINGLE = {"sin": 12000.0, "cos": 12000.0, "exp": 87.0, "sigmoid": 87.0}
 """The arguments in f32 are held to this."""
 
-NEAR_ZERO = {"sin": 1e-3, "cos": 1e-3}
-"""Near its zeros a sine keeps an absolute error: that of the reduction of a large angle. In f64 a billionth of this."""
+LEAST = {"sin": (1e-12, 1e-3), "cos": (1e-12, 1e-3), "sigmoid": (0.5, 0.5)}
+"""Of f64 and of f32: a smaller value has its error measured in units of this one. Near its zeros a sine keeps that of the
+reduction of a large angle; a sigmoid goes beside 1.
+"""
 
 PAGE = Path(__file__).parents[1] / "docs" / "decisions" / "0012-equal-bits.md"
 STATED = re.findall(r"\| (\w+) \| ([\d.]+) \| ([\d.]+) \|", PAGE.read_text(encoding="utf-8"))
@@ -53,8 +56,9 @@ def measured(name):
     with mpmath.workprec(160):
         true = [reference(*map(mpmath.mpf, row)) for row in np.array(columns).T.tolist()]
         true_32 = [reference(*map(mpmath.mpf, row)) for row in np.array(single, dtype=float).T.tolist()]
-        double = units_off(law(*columns), true, 52, 1e-9 * NEAR_ZERO.get(name, 0.0))
-        return double, units_off(through_lanes(law, *single, double=False), true_32, 23, NEAR_ZERO.get(name, 0.0))
+        least, least_32 = LEAST.get(name, (0.0, 0.0))
+        double = units_off(law(*columns), true, 52, least)
+        return double, units_off(through_lanes(law, *single, double=False), true_32, 23, least_32)
 
 
 @pytest.mark.parametrize(("name", "double", "single"), STATED)

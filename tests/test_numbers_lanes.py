@@ -79,8 +79,8 @@ def test_exponential_is_within_2_units(double):
 
 @WIDTHS
 def test_exponential_is_infinite_above_and_zero_below_its_range_and_keeps_nan(double):
-    low, high = (-708, 709) if double else (-87, 88)
-    got = through_lanes(exp, [high + 0.01, 1e30, math.inf, low - 0.01, -1e30, -math.inf, math.nan], double=double)
+    low, high = (-708.5, 709.25) if double else (-87.5, 88.25)
+    got = through_lanes(exp, [high + 0.25, 1e30, math.inf, low - 0.25, -1e30, -math.inf, math.nan], double=double)
     assert got.tolist()[:6] == [math.inf] * 3 + [0.0] * 3
     assert np.isnan(got[6])
     ends = through_lanes(exp, [high, low], double=double)

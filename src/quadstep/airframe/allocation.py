@@ -106,7 +106,8 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
     turn = [share[3] * yaw for share in allocation.matrix]
     yaw_kept = fitting_all(turn, carried, least, most)
     thrusts = [held(base + yaw_kept * part, least, most) for base, part in zip(carried, turn, strict=True)]
-    speeds = Vector(sqrt(one / allocation.thrust) for one in thrusts)
+    per_thrust = 1.0 / allocation.thrust
+    speeds = Vector(sqrt(one * per_thrust) for one in thrusts)
     return speeds, lifted, vector(tilt_kept * roll, tilt_kept * pitch, yaw_kept * yaw)
 
 

@@ -116,15 +116,16 @@ def following_memory(
 ) -> BacksteppingMemory:
     """The memory one `period` [s] later: integrals, command filter, and the tuning laws of Eq. 54."""
     r1, mu_1 = outer.r1, outer.mu_1
-    error_norm = sqrt(r1 @ r1 + r2 @ r2)
-    rate_1 = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, error_norm)  # Eq. 54
-    rate_2 = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, error_norm)
+    learning = on * period  # Eq. 54 is linear in the errors: their rates times this are what the weights change by
+    moved = learning * sqrt(r1 @ r1 + r2 @ r2)
+    change_1 = weight_rate(gains.force_net, memory.weights_1, mu_1, learning * r1, moved)
+    change_2 = weight_rate(gains.torque_net, memory.weights_2, mu_2, learning * r2, moved)
     return BacksteppingMemory(
         integral_1=memory.integral_1 + period * r1,
         integral_2=memory.integral_2 + period * r2,
         filtered=command_filter(memory.filtered, outer.tilt, gains.filter_frequency, period),
-        weights_1=memory.weights_1 + (on * period) * rate_1,
-        weights_2=memory.weights_2 + (on * period) * rate_2,
+        weights_1=memory.weights_1 + change_1,
+        weights_2=memory.weights_2 + change_2,
     )
 
 

@@ -142,14 +142,14 @@ class RotationBackstepping(AirframeLaw):
         force = within(gains.mass * (wanted + vector(0.0, 0.0, gains.gravity)), gains.most_thrust)  # Eq. 24
 
         made = share_made(absolute(memory.asked_thrust - measured.thrust), absolute(memory.asked_thrust))
-        rate = weight_rate(gains.force_net, memory.weights_1, mu_1, r1, r1.norm())  # Eq. 54
-        weights = memory.weights_1 + (on * made * period) * rate
+        learning = on * made * period  # Eq. 54 is linear in the error: its rate times this is what the weights change by
+        change = weight_rate(gains.force_net, memory.weights_1, mu_1, learning * r1, learning * r1.norm())
         zero = vector(0.0, 0.0, 0.0)
         attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
         return memory._replace(
             flying=flying,
             integral_1=project(memory.integral_1 + (flying * made * period) * r1, gains.integral_bounds[0]),
-            weights_1=project_weights(weights, gains.weight_bounds[0]),
+            weights_1=project_weights(memory.weights_1 + change, gains.weight_bounds[0]),
             force=force,
             wanted=quaternion_of(attitude),
             r1=r1,
@@ -188,7 +188,8 @@ class RotationBackstepping(AirframeLaw):
         torque = gains.inertia * (rigid + feedback + estimate) + cross(measured.rates, gains.inertia * measured.rates)
         thrust = maximum(memory.force @ up_axis(rotation), 0.0)
 
-        rate = weight_rate(gains.torque_net, memory.weights_2, mu_2, r2, r2.norm())
+        learning = on * made * period
+        change = weight_rate(gains.torque_net, memory.weights_2, mu_2, learning * r2, learning * r2.norm())
         command = Command(
             thrust=thrust,
             torque=torque,
@@ -199,7 +200,7 @@ class RotationBackstepping(AirframeLaw):
         )
         following = memory._replace(
             integral_2=project(memory.integral_2 + (memory.flying * made * period) * r2, gains.integral_bounds[1]),
-            weights_2=project_weights(memory.weights_2 + (on * made * period) * rate, gains.weight_bounds[1]),
+            weights_2=project_weights(memory.weights_2 + change, gains.weight_bounds[1]),
             filtered=filtered,
             asked_thrust=thrust,
             asked_torque=torque,

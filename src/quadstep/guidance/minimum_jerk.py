@@ -24,10 +24,10 @@ def blend(t: Number, duration: Number) -> tuple[Number, Number, Number]:
     x_d0 + (x_df - x_d0) (10 s^3 - 15 s^4 + 6 s^5) with s = t / t_f; this form ends exactly at rest.
     """
     s = clip(t / duration, 0.0, 1.0)
-    rest = 1.0 - s
+    rest, per_time = 1.0 - s, 1.0 / duration
     share = s * s * s * (10.0 + s * (-15.0 + 6.0 * s))
-    rate = 30.0 * s * s * rest * rest / duration
-    change = 60.0 * s * rest * (1.0 - 2.0 * s) / (duration * duration)
+    rate = 30.0 * s * s * rest * rest * per_time
+    change = 60.0 * s * rest * (1.0 - 2.0 * s) * (per_time * per_time)
     return share, rate, change
 
 

@@ -1,4 +1,4 @@
-"""sin, cos, exp, log and atan2, written once for every kind of number out of operations that IEEE 754 fixes to the bit.
+"""sin, cos, exp, sigmoid, log and atan2, written once for every kind of number out of what IEEE 754 fixes to the bit.
 
 Sums, products, quotients, comparisons and `where` in the order written here, and four steps on the bits of a number: so the
 same argument gives the same bits on every engine, processor and compiler. Each function is a reduction to a short interval and
@@ -13,8 +13,8 @@ from typing import Any
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 LN2 = Fraction("0.69314718055994530941723212145817656807550013436026")
 
-# (sin r - r) / r^3, (cos r - 1 + r^2/2) / r^4 over r^2; (exp r - 1 - r) / r^2 over r; (atan r - r) / r^3 over r^2;
-# (log((1 + s) / (1 - s)) - 2 s) / s^3 over s^2; each for f64 (True) and f32 (False)
+# (sin r - r) / r^3, (cos r - 1 + r^2/2) / r^4 over r^2; (exp r - 1 - r) / r^2 over r; (2^r - 1) / r over r;
+# (atan r - r) / r^3 over r^2; (log((1 + s) / (1 - s)) - 2 s) / s^3 over s^2; each for f64 (True) and f32 (False)
 SINE = {
     True: (-0.16666666666666666, 0.0083333333333307, -0.00019841269836387345, 2.755731591191116e-06,
            -2.5051092507061385e-08, 1.59153232122714e-10),
@@ -30,6 +30,12 @@ EXPONENTIAL = {
            0.00019841269876864356, 2.4801587327007187e-05, 2.755725283351691e-06, 2.75572718102198e-07,
            2.5106274733573296e-08, 2.0915442297780116e-09),
     False: (0.5, 0.16666573381900845, 0.04166655011030512, 0.008363773874405574, 0.0013926926614021907),
+}  # fmt: skip
+POWER_OF_TWO = {
+    True: (0.6931471805599462, 0.24022650695910075, 0.05550410866465167, 0.009618129107618665, 0.0013333558200794592,
+           0.00015403530424776529, 1.5252672924850737e-05, 1.3215451633221434e-06, 1.0205905413765595e-07,
+           7.070977866508138e-09),
+    False: (0.6931471805599453, 0.2402234903802036, 0.05550381013796457, 0.009666368515385448, 0.0013381302537320797),
 }  # fmt: skip
 ARCTANGENT = {
     True: (-0.3333333333333333, 0.19999999999999785, -0.14285714285654638, 0.11111111104652255, -0.09090908728587459,
@@ -61,8 +67,8 @@ OCTAVE = {True: parts(LN2, 33, 2), False: parts(LN2, 12, 2)}
 MOST_ANGLE = {True: 2.0**20 * (math.pi / 2.0), False: 2.0**13 * (math.pi / 2.0)}
 """Up to here the reduction of an angle is exact but for its last step; sine and cosine of anything beyond are NaN [rad]."""
 
-EXPONENTS = {True: (-708.0, 709.0), False: (-87.0, 88.0)}
-"""Below the first the exponential is zero, above the second infinite."""
+EXPONENTS = {True: (-1023.0, 1024.0), False: (-127.0, 128.0)}
+"""Two to the first counts as zero, to the second as infinite: as the bits that `power` makes mean it."""
 
 SHIFTER = {True: 1.5 * 2.0**52, False: 1.5 * 2.0**23}
 """A number plus this has no room for a fraction: it is rounded to the nearest whole one, whose low bits are then its own."""
@@ -75,7 +81,7 @@ class Elementary:
 
     where(condition, yes, no), abs(x), and `precise(x)`: f64, not f32?
     bit(x, place): whether the bit of this place, 0 the lowest, is set in x;
-    power(m): 2^n for m = n + SHIFTER, n within the exponents of normal numbers;
+    power(m): 2^n for m = n + SHIFTER, n within EXPONENTS;
     fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else of no meaning.
     """
 
@@ -129,13 +135,25 @@ class Elementary:
     def exp(self, x: Any) -> Any:
         """Infinite above and zero below EXPONENTS."""
         double = self.precise(x)
+        x = self.held(x, *(float(LN2) * limit for limit in EXPONENTS[double]))
         octave = x * float(1 / LN2) + SHIFTER[double]
         count = octave - SHIFTER[double]
         high, low = OCTAVE[double]
         r = x - count * high - count * low
-        value = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * self.power(octave)
-        least, most = EXPONENTS[double]
-        return self.where(x > most, math.inf, self.where(x < least, 0.0, value))
+        return (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * self.power(octave)
+
+    def sigmoid(self, x: Any) -> Any:
+        """1 / (1 + exp(-x)): its error is small beside 1, as that of -x / ln 2 is where it counts."""
+        double = self.precise(x)
+        octaves = self.held(x * -float(1 / LN2), *EXPONENTS[double])
+        nearest = octaves + SHIFTER[double]
+        r = octaves - (nearest - SHIFTER[double])
+        return 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * self.power(nearest))
+
+    def held(self, x: Any, least: float, most: float) -> Any:
+        """x between these limits; NaN stays."""
+        x = self.where(x < least, least, x)
+        return self.where(x > most, most, x)
 
     def log(self, x: Any) -> Any:
         """As IEEE 754 has it, save that numbers below the smallest normal one count as between half of it and it."""

@@ -28,6 +28,7 @@ class Functions(Protocol):
     def sin(self, x: Any) -> Any: ...
     def cos(self, x: Any) -> Any: ...
     def exp(self, x: Any) -> Any: ...
+    def sigmoid(self, x: Any) -> Any: ...
     def log(self, x: Any) -> Any: ...
     def sqrt(self, x: Any) -> Any: ...
     def atan2(self, y: Any, x: Any) -> Any: ...
@@ -144,8 +145,14 @@ def cos(x: Number) -> Number:
 
 
 def exp(x: Number) -> Number:
-    """Exponential; infinite above 709 (f32: 88), zero below -708 (f32: -87)."""
+    """Exponential; infinite above 709.4 (f32: 88.3), zero below -708.7 (f32: -87.6)."""
     result: Number = functions_of(x).exp(x)
+    return result
+
+
+def sigmoid(x: Number) -> Number:
+    """Logistic function 1 / (1 + exp(-x))."""
+    result: Number = functions_of(x).sigmoid(x)
     return result
 
 
@@ -208,8 +215,3 @@ def absolute(x: Number) -> Number:
 def entry(index: Number, size: int) -> Number:
     """A whole index held to the entries of a table, 0 to size - 1; in a flight gone astray, NaN is the last."""
     return where(index < size - 1.0, where(index > 0.0, index, 0.0), size - 1.0)
-
-
-def sigmoid(x: Number) -> Number:
-    """Logistic function 1 / (1 + exp(-x))."""
-    return 1.0 / (1.0 + exp(-x))

@@ -25,6 +25,7 @@ JAVASCRIPT = {
     "sin": "sin({})",
     "cos": "cos({})",
     "exp": "exp({})",
+    "sigmoid": "sigmoid({})",
     "log": "log({})",
     "atan2": "atan2({},{})",
     "sqrt": "Math.sqrt({})",
@@ -59,6 +60,9 @@ class ScriptFunctions:
 
     def exp(self, x: ScriptNumber) -> ScriptNumber:
         return written(x.record, "exp", x)
+
+    def sigmoid(self, x: ScriptNumber) -> ScriptNumber:
+        return written(x.record, "sigmoid", x)
 
     def log(self, x: ScriptNumber) -> ScriptNumber:
         return written(x.record, "log", x)

@@ -19,6 +19,9 @@ class Symbols:
     sqrt = staticmethod(sympy.sqrt)
     atan2 = staticmethod(sympy.atan2)
 
+    def sigmoid(self, x: Any) -> Any:
+        return 1 / (1 + sympy.exp(-x))
+
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
         """Decided at once where the condition is known."""
         if isinstance(condition, bool | BooleanTrue | BooleanFalse):

@@ -1,4 +1,4 @@
-"""sin, cos, exp, log and atan2 written out in JavaScript from those of every engine, whose bits they give."""
+"""sin, cos, exp, sigmoid, log and atan2 written out in JavaScript from those of every engine, whose bits they give."""
 
 from functools import lru_cache
 
@@ -6,13 +6,13 @@ from quadstep.numbers.script import Record
 from quadstep.numbers.script_functions import ScriptSteps
 from quadstep.page.writing import Output, Writer
 
-FUNCTIONS = {"sin": "x", "cos": "x", "exp": "x", "log": "x", "atan2": "yx"}
+FUNCTIONS = {"sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
 """Their arguments."""
 
 
 @lru_cache(maxsize=1)
 def library() -> str:
-    """JavaScript functions sin, cos, exp, log and atan2; D and W: the bits of one number, as a double and as two words."""
+    """These functions in JavaScript; D and W: the bits of one number, as a double and as two words."""
     return "\n".join(
         ["const D=new Float64Array(1),W=new Int32Array(D.buffer);", *(function(*one) for one in FUNCTIONS.items())]
     )
