@@ -41,12 +41,12 @@ function turn(axis: Vector3, angle: number): Quaternion {
   return new Quaternion().setFromAxisAngle(axis, angle);
 }
 
-/** Points (x, y, z, ...) of three columns, at most `most` of them, and the rows from one to the next. */
+/** Points (x, y, z, ...) of three columns, 0 where a plant has none, at most `most` of them, and the rows from one to the next. */
 export function pathOf(flight: Flight, columns: readonly [string, string, string], most: number): { points: Float32Array; stride: number } {
-  const [x, y, z] = columns.map((name) => flight.column(name));
-  if (!x || !y || !z) return { points: new Float32Array(), stride: 1 };
-  const stride = Math.max(1, Math.ceil(x.length / most));
+  const axes = columns.map((name) => flight.column(name));
+  const length = Math.max(...axes.map((axis) => axis?.length ?? 0));
+  const stride = Math.max(1, Math.ceil(length / most));
   const points: number[] = [];
-  for (let i = 0; i < x.length; i += stride) points.push(x[i]!, y[i]!, z[i]!);
+  for (let i = 0; i < length; i += stride) points.push(...axes.map((axis) => axis?.[i] ?? 0));
   return { points: new Float32Array(points), stride };
 }

@@ -3,6 +3,7 @@
 from typing import Any
 
 from quadstep.analysis.airframe_metrics import airframe_metrics
+from quadstep.analysis.general_metrics import general_metrics
 from quadstep.analysis.metrics import lagrange_metrics
 from quadstep.flight.log import FlightLog
 
@@ -13,4 +14,6 @@ def flight_metrics(log: FlightLog) -> dict[str, Any]:
     Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]",
     "largest_tilt[rad]", "rotors", "largest_weight_norm", and what `lagrange_metrics` or `airframe_metrics` adds.
     """
-    return airframe_metrics(log) if "q_w" in log.columns else lagrange_metrics(log)
+    if "q_w" in log.columns:
+        return airframe_metrics(log)
+    return lagrange_metrics(log) if "psi" in log.columns else general_metrics(log)

@@ -114,10 +114,11 @@ class Controller:
         """The position loop, every `period` [s]: the memory that tells `law` which thrust and attitude are wanted."""
         return memory
 
-    def law(
-        self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number
-    ) -> tuple[Command, Any]:
-        """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it."""
+    def law(self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number) -> tuple[Any, Any]:
+        """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it.
+
+        The command is a `Command`, or what another plant takes.
+        """
         raise NotImplementedError
 
     def prepare(self, gains: Any, model: Model) -> Any:

@@ -4,6 +4,7 @@ from importlib import import_module
 
 from quadstep.control.controller import Controller, Measured
 from quadstep.control.gain import by_type
+from quadstep.plants.planar import PlanarState
 from quadstep.vehicle.state import State
 
 BUILT_IN: dict[type, tuple[str, ...]] = {
@@ -19,6 +20,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
     ),
+    PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
 """Module and class, in the order in which users are told of them."""
 
@@ -27,7 +29,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
 def controllers(measures: type) -> dict[str, type[Controller]]:
     """Those that are told such a measurement, by name."""
     found: list[type[Controller]] = []
-    for place in BUILT_IN[measures]:
+    for place in BUILT_IN.get(measures, ()):
         module, name = place.split(".")
         found.append(getattr(import_module(f"quadstep.control.{module}"), name))
     return {law.name: law for law in found}

@@ -1,11 +1,31 @@
 """What is flown, and what surrounds it: a plant, the air it flies in, the sensors it is seen by."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from quadstep.flight.closed_loop import Clock
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
+
+
+class Rotor(NamedTuple):
+    """A rotor as it is drawn: place in body axes [m], sense (1: counter-clockwise), column of its thrust."""
+
+    position: tuple[float, float, float]
+    spin: int
+    column: str | None = None
+
+
+class Drawn(NamedTuple):
+    """How a vehicle is drawn. thrust, attitude: columns, three of the paper's angles or four of a quaternion.
+
+    ground: its height [m], if the vehicle knows one.
+    """
+
+    rotors: tuple[Rotor, ...] = ()
+    thrust: str | None = None
+    attitude: tuple[str, ...] = ("psi", "theta", "phi")
+    ground: float | None = None
 
 
 class Plant(Protocol):
@@ -88,6 +108,10 @@ class Plant(Protocol):
 
     def weight_norms(self, command: Any) -> Vector:
         """Of what a law has learned, as its command says."""
+        ...
+
+    def drawn(self, p: Any) -> Drawn:
+        """How it is drawn."""
         ...
 
     def row(

@@ -1,6 +1,7 @@
 """The kinds of mission, one a plant: which one some content describes. Each is loaded when it is asked for."""
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from quadstep.mission.presets import is_airframe
@@ -13,13 +14,18 @@ PAPER, REAL = "lagrange.LagrangeMission", "multirotor.MultirotorMission"
 
 
 def kind(place: str) -> "type[Mission]":
-    """A kind of mission, a subclass of `Mission`."""
+    """A kind of mission."""
     module, name = place.split(".")
     found: type[Mission] = getattr(import_module(f"quadstep.mission.{module}"), name)
     return found
 
 
-def kind_of(content: Any) -> "type[Mission]":
-    """The kind of mission whose vehicle this content describes."""
+def kind_of(content: Any, folder: Path = Path()) -> "type[Mission]":
+    """The kind of mission whose vehicle this content describes. folder: of the mission. Raises UserError."""
     vehicle = content.get("vehicle") if isinstance(content, dict) else None
+    if isinstance(vehicle, dict) and isinstance(vehicle.get("type"), str):
+        declared = import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
+        if declared is not None:
+            found: type[Mission] = declared
+            return found
     return kind(REAL if is_airframe(vehicle) else PAPER)

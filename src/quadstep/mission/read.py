@@ -28,7 +28,7 @@ def plan_mission(mission: Mission, path: Path) -> FlightPlan:
 
 def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> Mission:
     """The mission in parsed TOML; `source` names it in the error. Files that it names are looked up from `folder`."""
-    own = kind_of(content)
+    own = in_file(source, content, folder)
     wrong = mistaken(content, own)
     if wrong:
         for other, needs in ((REAL, NEEDS_VEHICLE), (PAPER, NEEDS_PAPER)):
@@ -36,6 +36,14 @@ def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -
                 if key not in mistaken(content, kind(other)):
                     raise UserError(f"{source}: {key} {needs}")
     return check(own, content, source, folder)
+
+
+def in_file(source: str, content: dict[str, Any], folder: Path) -> type[Mission]:
+    """The kind of mission in a file. Raises UserError naming it."""
+    try:
+        return kind_of(content, folder)
+    except UserError as error:
+        raise UserError(f"{source}: {error}") from None
 
 
 NEEDS_VEHICLE = (

@@ -106,7 +106,7 @@ class Mission(Section):
         """The checked mission of the plant that the vehicle names. Raises pydantic's ValidationError."""
         if cls is not Mission:
             return super().model_validate(obj, **how)
-        kind: Any = kind_of(obj)
+        kind: Any = kind_of(obj, (how.get("context") or {}).get("folder", Path()))
         found: Self = kind.model_validate(obj, **how)
         return found
 

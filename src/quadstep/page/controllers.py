@@ -40,7 +40,7 @@ def controllers(mission: Any, plan: FlightPlan, folder: Path, laws: Laws) -> lis
 def ghosts(own: ControllerSection) -> Iterator[ControllerSection]:
     """The others, with what they have in common with a mission's own controller, else their defaults."""
     measures = own.controller.measures
-    for name in GHOSTS.get(measures, ()):
+    for name in GHOSTS.get(measures, tuple(built_in(measures))):
         law = built_in(measures)[name]
         if name != own.type:
             with contextlib.suppress(ValidationError):  # a controller of another kind may mean something else by its keys

@@ -108,9 +108,9 @@ def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
     ]
 
 
-def moved_start() -> Control:
+def moved_start(axes: Sequence[str] = AXES) -> Control:
     """Where the flight starts."""
-    offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(AXES)]
+    offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(axes)]
     return control("start", "start, moved by", "m", offset, (-5.0, 5.0), "Off the place that the file says.")
 
 

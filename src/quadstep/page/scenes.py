@@ -2,69 +2,33 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.flight.plant import Drawn
+from quadstep.numbers import leaf_names
 from quadstep.page.model import Arrow, Line, Panel, RotorView, Scene
-from quadstep.plants.lagrange import Lagrange
-from quadstep.plants.multirotor import Multirotor
 
 AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
 
 
 def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
     """The scene of a flight; of an unknown vehicle a small quadrotor is drawn where its log says it is."""
-    if plan is not None and isinstance(plan.loop.plant, Lagrange):
-        return lagrange_scene(plan, log)
-    return airframe_scene(plan, log)
-
-
-def lagrange_scene(plan: FlightPlan, log: FlightLog) -> Scene:
-    """The paper's vehicle: rotor 1 at -y, 2 at -x, 3 at +y, 4 at +x (docs/conventions.md)."""
-    vehicle = plan.parameters.vehicle
-    arm = float(vehicle.rotors.arm)
-    places = ((0.0, -arm, 0.0), (-arm, 0.0, 0.0), (0.0, arm, 0.0), (arm, 0.0, 0.0))
-    rotors = tuple(RotorView(place, 1 if i % 2 == 0 else -1, f"f{i + 1}", None) for i, place in enumerate(places))
-    force = Arrow("steady force", "N", "force", None, ("disturbance.force.0", "disturbance.force.1", "disturbance.force.2"))
-    return Scene(
-        arm=arm,
-        radius=0.6 * arm,
-        rotors=rotors,
-        hover=float(vehicle.mass * vehicle.gravity) / 4.0,
-        position=AXES,
-        wanted=("x_d", "y_d", "z_d"),
-        attitude={"kind": "lagrange", "columns": list(ANGLES)},
-        thrust="u",
-        arrows=(force,),
-        ground=lowest(log),
-    )
-
-
-def airframe_scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
-    """A real vehicle, its rotors where its geometry says."""
-    columns = log.columns
-    known_vehicle = plan is not None and isinstance(plan.loop.plant, Multirotor)
-    airframe = plan.parameters.airframe if plan is not None and known_vehicle else None
-    mounts = plan.loop.plant.geometry.mounts if plan is not None and known_vehicle else ()
-    rotors = tuple(
-        RotorView(
-            (mount.position[0], mount.position[1], mount.position[2]),
-            1 if mount.spin > 0 else -1,
-            known(columns, f"f{i + 1}"),
-            None,
-        )
-        for i, mount in enumerate(mounts)
-    )
+    if plan is None:
+        found, weight, arrows = Drawn(attitude=attitude(log.columns)), 1.0, forces(())
+    else:
+        body = plan.loop.plant.body(plan.parameters)
+        found, weight = plan.loop.plant.drawn(plan.parameters), float(body.mass * body.gravity)
+        arrows = forces(plan.parameters)
+    rotors = tuple(RotorView(one.position, one.spin, known(log.columns, one.column), None) for one in found.rotors)
     if not rotors:
         corners = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
         rotors = tuple(RotorView((x, y, 0.0), 1 if i % 2 else -1, None, None) for i, (x, y) in enumerate(corners))
-    arm = max(math.hypot(rotor.position[0], rotor.position[1]) for rotor in rotors)
-    weight = float(airframe.mass * airframe.gravity) if airframe is not None else 1.0
-    ground = float(airframe.ground) if airframe is not None and math.isfinite(float(airframe.ground)) else lowest(log)
-    quaternion = ("q_w", "q_x", "q_y", "q_z")
-    kind = "quaternion" if all(name in columns for name in quaternion) else "lagrange"
+    arm, low = max(math.hypot(rotor.position[0], rotor.position[1]) for rotor in rotors), lowest(log)
+    ground = low if found.ground is None else found.ground
     wind = Arrow("wind", "m/s", "wind", ("wind_x", "wind_y", "wind_z"), None)
     return Scene(
         arm=arm,
@@ -73,14 +37,27 @@ def airframe_scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
         hover=weight / len(rotors),
         position=AXES,
         wanted=("x_d", "y_d", "z_d"),
-        attitude={"kind": kind, "columns": list(quaternion if kind == "quaternion" else ANGLES)},
-        thrust=known(columns, "u_a") or known(columns, "u"),
-        arrows=(wind,) if "wind_x" in columns else (),
-        ground=max(ground, lowest(log)) if ground < lowest(log) - 10.0 else ground,
+        attitude={"kind": "quaternion" if len(found.attitude) > 3 else "lagrange", "columns": list(found.attitude)},
+        thrust=known(log.columns, found.thrust) or known(log.columns, "u"),
+        arrows=(*arrows, *((wind,) if "wind_x" in log.columns else ())),
+        ground=max(ground, low) if ground < low - 10.0 else ground,
     )
 
 
-def known(columns: Mapping[str, str], name: str) -> str | None:
+def attitude(columns: Mapping[str, str]) -> tuple[str, ...]:
+    """The columns of an unknown vehicle's attitude."""
+    quaternion = ("q_w", "q_x", "q_y", "q_z")
+    return quaternion if all(name in columns for name in quaternion) else ANGLES
+
+
+def forces(parameters: Any) -> tuple[Arrow, ...]:
+    """A steady force among the parameters."""
+    names = ("disturbance.force.0", "disturbance.force.1", "disturbance.force.2")
+    given = set(leaf_names(parameters))
+    return (Arrow("steady force", "N", "force", None, names),) if given.issuperset(names) else ()
+
+
+def known(columns: Mapping[str, str], name: str | None) -> str | None:
     """The name, if there is such a column."""
     return name if name in columns else None
 

@@ -7,9 +7,21 @@ from typing import Any
 
 from quadstep.control.gain import AXES, BELIEF, GAINS, NETS, Gain, declared
 from quadstep.control.learning import DeclaredNet, LearningStart
+from quadstep.flight.engines import FlightPlan
 from quadstep.mission.derived import ControllerSection
 from quadstep.numbers import flatten, in_matrix, leaf_names
-from quadstep.page.controls import NOT_NEGATIVE, POSITIVE, control, each, from_zero, grouped, one, parameter
+from quadstep.page.controls import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    control,
+    each,
+    from_zero,
+    grouped,
+    moved_start,
+    one,
+    parameter,
+    path_controls,
+)
 from quadstep.page.laws import NEURONS
 from quadstep.page.model import Component, Control
 
@@ -21,6 +33,18 @@ def gain_sliders(declarations: Mapping[str, Any], gains: Any) -> list[Control]:
     """A slider for each key."""
     named = ((name, gain) for name, gain in declarations.items() if isinstance(gain, Gain))
     return [slider(gain, attrgetter(name)(gains), f"gains.{name}") for name, gain in named]
+
+
+def declared_controls(mission: Any, plan: FlightPlan) -> list[Control]:
+    """Path, vehicle and start of a mission for a plant that declares its numbers."""
+    vehicle = plan.parameters.vehicle
+    declarations = declared(type(vehicle)).items()
+    numbers = [slider(gain, getattr(vehicle, name), f"vehicle.{name}") for name, gain in declarations]
+    return [
+        *grouped("Path", *path_controls(mission, plan.ticks)),
+        *grouped("Vehicle", *(one._replace(id=f"vehicle_{one.id}") for one in numbers)),
+        *grouped("Start", moved_start(plan.loop.plant.axes)),
+    ]
 
 
 def slider(gain: Gain, value: Any, place: str) -> Control:

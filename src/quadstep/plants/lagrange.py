@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from quadstep.control.controller import Command
 from quadstep.flight.closed_loop import Outcome, finite
 from quadstep.flight.columns import COLUMNS, log_row
+from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, maximum, where
 from quadstep.vehicle.disturbance import Disturbance
@@ -130,6 +131,13 @@ class Lagrange:
     def weight_norms(self, command: Command) -> Vector:
         """Frobenius norms of both nets' weights."""
         return command.weight_norms
+
+    def drawn(self, p: Parameters) -> Drawn:
+        """Rotor 1 at -y, 2 at -x, 3 at +y, 4 at +x (docs/conventions.md)."""
+        arm = float(p.vehicle.rotors.arm)
+        places = ((0.0, -arm, 0.0), (-arm, 0.0, 0.0), (0.0, arm, 0.0), (arm, 0.0, 0.0))
+        rotors = tuple(Rotor(place, 1 if i % 2 == 0 else -1, f"f{i + 1}") for i, place in enumerate(places))
+        return Drawn(rotors, "u", ("psi", "theta", "phi"))
 
     def row(
         self, p: Parameters, state: State, told: State, command: Command, held: Made, reference: Reference, wind: Vector,

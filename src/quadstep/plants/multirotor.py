@@ -1,5 +1,6 @@
 """A real multirotor: a rigid body on quaternions with rotors that lag, drag, a battery, and events that change it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from quadstep.airframe.rigid_body import renormalised
 from quadstep.control.controller import Command, Measured
 from quadstep.flight.airframe_columns import airframe_columns, airframe_row
 from quadstep.flight.closed_loop import Outcome, finite
+from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, maximum, vector, where
 from quadstep.numbers.noise import Key
@@ -137,6 +139,15 @@ class Multirotor:
     def weight_norms(self, command: Command) -> Vector:
         """Frobenius norms of both nets' weights."""
         return command.weight_norms
+
+    def drawn(self, p: AirframeParameters) -> Drawn:
+        """Rotors where the geometry says."""
+        mounts, ground = self.geometry.mounts, float(p.airframe.ground)
+        rotors = tuple(
+            Rotor((mount.position[0], mount.position[1], mount.position[2]), 1 if mount.spin > 0 else -1, f"f{i + 1}")
+            for i, mount in enumerate(mounts)
+        )
+        return Drawn(rotors, "u_a", ("q_w", "q_x", "q_y", "q_z"), ground if math.isfinite(ground) else None)
 
     def row(
         self, p: AirframeParameters, state: AirframeState, told: Measured, command: Command, held: Spun,

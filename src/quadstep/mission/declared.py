@@ -1,0 +1,158 @@
+"""A mission for a plant that declares itself: its tables follow from what the plant says of its numbers."""
+
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import SerializeAsAny, WrapValidator, create_model
+
+from quadstep.analysis.general_metrics import general_metrics
+from quadstep.control.gain import Gain, declared
+from quadstep.control.model import Model
+from quadstep.control.registry import controllers
+from quadstep.errors import UserError
+from quadstep.flight.log import FlightLog
+from quadstep.mission.clock import ClockSection
+from quadstep.mission.derived import any_section, key_field, section_of
+from quadstep.mission.fields import Name, Positive, Section
+from quadstep.mission.own_controller import own_or
+from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.schema import Built, Mission
+from quadstep.mission.tune import TuneSection
+from quadstep.numbers import Vector
+from quadstep.plants.declared import DeclaredPlant, PlantParameters
+from quadstep.plants.planar import Planar
+from quadstep.report.drawing import FigureJob
+from quadstep.report.general_panels import general_jobs
+from quadstep.user_code.loading import load
+from quadstep.user_code.places import place
+
+PLANTS = {Planar.name: Planar}
+"""Those of the package, by their `type` in [vehicle]."""
+
+
+class NumbersSection(Section):
+    """Numbers that a structure of the plant's declares; keys are those declared."""
+
+    structure: ClassVar[type[Any]]
+
+    def build(self) -> Any:
+        """The numbers."""
+        values = {name: getattr(self, one.key) for name, one in declared(self.structure).items()}
+        return self.structure(**{name: Vector(one) if isinstance(one, tuple) else one for name, one in values.items()})
+
+
+class OwnVehicleSection(NumbersSection):
+    """The vehicle of a plant that declares itself."""
+
+    plant: ClassVar[DeclaredPlant]
+    type: str
+
+    def model(self) -> Model:
+        """What it is to a controller."""
+        return self.plant.model(self.build())
+
+    def warnings(self) -> list[str]:
+        """Nothing is known that speaks against it."""
+        return []
+
+
+class DeclaredSimulation(ClockSection):
+    """Clock of the flight [s]: of the controller's law and of its slower loop, if it has one."""
+
+    control_period: Positive = 0.002
+    guidance_period: Positive = 0.01
+
+
+class DeclaredMission(Mission):
+    """A mission file for a plant that declares itself; a subclass for each."""
+
+    simulation: DeclaredSimulation
+
+    @property
+    def plant(self) -> Any:
+        return self.vehicle.plant
+
+    @cached_property
+    def modelled(self) -> OwnVehicleSection:
+        found: OwnVehicleSection = self.vehicle
+        return found
+
+    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+        return general_metrics(log, self.plant.efforts), []
+
+    def figures(self, log: FlightLog) -> list[FigureJob]:
+        return general_jobs(log, self.name)
+
+    def build(self, path: BuiltPath) -> Built:
+        numbers, limits = self.vehicle.build(), getattr(self, "limits")  # noqa: B009 (a key of its subclasses)
+        return Built(
+            periods={"guidance": self.simulation.guidance_period, "control": self.simulation.control_period},
+            numbers=partial(PlantParameters, vehicle=numbers, limits=limits.build()),
+            start=partial(self.plant.begin, numbers),
+            guided=True,
+        )
+
+
+def numbers_section(name: str, structure: type[Any], base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
+    """The table of a structure of declared numbers. Raises TypeError for a declaration that says no fixed default."""
+    fields: dict[str, Any] = {}
+    for one in declared(structure).values():
+        if not isinstance(one, Gain) or one.fixed is None:
+            raise TypeError(f"{structure.__name__}: every number needs gain(...) with a default that is a number")
+        fields[one.key] = key_field(one)
+    made: Any = create_model(name, __base__=base, __module__=__name__, **more, **fields)
+    made.structure = structure
+    return made
+
+
+MISSIONS: dict[tuple[type[DeclaredPlant], str], type[Mission]] = {}
+
+
+def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
+    """The mission of a plant, whose vehicle's `type` is `kind`."""
+    if (plant, kind) not in MISSIONS:
+        MISSIONS[plant, kind] = new_mission(plant, kind)
+    return MISSIONS[plant, kind]
+
+
+def new_mission(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
+    """The same, made. Raises TypeError for declarations that cannot be read."""
+    name, known = plant.__name__, controllers(plant.measures)
+    vehicle = numbers_section(f"{name}Vehicle", plant.Numbers, OwnVehicleSection, type=(Literal[kind], ...))
+    vehicle.plant = plant()
+    limits = numbers_section(f"{name}Limits", plant.Limits)
+    anything: Any = SerializeAsAny
+    sections: Any = any_section(plant.measures) if known else Section
+    usual: Any = section_of(next(iter(known.values())))(type=next(iter(known))) if known else ...
+    made: Any = create_model(
+        f"{name}Mission",
+        __base__=DeclaredMission,
+        __module__=__name__,
+        name=(Name, "Flight"),
+        vehicle=(vehicle, ...),
+        path=(AnyPath, ...),
+        controller=(Annotated[sections, anything(), WrapValidator(own_or(plant.measures))], usual),
+        simulation=(DeclaredSimulation, DeclaredSimulation()),
+        limits=(limits, limits()),
+        tune=(TuneSection | None, None),
+    )
+    made.measures = plant.measures
+    found: type[Mission] = made
+    return found
+
+
+def declared_kind(kind: str, folder: Path) -> type[Mission] | None:
+    """The mission of the plant that [vehicle] names by its `type`; None where it names none. Raises UserError."""
+    if kind in PLANTS:
+        return mission_of(PLANTS[kind], kind)
+    found = place(kind)
+    if found is None:
+        return None
+    plant = load(found, folder)
+    if not (isinstance(plant, type) and issubclass(plant, DeclaredPlant)):
+        raise UserError(f"vehicle.type: {kind}: should be a subclass of quadstep.plants.declared.DeclaredPlant")
+    try:
+        return mission_of(plant, kind)
+    except TypeError as error:
+        raise UserError(f"vehicle.type: {kind}: {error}") from error

@@ -1,0 +1,113 @@
+"""A plant in one file, the package's or a user's: what is known of it, it declares itself.
+
+Its numbers and limits are `NamedTuple`s of declarations (`control/gain.py`), from which the tables `[vehicle]` and `[limits]`
+of its missions follow, and the page's sliders. `planar.py` is an example. There is no air and there are no sensors: its
+controllers are told the state.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+from quadstep.control.model import Model
+from quadstep.flight.plant import Drawn
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector
+
+
+class PlantParameters(NamedTuple):
+    """Every number of a flight: vehicle as its plant declares it, limits likewise."""
+
+    vehicle: Any
+    path: Any
+    gains: Any
+    limits: Any
+
+
+@dataclass(frozen=True)
+class DeclaredPlant(ABC):
+    """A `Plant`; structure only, so it has no fields unless the structure of its equations varies.
+
+    name: the `type` in [vehicle]. Numbers, Limits: declared. measures: its state, which is what controllers are told.
+    columns, axes, efforts, norms: see `Plant`; efforts are columns too.
+    """
+
+    name: ClassVar[str]
+    label: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    Numbers: ClassVar[type[Any]]
+    Limits: ClassVar[type[Any]]
+    measures: ClassVar[type[Any]]
+    compact: ClassVar[bool] = True
+    columns: ClassVar[Mapping[str, str]]
+    axes: ClassVar[tuple[str, ...]]
+    efforts: ClassVar[Mapping[str, str]]
+    norms: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def model(self, numbers: Any) -> Model:
+        """What the vehicle is to a controller."""
+
+    @abstractmethod
+    def begin(self, numbers: Any, wanted: Reference) -> Any:
+        """The state at t = 0."""
+
+    @abstractmethod
+    def rest(self, state: Any, p: PlantParameters) -> tuple[Any, Any]:
+        """The command and the actuators before the first sample."""
+
+    @abstractmethod
+    def actuate(self, p: PlantParameters, command: Any) -> Any:
+        """What the actuators are told to make of a command, within their limits."""
+
+    @abstractmethod
+    def rate(self, p: PlantParameters, state: Any, held: Any, wind: Vector, time: Number) -> Any:
+        """Rate of every state."""
+
+    @abstractmethod
+    def outcome(self, p: PlantParameters, state: Any, command: Any, reference: Reference) -> Number:
+        """The `Outcome` that ends the flight at a sample, 0 while all is well."""
+
+    @abstractmethod
+    def error(self, state: Any, reference: Reference) -> Vector:
+        """The wanted position less the true one [m], along `axes`."""
+
+    @abstractmethod
+    def inputs(self, held: Any) -> Vector:
+        """What the actuators are told, in the order of `efforts`."""
+
+    @abstractmethod
+    def row(
+        self, p: PlantParameters, state: Any, told: Any, command: Any, held: Any, reference: Reference, wind: Vector,
+        time: Number,
+    ) -> list[Number]:  # fmt: skip
+        """One row of the log, in the order of `columns`."""
+
+    def drawn(self, p: PlantParameters) -> Drawn:
+        """How the page draws it: a small quadrotor, unless it says otherwise."""
+        return Drawn()
+
+    def body(self, p: PlantParameters) -> Model:
+        """mass, inertia and gravity among its numbers."""
+        return self.model(p.vehicle)
+
+    def truth(self, state: Any) -> Any:
+        """All of the state."""
+        return state
+
+    def felt(self, p: PlantParameters, state: Any, rate: Any) -> Vector:
+        """Never asked: there is no estimator."""
+        raise NotImplementedError
+
+    def told(self, known: Any, held: Any) -> Any:
+        """The state."""
+        return known
+
+    def settled(self, state: Any) -> Any:
+        """As it is."""
+        return state
+
+    def weight_norms(self, command: Any) -> Vector:
+        """Of no nets."""
+        return Vector(())

@@ -1,0 +1,22 @@
+"""What the figures of a flight of any plant show: its position, then all other columns, those of one unit together."""
+
+from quadstep.flight.log import FlightLog
+from quadstep.report.drawing import FigureJob
+from quadstep.report.panel import Panel
+
+
+def general_jobs(log: FlightLog, name: str) -> list[FigureJob]:
+    """The figures of a flight: position, signals."""
+    t, columns = log.column("t"), log.columns
+    wanted = [one for one in columns if f"{one}_d" in columns]
+    axes = [one for one in wanted if columns[one] == "m"]
+    tracks = [Panel(a, "m", {a: log.column(a), f"{a}_d": log.column(f"{a}_d")}) for a in axes]
+    errors = [Panel(f"{a}_d - {a}", "m", {f"error in {a}": log.column(f"{a}_d") - log.column(a)}) for a in axes]
+    shown = {"t", *axes, *(f"{a}_d" for a in axes)}
+    units = dict.fromkeys(unit for one, unit in columns.items() if one not in shown)
+    rest = {unit: [one for one in columns if columns[one] == unit and one not in shown] for unit in units}
+    signals = [Panel(", ".join(names), unit, {one: log.column(one) for one in names}) for unit, names in rest.items()]
+    return [
+        FigureJob("position", f"{name}: position", t, [*tracks, *errors], 2),
+        *([FigureJob("signals", f"{name}: all other signals", t, signals, 2)] if signals else []),
+    ]
