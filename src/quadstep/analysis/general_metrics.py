@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from quadstep.analysis.metrics import errors_of, rmse
+from quadstep.analysis.metrics import errors_of, position_axes, position_errors, rmse
 from quadstep.flight.log import FlightLog
 
 
@@ -17,10 +17,9 @@ def general_metrics(log: FlightLog, efforts: Mapping[str, str] | None = None) ->
     result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
     if len(log.rows) < 2:
         return result
-    axes = tuple(name for name, unit in log.columns.items() if unit == "m" and f"{name}_d" in log.columns)
-    errors = log.table(*(f"{name}_d" for name in axes)) - log.table(*axes)
+    errors = position_errors(log)
     distance = np.linalg.norm(errors, axis=1)
-    result["position"] = errors_of(errors, axes, "m")
+    result["position"] = errors_of(errors, position_axes(log), "m")
     result["position_rmse[m]"], result["largest_error[m]"] = rmse(distance), float(distance.max())
     for name, unit in (efforts or {}).items():
         values = log.column(name)

@@ -21,9 +21,15 @@ def rmse(errors: NDArray[np.float64]) -> float:
 
 
 def position_errors(log: FlightLog) -> NDArray[np.float64]:
-    """e1 = xi_d - xi at each sample, shape (samples, 3) [m]."""
-    errors: NDArray[np.float64] = log.table("x_d", "y_d", "z_d") - log.table(*POSITION)
+    """e1 = xi_d - xi at each sample, shape (samples, axes) [m]."""
+    axes = position_axes(log)
+    errors: NDArray[np.float64] = log.table(*(f"{axis}_d" for axis in axes)) - log.table(*axes)
     return errors
+
+
+def position_axes(log: FlightLog) -> tuple[str, ...]:
+    """Columns of the position: the lengths that have a wanted one beside them."""
+    return tuple(name for name, unit in log.columns.items() if unit == "m" and f"{name}_d" in log.columns)
 
 
 def attitude_errors(log: FlightLog) -> NDArray[np.float64]:

@@ -28,10 +28,16 @@ def for_a_picture(plan: FlightPlan) -> FlightPlan:
     return plan._replace(ticks=plan.ticks._replace(log=every))
 
 
+def in_space(log: FlightLog, suffix: str = "") -> NDArray[np.float64]:
+    """x, y and z, shape (samples, 3); 0 along an axis that the plant does not have."""
+    columns = [log.column(f"{axis}{suffix}") if axis in log.columns else np.zeros(len(log.rows)) for axis in "xyz"]
+    return np.stack(columns, axis=1)
+
+
 def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -> None:
     """The picture; the log has at least two rows."""
     t, distance = log.column("t"), np.linalg.norm(position_errors(log), axis=1)
-    wanted, flown = log.table("x_d", "y_d", "z_d"), log.table("x", "y", "z")
+    wanted, flown = in_space(log, "_d"), in_space(log)
     with drawing(sheet):
         narrow = sheet.side_by_side(3, 2.2) < 3
         figure = new_figure(sheet, 9.6, 3.0, 3.8 if narrow else 2.6)

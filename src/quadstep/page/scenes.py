@@ -109,4 +109,10 @@ def panels(columns: Mapping[str, str]) -> tuple[Panel, ...]:
             found[panel.id] = panel._replace(lines=lines)
     if "thrust-made" in found:
         found.pop("thrust", None)
+    if "attitude" not in found:  # of a plant that calls its signals otherwise
+        drawn = {"t", *(name for panel in found.values() for line in panel.lines for name in (line.column, line.minus))}
+        others = {name: unit for name, unit in columns.items() if name not in drawn}
+        for unit in dict.fromkeys(others.values()):
+            names = [name for name in others if others[name] == unit]
+            found[f"signals-{unit}"] = group(f"signals-{len(found)}", ", ".join(names), unit, names)
     return tuple(found.values())
