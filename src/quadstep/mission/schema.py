@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from pydantic import model_validator
+from pydantic import ModelWrapValidatorHandler, PrivateAttr, ValidationError, ValidationInfo, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -18,8 +18,9 @@ from quadstep.flight.loop import Loop
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.guidance.reference import Reference
+from quadstep.mission.check import explained, sections, shorten, types
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.fields import Name, Section
+from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.tune import TuneSection
@@ -44,7 +45,27 @@ class Built(NamedTuple):
 
 
 class Mission(Section):
-    """What every mission has; the order of the keys is that of its subclass."""
+    """A flight as a user describes it: what flies, along which path, under which controller, in what conditions.
+
+    Every key of a mission file is an argument, every table of it a dict: `path` is needed, all else has a default. Lists,
+    tuples and NumPy arrays are taken alike; files are looked up from the working directory. Units are SI, angles in radians;
+    positions are in the world's frame, z up. `quadstep new` writes a file with every key explained.
+
+    `Mission(...)` gives the mission of the plant that `vehicle` asks for: the paper's (`LagrangeMission`), or with a preset,
+    file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
+    which key is wrong, and what is allowed.
+
+    >>> from quadstep import Mission
+    >>> circle = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 2.0, "period": 8.0}
+    >>> mission = Mission(vehicle={"preset": "x500"}, path=circle, controller={"type": "pid"})
+    >>> type(mission).__name__, mission.path.turns
+    ('MultirotorMission', 2.0)
+    >>> Mission(path={**circle, "radius": -2.0})
+    Traceback (most recent call last):
+    quadstep.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
+    """
+
+    _folder: Path = PrivateAttr(default=Path())
 
     if TYPE_CHECKING:
         name: Name
@@ -87,12 +108,32 @@ class Mission(Section):
 
     @classmethod
     def model_validate(cls, obj: Any, **how: Any) -> Self:
-        """The checked mission of the plant that the vehicle names. Raises pydantic's ValidationError."""
+        """The checked mission of the plant that the vehicle names, from a dict of its keys. Raises UserError."""
         if cls is not Mission:
             return super().model_validate(obj, **how)
         kind: Any = mission_kind(obj)
         found: Self = kind.model_validate(obj, **how)
         return found
+
+    @property
+    def folder(self) -> Path:
+        """Where the files are that it names: beside the file it was read from, or the working directory."""
+        return self._folder
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _checked(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission of a file, which comes with a folder and whose reader explains its errors; or one given in Python."""
+        if info.context is not None:
+            made = handler(content)
+            made._folder = info.context["folder"]
+            return made
+        try:
+            return handler(plain(content))
+        except (ValidationError, UserError) as error:
+            given = content if isinstance(content, dict) else {}
+            misplaced = of_another_plant(given, cls)
+            raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
 
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
@@ -114,11 +155,18 @@ class Mission(Section):
                 raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
         return self
 
-    def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
-        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
+    def plan(self, folder: Path | None = None, warn: bool = True) -> FlightPlan:
+        """The flight this mission describes, as laws and numbers. Raises UserError.
 
-        warn: whether to look for what speaks against it.
+        folder: where files that it names are looked up, if not where the mission's are. warn: whether to look for what speaks
+        against it.
+
+        >>> from quadstep import Mission
+        >>> plan = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}).plan()
+        >>> plan.ticks.last * plan.ticks.step, plan.parameters.vehicle.mass
+        (4.0, 1.0)
         """
+        folder = self.folder if folder is None else folder
         path, model = self.path.build(folder), self.model
         built = self.build(path)
         controller = self.controller.build(model, folder)
@@ -143,3 +191,31 @@ def mission_kind(content: Any) -> type[Mission]:
     from quadstep.mission.multirotor import MultirotorMission  # noqa: PLC0415 (loaded only for a real vehicle)
 
     return MultirotorMission
+
+
+def of_another_plant(content: dict[str, Any], kind: type[Mission]) -> str:
+    """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
+    wrong = mistaken(content, kind)
+    for vehicle, needs in (({"preset": ""}, NEEDS_VEHICLE), ({}, NEEDS_PAPER)) if wrong else ():
+        theirs = mistaken(content, mission_kind({"vehicle": vehicle}))
+        misplaced = [key for key in wrong if key not in theirs]
+        if misplaced:
+            return f"{misplaced[0]} {needs}"
+    return ""
+
+
+NEEDS_VEHICLE = (
+    'needs a real vehicle, and [vehicle] names none: give it preset = "x500" (`quadstep vehicles` lists the presets), '
+    'or file = "my.toml"'
+)
+NEEDS_PAPER = "needs the paper's plant, and [vehicle] describes a real vehicle: leave out its preset, file, layout and rotor"
+
+
+def mistaken(content: dict[str, Any], model: type[Mission]) -> list[str]:
+    """Tables that this kind of mission does not have, and the controller if it has none of its type."""
+    unknown = [f"[{key}]" for key in content if key not in model.model_fields]
+    kind = content["controller"].get("type") if isinstance(content.get("controller"), dict) else None
+    allowed = [name for section in sections(model.model_fields["controller"].annotation) for name in types(section)]
+    if isinstance(kind, str) and kind not in allowed:
+        unknown.append(f"controller.type = {shorten(kind)}")
+    return unknown
