@@ -6,10 +6,11 @@ subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate`
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from pydantic import ModelWrapValidatorHandler, PrivateAttr, ValidationError, ValidationInfo, model_validator
+from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -65,8 +66,6 @@ class Mission(Section):
     quadstep.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
     """
 
-    _folder: Path = PrivateAttr(default=Path())
-
     if TYPE_CHECKING:
         name: Name
         path: AnyPath
@@ -115,10 +114,13 @@ class Mission(Section):
         found: Self = kind.model_validate(obj, **how)
         return found
 
-    @property
+    @cached_property
     def folder(self) -> Path:
-        """Where the files are that it names: beside the file it was read from, or the working directory."""
-        return self._folder
+        """Where the files are that it names: beside the file it was read from, or the working directory.
+
+        No field, so that missions of the same keys are equal wherever they are from.
+        """
+        return Path()
 
     @model_validator(mode="wrap")
     @classmethod
@@ -126,7 +128,7 @@ class Mission(Section):
         """A mission of a file, which comes with a folder and whose reader explains its errors; or one given in Python."""
         if info.context is not None:
             made = handler(content)
-            made._folder = info.context["folder"]
+            made.__dict__["folder"] = info.context["folder"]
             return made
         try:
             return handler(plain(content))
