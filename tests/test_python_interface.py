@@ -216,7 +216,7 @@ def test_a_frame_has_every_column_by_time(paper):
 
 def test_without_pandas_it_is_said_what_to_install(paper, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(UserError, match=r"^Flight.to_pandas\(\) needs pandas; install it: .* -m pip install 'pandas>=2.2'$"):
+    with pytest.raises(UserError, match=r"^Flight.to_pandas\(\) needs pandas; install it: .* -m pip install .*pandas"):
         paper.to_pandas()
 
 
