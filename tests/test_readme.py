@@ -1,6 +1,7 @@
 """What the README shows works as shown."""
 
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -18,8 +19,8 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
 
 
-def run(*arguments: str) -> str:
-    return subprocess.run([sys.executable, *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+def run(*arguments: str, folder: Path = ROOT) -> str:
+    return subprocess.run([sys.executable, *arguments], cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
 def test_missions_of_the_readme_fly_to_their_end():
@@ -37,9 +38,11 @@ def test_the_campaign_of_the_readme_flies(tmp_path):
     assert 0.0 < done.summary.success.value < 1.0
 
 
-def test_python_of_the_readme_runs():
+def test_python_of_the_readme_runs(tmp_path):
     code = next(block for block in blocks("python") if "read_mission" in block)
-    assert run("-c", code).startswith("COMPLETED")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    assert run("-c", code, folder=tmp_path).startswith("COMPLETED")
+    assert (tmp_path / "position.png").is_file()
 
 
 def test_own_controller_of_the_readme_is_the_one_in_examples_and_flies():

@@ -1,6 +1,14 @@
 """quadstep: how well, and how surely, will this controller hold my vehicle on its path?
 
-From Python: `fly(read_mission(path).plan(path.parent))` gives the log, `flight_metrics(log)` its numbers.
+From Python: build a mission, or read one, fly it, and ask the flight. `docs/python.md` tells more.
+
+>>> import quadstep
+>>> line = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}
+>>> flight = quadstep.fly(quadstep.Mission(path=line))
+>>> flight.outcome.name, flight.metrics()["position_rmse[m]"] < 0.001
+('COMPLETED', True)
+
+SI units and radians throughout; positions are in the world's frame, z up.
 """
 
 from importlib import import_module
@@ -8,25 +16,36 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-__all__ = ["Engine", "Mission", "UserError", "airframe_metrics", "flight_metrics", "fly", "fly_all", "read_mission"]
+__all__ = [
+    "Engine",
+    "Flight",
+    "Mission",
+    "UserError",
+    "airframe_metrics",
+    "flight_metrics",
+    "fly",
+    "fly_all",
+    "read_mission",
+]
 
 if TYPE_CHECKING:
     from quadstep.analysis.airframe_metrics import airframe_metrics
     from quadstep.analysis.flight_metrics import flight_metrics
     from quadstep.errors import UserError
     from quadstep.flight.engine import Engine
-    from quadstep.flight.engines import fly, fly_all
+    from quadstep.interface import Flight, fly, fly_all
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
 
 _PLACES = {
     "Engine": "quadstep.flight.engine",
+    "Flight": "quadstep.interface",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.errors",
     "airframe_metrics": "quadstep.analysis.airframe_metrics",
     "flight_metrics": "quadstep.analysis.flight_metrics",
-    "fly": "quadstep.flight.engines",
-    "fly_all": "quadstep.flight.engines",
+    "fly": "quadstep.interface",
+    "fly_all": "quadstep.interface",
     "read_mission": "quadstep.mission.read",
 }
 
@@ -36,3 +55,8 @@ def __getattr__(name: str) -> Any:
     if name not in _PLACES:
         raise AttributeError(f"module 'quadstep' has no attribute {name!r}")
     return getattr(import_module(_PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Its names, whether loaded or not."""
+    return sorted({*globals(), *__all__})

@@ -5,7 +5,17 @@ LONGEST = 1000
 
 
 class UserError(Exception):
-    """Bad input or an impossible request; the command line prints it as one line and exits with 2."""
+    """Bad input or an impossible request: one line of text that says what, where, and what is allowed.
+
+    The command line prints it and exits with 2.
+
+    >>> from quadstep import Mission, UserError
+    >>> try:
+    ...     Mission(path={"type": "circle", "radius": 1.0})
+    ... except UserError as error:
+    ...     print(error)
+    Mission: path.period: missing; it is needed
+    """
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))

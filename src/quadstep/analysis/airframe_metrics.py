@@ -31,6 +31,12 @@ def airframe_metrics(log: FlightLog, since: float = 0.0) -> dict[str, Any]:
 
     activity: sum of |changes| of all rotors' thrusts a second. measured: distance of what the controller was told from the
     truth.
+
+    >>> from quadstep import Mission, airframe_metrics, fly
+    >>> step = {"type": "step", "end": [0.0, 0.0, 0.5], "duration": 4.0}
+    >>> flight = fly(Mission(vehicle={"preset": "crazyflie"}, path=step))
+    >>> airframe_metrics(flight)["largest_error[m]"], airframe_metrics(flight, since=3.5)["largest_error[m]"] < 0.1
+    (0.5, True)
     """
     result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
     t = log.column("t")

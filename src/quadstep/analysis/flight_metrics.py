@@ -13,6 +13,11 @@ def flight_metrics(log: FlightLog) -> dict[str, Any]:
 
     Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]",
     "largest_tilt[rad]", "rotors", "largest_weight_norm", and what `lagrange_metrics` or `airframe_metrics` adds.
+
+    >>> from quadstep import Mission, flight_metrics, fly
+    >>> metrics = flight_metrics(fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0})))
+    >>> metrics["ended[s]"], round(metrics["position"]["z"]["largest[m]"], 3), metrics["largest_tilt[rad]"] < 0.01
+    (2.0, 1.0, True)
     """
     if "q_w" in log.columns:
         return airframe_metrics(log)

@@ -4,7 +4,14 @@ from enum import StrEnum
 
 
 class Engine(StrEnum):
-    """lanes: compiled vector code, the default. python: the same laws on Python floats, no compiler."""
+    """What flies: lanes, compiled vector code, the default; python, the same laws on Python floats, no compiler.
+
+    Both give the same bits. Where a function takes an engine, its name will do.
+
+    >>> from quadstep import Engine
+    >>> Engine("python") is Engine.PYTHON, list(map(str, Engine))
+    (True, ['lanes', 'python'])
+    """
 
     LANES = "lanes"
     PYTHON = "python"

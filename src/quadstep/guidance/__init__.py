@@ -1,1 +1,34 @@
-"""Where the vehicle should be: paths over time, from the paper's minimum jerk (Eqs 68-75) to recorded flights."""
+"""Where the vehicle should be: paths over time, from the paper's minimum jerk (Eqs 68-75) to recorded flights.
+
+A path is a `PathLaw`: for a time [s] and its parameters it gives a `Reference`, in the world's frame, z up. Missions name
+paths in `[path]`; here they are laws over numbers, to be evaluated, drawn, or flown by a plan of one's own.
+
+>>> from quadstep.guidance import MinimumJerk, MinimumJerkParameters
+>>> from quadstep.numbers import vector
+>>> up = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 2.0), yaw_start=0.0, yaw_end=0.0, duration=4.0)
+>>> [MinimumJerk().reference(t, up).position[2] for t in (0.0, 2.0, 4.0, 9.0)]
+[0.0, 1.0, 2.0, 2.0]
+"""
+
+from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.guidance.orbit import Orbit, OrbitParameters
+from quadstep.guidance.piecewise import Piecewise, PiecewiseParameters, piecewise_parameters
+from quadstep.guidance.reference import PathLaw, Reference
+from quadstep.guidance.spline import near_recording, through_waypoints
+from quadstep.guidance.step import Step, StepParameters
+
+__all__ = [
+    "MinimumJerk",
+    "MinimumJerkParameters",
+    "Orbit",
+    "OrbitParameters",
+    "PathLaw",
+    "Piecewise",
+    "PiecewiseParameters",
+    "Reference",
+    "Step",
+    "StepParameters",
+    "near_recording",
+    "piecewise_parameters",
+    "through_waypoints",
+]

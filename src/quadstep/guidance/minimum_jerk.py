@@ -48,7 +48,15 @@ def blend_bend(t: Number, duration: Number) -> tuple[Number, Number]:
 
 @dataclass(frozen=True)
 class MinimumJerk:
-    """Eqs 68, 69 and 72-74 along a straight line, yaw blended the same way."""
+    """Eqs 68, 69 and 72-74 along a straight line, yaw blended the same way.
+
+    >>> from quadstep.guidance import MinimumJerk, MinimumJerkParameters
+    >>> from quadstep.numbers import vector
+    >>> way = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(1.0, 0.0, 2.0), yaw_start=0.0, yaw_end=0.5, duration=4.0)
+    >>> halfway = MinimumJerk().reference(2.0, way)
+    >>> halfway.position, halfway.yaw, halfway.velocity[0]  # 15/8 of the mean speed
+    (Vector([0.5, 0.0, 1.0]), 0.25, 0.46875)
+    """
 
     def reference(self, t: Number, parameters: MinimumJerkParameters) -> Reference:
         """The wanted motion at time t [s]; before 0 and after t_f it rests at the ends."""

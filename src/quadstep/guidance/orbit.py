@@ -49,7 +49,16 @@ def ramp_bend(t: Number, ramp: Number) -> tuple[Number, Number]:
 
 @dataclass(frozen=True)
 class Orbit:
-    """A circle (equal frequencies, phases a quarter turn apart) or a figure eight (one axis at twice the frequency)."""
+    """A circle (equal frequencies, phases a quarter turn apart) or a figure eight (one axis at twice the frequency).
+
+    >>> from quadstep.guidance import Orbit, OrbitParameters
+    >>> from quadstep.numbers import vector
+    >>> zero, rate, quarter = vector(0.0, 0.0, 0.0), vector(0.5, 0.5, 0.5), vector(1.5707963267948966, 0.0, 0.0)
+    >>> circle = OrbitParameters(zero, vector(2.0, 2.0, 0.0), rate, quarter, yaw=0.0, yaw_rate=0.0, ramp=0.0)
+    >>> start = Orbit().reference(0.0, circle)
+    >>> start.position, start.velocity[1]
+    (Vector([2.0, 0.0, 0.0]), 1.0)
+    """
 
     def reference(self, t: Number, parameters: OrbitParameters) -> Reference:
         """The wanted motion at time t [s], repeated for ever."""

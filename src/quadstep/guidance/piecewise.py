@@ -55,7 +55,10 @@ def quintic(
 
 @dataclass(frozen=True)
 class Piecewise:
-    """Quintic pieces over any knots; the piece is found by bisection without a branch."""
+    """Quintic pieces over any knots; the piece is found by bisection without a branch.
+
+    Its parameters come from `through_waypoints`, `near_recording`, or `piecewise_parameters`.
+    """
 
     def reference(self, t: Number, parameters: PiecewiseParameters) -> Reference:
         """The wanted motion at time t [s]; before 0 and after the last knot it rests at the ends."""

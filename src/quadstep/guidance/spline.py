@@ -39,7 +39,17 @@ the value at the knot before to the diagonal."""
 
 
 def through_waypoints(times: Array, points: Array) -> PiecewiseParameters:
-    """Least jerk through `points` (n, 4) [m, m, m, rad] at `times` (n,) [s], at rest at both ends; n >= 2."""
+    """Least jerk through `points` (n, 4) [m, m, m, rad] at `times` (n,) [s], at rest at both ends; n >= 2.
+
+    times must increase. The paper's Eq. 72 for more than two points.
+
+    >>> import numpy as np
+    >>> from quadstep.guidance import Piecewise, through_waypoints
+    >>> times = np.array([0.0, 2.0, 4.0])
+    >>> path = through_waypoints(times, np.array([[0.0, 0.0, 1.0, 0.0], [1.0, 0.5, 1.5, 0.0], [2.0, 0.0, 1.0, 0.0]]))
+    >>> Piecewise().reference(2.0, path).position
+    Vector([1.0, 0.5, 1.5])
+    """
     known = np.zeros((len(times), 3), dtype=bool)
     known[:, 0] = True
     known[[0, -1]] = True
@@ -51,10 +61,17 @@ def through_waypoints(times: Array, points: Array) -> PiecewiseParameters:
 
 
 def near_recording(times: Array, points: Array, smoothing: float) -> PiecewiseParameters:
-    """Least jerk near recorded `points` (n, 4) at uneven `times` (n,) [s], at rest at both ends; n >= 2.
+    """Least jerk near recorded `points` (n, 4) [m, m, m, rad] at uneven `times` (n,) [s], at rest at both ends; n >= 2.
 
     smoothing: time constant tau [s]; what is faster than 1/tau rad/s is taken for noise (gain 1 / (1 + (w tau)^6)). The
     recording lasts `LEAST_SPAN` of it or longer.
+
+    >>> import numpy as np
+    >>> from quadstep.guidance import Piecewise, near_recording
+    >>> t = np.linspace(0.0, 4.0, 41)
+    >>> path = near_recording(t, np.stack([t, 0.0 * t, 1.0 + 0.0 * t, 0.0 * t], axis=1), smoothing=0.1)
+    >>> round(Piecewise().reference(2.0, path).position[0], 3)
+    2.0
     """
     span = float(times[-1] - times[0])
     count = min(MOST_KNOTS, max(2, math.ceil(span / smoothing) + 1))

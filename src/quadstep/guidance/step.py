@@ -18,7 +18,14 @@ class StepParameters(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """Not a motion a vehicle can follow; what a controller makes of it is told by its overshoot and settling."""
+    """Not a motion a vehicle can follow; what a controller makes of it is told by its overshoot and settling.
+
+    >>> from quadstep.guidance import Step, StepParameters
+    >>> from quadstep.numbers import vector
+    >>> jump = StepParameters(vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 2.0), time=1.0, yaw=0.0)
+    >>> [Step().reference(t, jump).position[2] for t in (0.5, 1.0, 1.5)]
+    [1.0, 2.0, 2.0]
+    """
 
     def reference(self, t: Number, parameters: StepParameters) -> Reference:
         """The wanted position at time t [s], all rates zero."""

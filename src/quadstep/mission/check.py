@@ -22,19 +22,26 @@ Checked = TypeVar("Checked", bound=BaseModel)
 
 def check(model: type[Checked], content: dict[str, Any], source: str, folder: Path = Path()) -> Checked:
     """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong."""
-    vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
     try:
         return model.model_validate(content, context={"folder": folder})
-    except ValidationError as error:
-        problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        said = describe(model, problems[0])
-        file = blamed(content, problems[0]["loc"], folder)
-        if file:
-            said = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', said) if vehicle else said}"
-        raise UserError(f"{source}: {said}{more}") from None
-    except UserError as error:  # about the file of a vehicle
-        raise UserError(f"{source}: {vehicle}file: {error}") from None
+    except (ValidationError, UserError) as error:
+        raise explained(model, content, error, source, folder) from None
+
+
+def explained(
+    model: type[BaseModel], content: dict[str, Any], error: ValidationError | UserError, source: str, folder: Path = Path()
+) -> UserError:
+    """What is wrong with the content of a model, in one line: the first of its problems, or a fault of a vehicle's file."""
+    vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
+    if isinstance(error, UserError):
+        return UserError(f"{source}: {vehicle}file: {error}")
+    problems = sorted(error.errors(include_url=False), key=lambda problem: problem["type"] != "extra_forbidden")
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    said = describe(model, problems[0])
+    file = blamed(content, problems[0]["loc"], folder)
+    if file:
+        said = f"{vehicle}file: {file}: {re.sub('^vehicle(: |[.])', '', said) if vehicle else said}"
+    return UserError(f"{source}: {said}{more}")
 
 
 def blamed(content: dict[str, Any], location: tuple[int | str, ...], folder: Path) -> Path | None:

@@ -1,8 +1,10 @@
 """Kinds of values in a mission file."""
 
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 
@@ -10,6 +12,17 @@ class Section(BaseModel):
     """A table of the mission file: unknown keys and wrong types are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+def plain(value: Any) -> Any:
+    """Keys given in Python as TOML would give them: tuples and arrays as lists, NumPy's numbers as Python's, paths as text."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return str(value) if isinstance(value, PurePath) else value
 
 
 def as_tuple(value: Any) -> Any:

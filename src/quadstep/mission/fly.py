@@ -24,7 +24,7 @@ from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
-from quadstep.report.pool import drawing_pool
+from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
@@ -76,27 +76,43 @@ def fly_mission(
     required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
-        metrics, found = mission.metrics(log)
-        warnings = [*plan.warnings, *found]
-        (out / "figures").mkdir()
-        told("writing tables", 0, 1)
-        write_log(out / "flight.csv", log)
-        write_weights(out / "weights.json", mission, log)
-        told("writing the page", 0, 1)
-        from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes start)
-
-        write_mission_page(out / "page.html", mission, plan, log, beside)
-        about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": warnings}
-        write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
-        jobs = mission.figures(log) if len(log.rows) > 1 else []
-        told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
-        drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
-        for done, figure in enumerate(as_completed(drawn), 1):
-            figure.result()
-            told("drawing figures", done, len(jobs))
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet)
     diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    return summarise(mission.name, log, metrics, tuple(warnings), judged)
+    return summarise(mission.name, log, metrics, warnings, judged)
+
+
+def write_results(
+    out: Path,
+    pool: DrawingPool,
+    mission: Mission,
+    plan: FlightPlan,
+    log: FlightLog,
+    engine: Engine,
+    beside: Path,
+    told: Told = lambda *_: None,
+    sheet: Sheet | None = None,
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are."""
+    metrics, found = mission.metrics(log)
+    warnings = (*plan.warnings, *found)
+    (out / "figures").mkdir()
+    told("writing tables", 0, 1)
+    write_log(out / "flight.csv", log)
+    write_weights(out / "weights.json", mission, log)
+    told("writing the page", 0, 1)
+    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes start)
+
+    write_mission_page(out / "page.html", mission, plan, log, beside)
+    about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
+    write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
+    jobs = mission.figures(log) if len(log.rows) > 1 else []
+    told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
+    drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
+    for done, figure in enumerate(as_completed(drawn), 1):
+        figure.result()
+        told("drawing figures", done, len(jobs))
+    return metrics, warnings
 
 
 def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:

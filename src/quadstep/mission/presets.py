@@ -22,7 +22,8 @@ DEEPEST = 8
 
 def is_airframe(table: Any) -> bool:
     """Whether a vehicle table of a mission describes a real airframe and not the paper's plant."""
-    return isinstance(table, dict) and bool(OWN_KEYS & table.keys())
+    keys = table if isinstance(table, dict) else getattr(type(table), "model_fields", {})  # or another mission's, checked
+    return bool(OWN_KEYS & keys.keys())
 
 
 def preset_folder() -> Traversable:

@@ -6,10 +6,11 @@ subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate`
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
-from pydantic import ValidationInfo, model_validator
+from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
@@ -18,10 +19,12 @@ from quadstep.flight.loop import Loop
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.guidance.reference import Reference
+from quadstep.mission.check import explained
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import with_usual_rates
-from quadstep.mission.fields import Name, Section
+from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.tune import TuneSection
@@ -46,7 +49,25 @@ class Built(NamedTuple):
 
 
 class Mission(Section):
-    """What every mission has; the order of the keys is that of its subclass."""
+    """A flight as a user describes it: what flies, along which path, under which controller, in what conditions.
+
+    Every key of a mission file is an argument, every table of it a dict: `path` is needed, all else has a default. Lists,
+    tuples and NumPy arrays are taken alike; files are looked up from the working directory. Units are SI, angles in radians;
+    positions are in the world's frame, z up. `quadstep new` writes a file with every key explained.
+
+    `Mission(...)` gives the mission of the plant that `vehicle` asks for: the paper's (`LagrangeMission`), or with a preset,
+    file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
+    which key is wrong, and what is allowed.
+
+    >>> from quadstep import Mission
+    >>> circle = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 2.0, "period": 8.0}
+    >>> mission = Mission(vehicle={"preset": "x500"}, path=circle, controller={"type": "pid"})
+    >>> type(mission).__name__, mission.path.turns
+    ('MultirotorMission', 2.0)
+    >>> Mission(path={**circle, "radius": -2.0})
+    Traceback (most recent call last):
+    quadstep.errors.UserError: Mission: path.radius: should be greater than 0, not -2.0
+    """
 
     if TYPE_CHECKING:
         name: Name
@@ -103,12 +124,35 @@ class Mission(Section):
 
     @classmethod
     def model_validate(cls, obj: Any, **how: Any) -> Self:
-        """The checked mission of the plant that the vehicle names. Raises pydantic's ValidationError."""
+        """The checked mission of the plant that the vehicle names, from a dict of its keys. Raises UserError."""
         if cls is not Mission:
             return super().model_validate(obj, **how)
         kind: Any = kind_of(obj, (how.get("context") or {}).get("folder", Path()))
         found: Self = kind.model_validate(obj, **how)
         return found
+
+    @cached_property
+    def folder(self) -> Path:
+        """Where the files are that it names: beside the file it was read from, or the working directory.
+
+        No field, so that missions of the same keys are equal wherever they are from.
+        """
+        return Path()
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _checked(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission of a file, which comes with a folder and whose reader explains its errors; or one given in Python."""
+        if info.context is not None:
+            made = handler(content)
+            made.__dict__["folder"] = info.context["folder"]
+            return made
+        try:
+            return handler(plain(content))
+        except (ValidationError, UserError) as error:
+            given = content if isinstance(content, dict) else {}
+            misplaced = of_another_plant(given, cls)
+            raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
 
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
@@ -130,11 +174,18 @@ class Mission(Section):
                 raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
         return self
 
-    def plan(self, folder: Path = Path(), warn: bool = True) -> FlightPlan:
-        """The flight this mission describes. Files it names are looked up from `folder`. Raises UserError.
+    def plan(self, folder: Path | None = None, warn: bool = True) -> FlightPlan:
+        """The flight this mission describes, as laws and numbers. Raises UserError.
 
-        warn: whether to look for what speaks against it.
+        folder: where files that it names are looked up, if not where the mission's are. warn: whether to look for what speaks
+        against it.
+
+        >>> from quadstep import Mission
+        >>> plan = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}).plan()
+        >>> plan.ticks.last * plan.ticks.step, plan.parameters.vehicle.mass
+        (4.0, 1.0)
         """
+        folder = self.folder if folder is None else folder
         path, vehicle = self.path.build(folder), self.modelled
         built = self.build(path)
         controller = self.controller.build(vehicle, folder)

@@ -3,6 +3,15 @@
 Every law of the package is a pure function over numbers, and a number is anything that adds, multiplies and has a sine:
 a Python float, a NumPy array (a batch by broadcasting) or a lane (an instruction of a compiled program).
 This folder holds the functions, vectors and named structures that work for all of them.
+
+>>> from quadstep.numbers import clip, sqrt, vector
+>>> def pull(offset, most):
+...     return clip(2.0 * offset.norm(), 0.0, most)
+>>> pull(vector(3.0, 4.0), 8.0)
+8.0
+>>> import numpy as np
+>>> pull(vector(np.array([3.0, 0.3]), np.array([4.0, 0.4])), 8.0)
+array([8., 1.])
 """
 
 from quadstep.numbers.functions import (

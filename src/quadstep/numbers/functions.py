@@ -135,49 +135,92 @@ def foreign_functions(value: Any) -> Any:
 
 
 def sin(x: Number) -> Number:
-    """Sine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond."""
+    """Sine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond. The same to the bit on every engine.
+
+    >>> from quadstep.numbers import sin
+    >>> sin(0.5)
+    0.479425538604203
+    """
     result: Number = functions_of(x).sin(x)
     return result
 
 
 def cos(x: Number) -> Number:
-    """Cosine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond."""
+    """Cosine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond. The same to the bit on every engine.
+
+    >>> from quadstep.numbers import cos
+    >>> cos(0.0)
+    1.0
+    """
     result: Number = functions_of(x).cos(x)
     return result
 
 
 def exp(x: Number) -> Number:
-    """Exponential; infinite above 709.4 (f32: 88.3), zero below -708.7 (f32: -87.6)."""
+    """Exponential; infinite above 709.4 (f32: 88.3), zero below -708.7 (f32: -87.6).
+
+    >>> from quadstep.numbers import exp
+    >>> exp(0.0), exp(-800.0)
+    (1.0, 0.0)
+    """
     result: Number = functions_of(x).exp(x)
     return result
 
 
 def sigmoid(x: Number) -> Number:
-    """Logistic function 1 / (1 + exp(-x))."""
+    """Logistic function 1 / (1 + exp(-x)), the activation of the paper's nets.
+
+    >>> from quadstep.numbers import sigmoid
+    >>> sigmoid(0.0)
+    0.5
+    """
     result: Number = functions_of(x).sigmoid(x)
     return result
 
 
 def log(x: Number) -> Number:
-    """Natural logarithm; -inf at zero, NaN below. It stops falling below the smallest normal number."""
+    """Natural logarithm; -inf at zero, NaN below. It stops falling below the smallest normal number.
+
+    >>> from quadstep.numbers import log
+    >>> log(1.0), log(-1.0)
+    (0.0, nan)
+    """
     result: Number = functions_of(x).log(x)
     return result
 
 
 def sqrt(x: Number) -> Number:
-    """Square root; NaN below zero."""
+    """Square root; NaN below zero.
+
+    >>> from quadstep.numbers import sqrt
+    >>> sqrt(9.0), sqrt(-1.0)
+    (3.0, nan)
+    """
     result: Number = functions_of(x).sqrt(x)
     return result
 
 
 def atan2(y: Number, x: Number) -> Number:
-    """Angle of the point (x, y), in (-pi, pi] [rad]; zero at the origin."""
+    """Angle of the point (x, y), in (-pi, pi] [rad]; zero at the origin.
+
+    >>> from quadstep.numbers import atan2
+    >>> atan2(1.0, 0.0), atan2(0.0, 0.0)
+    (1.5707963267948966, 0.0)
+    """
     result: Number = functions_of(y, x).atan2(y, x)
     return result
 
 
 def where(condition: Condition, yes: Number, no: Number) -> Number:
-    """`yes` where the condition holds, else `no`. Both are computed."""
+    """`yes` where the condition holds, else `no`. Both are computed: this is how a law chooses, as it cannot use `if`.
+
+    >>> from quadstep.numbers import where
+    >>> where(2.0 > 1.0, 3.0, 4.0)
+    3.0
+    >>> import numpy as np
+    >>> where(np.array([0.5, 1.5]) > 1.0, 3.0, 4.0)
+    array([4., 3.])
+    """
     result: Number = functions_of(condition, yes, no).where(condition, yes, no)
     return result
 
@@ -195,12 +238,22 @@ def number(bits: Word) -> Number:
 
 
 def minimum(a: Number, b: Number) -> Number:
-    """The smaller of two numbers."""
+    """The smaller of two numbers.
+
+    >>> from quadstep.numbers import minimum
+    >>> minimum(2.0, 3.0)
+    2.0
+    """
     return where(a < b, a, b)
 
 
 def maximum(a: Number, b: Number) -> Number:
-    """The larger of two numbers."""
+    """The larger of two numbers.
+
+    >>> from quadstep.numbers import maximum
+    >>> maximum(2.0, 3.0)
+    3.0
+    """
     return where(a > b, a, b)
 
 
@@ -215,12 +268,22 @@ def largest(values: Iterable[Number]) -> Number:
 
 
 def clip(x: Number, low: Number, high: Number) -> Number:
-    """`x` held between `low` and `high`."""
+    """`x` held between `low` and `high`.
+
+    >>> from quadstep.numbers import clip
+    >>> clip(5.0, -1.0, 1.0)
+    1.0
+    """
     return minimum(maximum(x, low), high)
 
 
 def absolute(x: Number) -> Number:
-    """Magnitude."""
+    """Magnitude.
+
+    >>> from quadstep.numbers import absolute
+    >>> absolute(-2.0)
+    2.0
+    """
     return abs(x)
 
 

@@ -15,7 +15,14 @@ Summand = TypeVar("Summand", float, "Vector", "Matrix")
 
 
 def total(values: Iterable[Summand]) -> Summand:
-    """Sum of numbers, vectors or matrices, without a leading zero, in the order given."""
+    """Sum of numbers, vectors or matrices, without a leading zero, in the order given. Raises StopIteration for none.
+
+    Python's `sum` adds floats in another way from version 3.12 on, so laws use this.
+
+    >>> from quadstep.numbers import total, vector
+    >>> total([vector(1.0, 2.0), vector(3.0, 4.0)])
+    Vector([4.0, 6.0])
+    """
     iterator = iter(values)
     result = next(iterator)
     for value in iterator:
@@ -24,7 +31,15 @@ def total(values: Iterable[Summand]) -> Summand:
 
 
 class Vector:
-    """A column of numbers; `+`, `-`, `*` and `/` act entry by entry or with a scalar, `@` is the inner product."""
+    """A column of numbers; `+`, `-`, `*` and `/` act entry by entry or with a scalar, `@` is the inner product.
+
+    It unpacks and has an index like a tuple. Raises ValueError where lengths differ.
+
+    >>> from quadstep.numbers import Vector
+    >>> v = Vector([3.0, 4.0])
+    >>> 2.0 * v + v, v @ v, v.norm(), v[0]
+    (Vector([9.0, 12.0]), 25.0, 5.0, 3.0)
+    """
 
     __slots__ = ("entries",)
     __array_ufunc__ = None  # an array times a vector asks the vector, not NumPy
@@ -73,7 +88,13 @@ class Vector:
 
 
 class Matrix:
-    """Rows of numbers; `+`, `-` and scalar `*` act entry by entry, `@` is the matrix product."""
+    """Rows of numbers; `+`, `-` and scalar `*` act entry by entry, `@` multiplies by a matrix or vector, `.T` transposes.
+
+    >>> from quadstep.numbers import matrix, vector
+    >>> m = matrix((1.0, 2.0), (3.0, 4.0))
+    >>> m @ vector(1.0, 1.0), m.T[0, 1]
+    (Vector([3.0, 7.0]), 3.0)
+    """
 
     __slots__ = ("rows",)
     __array_ufunc__ = None
@@ -126,22 +147,42 @@ class Matrix:
 
 
 def vector(*entries: Number) -> Vector:
-    """The vector with these entries."""
+    """The vector with these entries.
+
+    >>> from quadstep.numbers import vector
+    >>> vector(0.0, 0.0, 9.81)
+    Vector([0.0, 0.0, 9.81])
+    """
     return Vector(entries)
 
 
 def matrix(*rows: Iterable[Number]) -> Matrix:
-    """The matrix with these rows."""
+    """The matrix with these rows.
+
+    >>> from quadstep.numbers import matrix
+    >>> matrix((1.0, 2.0), (3.0, 4.0))
+    Matrix([[1.0, 2.0], [3.0, 4.0]])
+    """
     return Matrix(Vector(row) for row in rows)
 
 
 def outer(a: Vector, b: Vector) -> Matrix:
-    """a b^T, shape (len(a), len(b))."""
+    """a b^T, shape (len(a), len(b)).
+
+    >>> from quadstep.numbers import outer, vector
+    >>> outer(vector(1.0, 2.0), vector(3.0, 4.0))
+    Matrix([[3.0, 4.0], [6.0, 8.0]])
+    """
     return Matrix(entry * b for entry in a)
 
 
 def solve_symmetric(m: Matrix, b: Vector) -> Vector:
-    """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would."""
+    """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would.
+
+    >>> from quadstep.numbers import matrix, solve_symmetric, vector
+    >>> solve_symmetric(matrix((2.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 8.0)), vector(2.0, 2.0, 2.0))
+    Vector([1.0, 0.5, 0.25])
+    """
     m11, m12, m13 = m.rows[0]
     _, m22, m23 = m.rows[1]
     m33 = m[2, 2]

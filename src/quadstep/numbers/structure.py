@@ -17,7 +17,15 @@ S = TypeVar("S")
 
 
 class Table:
-    """A row of constants that a law looks up by a computed index (knots of a path, coefficients of its pieces)."""
+    """A row of constants that a law looks up by a computed index (knots of a path, coefficients of its pieces).
+
+    An index beyond either end gives the entry there.
+
+    >>> from quadstep.numbers import Table
+    >>> table = Table([1.0, 4.0, 9.0])
+    >>> table.size, table.at(1.0), table.at(7.0)
+    (3, 4.0, 9.0)
+    """
 
     def __init__(self, values: Sequence[float] | NDArray[np.float64]) -> None:
         self.array = np.asarray(values, dtype=np.float64)
@@ -37,7 +45,12 @@ class Table:
 
 
 def flatten(structure: Any) -> list[Any]:
-    """The leaves of a structure (numbers and tables), depth first."""
+    """The leaves of a structure (numbers and tables), depth first.
+
+    >>> from quadstep.numbers import flatten, vector
+    >>> flatten((1.0, vector(2.0, 3.0)))
+    [1.0, 2.0, 3.0]
+    """
     if isinstance(structure, Vector):
         return list(structure.entries)
     if isinstance(structure, Matrix):
@@ -48,14 +61,24 @@ def flatten(structure: Any) -> list[Any]:
 
 
 def in_matrix(structure: Any) -> list[bool]:
-    """For each leaf, in the order of `flatten`, whether it is an entry of a matrix."""
+    """For each leaf, in the order of `flatten`, whether it is an entry of a matrix.
+
+    >>> from quadstep.numbers import in_matrix, matrix
+    >>> in_matrix((1.0, matrix((2.0, 3.0))))
+    [False, True, True]
+    """
     if isinstance(structure, tuple):
         return [answer for field in structure for answer in in_matrix(field)]
     return [isinstance(structure, Matrix)] * len(flatten(structure))
 
 
 def rebuild(like: S, leaves: Iterator[Any]) -> S:
-    """A structure shaped as `like`, filled from `leaves` in the order of `flatten`."""
+    """A structure shaped as `like`, filled from `leaves` in the order of `flatten`.
+
+    >>> from quadstep.numbers import rebuild, vector
+    >>> rebuild((0.0, vector(0.0, 0.0)), iter([1.0, 2.0, 3.0]))
+    (1.0, Vector([2.0, 3.0]))
+    """
     shape: Any = like
     result: Any
     if isinstance(shape, Vector):
@@ -71,7 +94,13 @@ def rebuild(like: S, leaves: Iterator[Any]) -> S:
 
 
 def leaf_names(structure: Any, prefix: str = "") -> list[str]:
-    """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`."""
+    """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`.
+
+    >>> from quadstep.guidance import StepParameters
+    >>> from quadstep.numbers import leaf_names, vector
+    >>> leaf_names(StepParameters(vector(0.0), vector(1.0), 2.0, 0.0))
+    ['start.0', 'end.0', 'time', 'yaw']
+    """
     if isinstance(structure, tuple):
         fields: Any = zip(getattr(structure, "_fields", range(len(structure))), structure, strict=True)
     elif isinstance(structure, Vector | Matrix):

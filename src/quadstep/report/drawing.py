@@ -1,7 +1,7 @@
 """A figure as a job for another process."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from quadstep.errors import UserError
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class FigureJob(NamedTuple):
@@ -34,3 +37,9 @@ class FigureJob(NamedTuple):
             raise
         except Exception as error:
             raise UserError(f"figure {self.name!r} cannot be drawn: {type(error).__name__}: {error}") from error
+
+    def picture(self) -> "Figure":
+        """It as a figure of Matplotlib, which belongs to no window."""
+        from quadstep.report.figures import picture  # noqa: PLC0415 (as above)
+
+        return picture(self.title, self.t, self.panels, self.columns, self.log_time)

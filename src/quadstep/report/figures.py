@@ -113,44 +113,55 @@ def save(
     sheet: Sheet | None = None,
     log_time: bool = False,
 ) -> None:
-    """Write `path` in the sheet's formats: panels over a shared time axis, filled column by column.
-
-    Margins are set in inches and the canvases print directly: automatic layout would draw each picture four times.
-    """
+    """Write `path` in the sheet's formats: canvases print directly, as automatic layout would draw each four times."""
     sheet = sheet or Sheet()
+    with drawing(sheet):
+        write(arranged(title, t, panels, columns, sheet, log_time), path, sheet)
+
+
+def picture(title: str, t: Numbers, panels: Sequence[Panel], columns: int = 1, log_time: bool = False) -> Figure:
+    """The same figure for who draws it with settings of their own: it keeps the looks that it has here."""
+    sheet = Sheet()
+    with drawing(sheet):
+        figure = arranged(title, t, panels, columns, sheet, log_time)
+        figure.draw_without_rendering()  # makes the ticks, which take their looks from the settings of that moment
+    return figure
+
+
+def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, sheet: Sheet, log_time: bool) -> Figure:
+    """Panels over a shared time axis, filled column by column, with margins in inches."""
     columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
     width = sheet.inches(3.2 + 3.6 * columns)
     height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows
-    with drawing(sheet):
-        figure = Figure(figsize=(width, height))
-        tight = sheet.width is not None
-        left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.85, 0.95, 0.68) if sheet.titled else (0.7, 0.78, 0.56)
-        across = (width - left - RIGHT - between * (columns - 1)) / columns
-        top = 0.55 if sheet.titled else 0.32
-        figure.subplots_adjust(
-            left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
-        )
-        grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
-        for axes, panel in zip(grid.T.flat, panels, strict=False):
-            draw(axes, t, panel, log_time)
-        for axes in grid.T.flat[len(panels) :]:
-            axes.set_visible(False)
-        for axes in grid.flat:
-            axes.yaxis.set_label_coords(-far / across, 0.5)
-        if log_time:
-            logarithmic_time(grid[0, 0], t)
-        shown = list(grid.T.flat[: len(panels)])
-        lowest = [*shown[rows - 1 :: rows], *shown[-1:]]
-        for axes in lowest:
-            axes.set_xlabel("time [s]")
-            axes.tick_params(labelbottom=True)
-            if not log_time:
-                axes.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
-                axes.xaxis.set_major_formatter(plain())
-        for axes in shown:
-            if axes not in lowest:
-                grid_alone(axes)
-        if sheet.titled:
-            figure.text(0.15 / width, 1.0 - 0.22 / height, title, fontsize=10)
-        write(figure, path, sheet)
+    figure = Figure(figsize=(width, height), dpi=sheet.dpi)
+    tight = sheet.width is not None
+    left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.85, 0.95, 0.68) if sheet.titled else (0.7, 0.78, 0.56)
+    across = (width - left - RIGHT - between * (columns - 1)) / columns
+    top = 0.55 if sheet.titled else 0.32
+    figure.subplots_adjust(
+        left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
+    )
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    for axes, panel in zip(grid.T.flat, panels, strict=False):
+        draw(axes, t, panel, log_time)
+    for axes in grid.T.flat[len(panels) :]:
+        axes.set_visible(False)
+    for axes in grid.flat:
+        axes.yaxis.set_label_coords(-far / across, 0.5)
+    if log_time:
+        logarithmic_time(grid[0, 0], t)
+    shown = list(grid.T.flat[: len(panels)])
+    lowest = [*shown[rows - 1 :: rows], *shown[-1:]]
+    for axes in lowest:
+        axes.set_xlabel("time [s]")
+        axes.tick_params(labelbottom=True)
+        if not log_time:
+            axes.xaxis.set_major_locator(MaxNLocator(8, steps=STEPS))
+            axes.xaxis.set_major_formatter(plain())
+    for axes in shown:
+        if axes not in lowest:
+            grid_alone(axes)
+    if sheet.titled:
+        figure.text(0.15 / width, 1.0 - 0.22 / height, title, fontsize=10)
+    return figure

@@ -1,0 +1,38 @@
+"""What is said of a table or a controller in a mission whose vehicle is of another kind."""
+
+from typing import TYPE_CHECKING, Any
+
+from quadstep.mission.check import sections, shorten, types
+from quadstep.mission.kinds import PAPER, REAL, kind
+
+if TYPE_CHECKING:
+    from quadstep.mission.schema import Mission
+
+NEEDS = {
+    REAL: (
+        'needs a real vehicle, and [vehicle] names none: give it preset = "x500" (`quadstep vehicles` lists the presets), '
+        'or file = "my.toml"'
+    ),
+    PAPER: "needs the paper's plant, and [vehicle] describes a real vehicle: leave out its preset, file, layout and rotor",
+}
+
+
+def of_another_plant(content: dict[str, Any], own: "type[Mission]") -> str:
+    """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
+    wrong = mistaken(content, own)
+    for other, needs in NEEDS.items() if wrong else ():
+        theirs = mistaken(content, kind(other))
+        misplaced = [key for key in wrong if key not in theirs]
+        if misplaced:
+            return f"{misplaced[0]} {needs}"
+    return ""
+
+
+def mistaken(content: dict[str, Any], model: "type[Mission]") -> list[str]:
+    """Tables that this kind of mission does not have, and the controller if it has none of its type."""
+    unknown = [f"[{key}]" for key in content if key not in model.model_fields]
+    named = content["controller"].get("type") if isinstance(content.get("controller"), dict) else None
+    allowed = [name for section in sections(model.model_fields["controller"].annotation) for name in types(section)]
+    if isinstance(named, str) and named not in allowed:
+        unknown.append(f"controller.type = {shorten(named)}")
+    return unknown

@@ -1,0 +1,35 @@
+"""The examples in the docstrings of the Python interface run as shown."""
+
+import doctest
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import quadstep
+
+FRONTS = ("quadstep.control", "quadstep.guidance", "quadstep.numbers")
+"""Packages whose names are public, beside `quadstep` itself."""
+
+MODULES = (
+    "quadstep", "quadstep.interface", "quadstep.errors", "quadstep.mission.schema", "quadstep.mission.read",
+    "quadstep.flight.engine", "quadstep.analysis.flight_metrics", "quadstep.analysis.airframe_metrics",
+    "quadstep.numbers.functions", "quadstep.numbers.linear", "quadstep.numbers.structure", "quadstep.guidance.reference",
+    "quadstep.guidance.minimum_jerk", "quadstep.guidance.orbit", "quadstep.guidance.step", "quadstep.guidance.piecewise",
+    "quadstep.guidance.spline", *FRONTS,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_run_as_shown(name, monkeypatch):
+    monkeypatch.chdir(Path(__file__).parent.parent)
+    assert doctest.testmod(import_module(name)).failed == 0
+
+
+def test_every_public_name_is_of_a_module_whose_examples_run_and_says_what_it_is():
+    for front in (quadstep, *map(import_module, FRONTS)):
+        for name in front.__all__:
+            one = getattr(front, name)
+            if callable(one) and one.__module__.startswith("quadstep.") and ".control." not in one.__module__:
+                assert one.__module__ in MODULES, name
+                assert one.__doc__, name
