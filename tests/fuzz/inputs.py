@@ -18,7 +18,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.mission.presets import preset_table
 from quadstep.mission.read import check_mission, plan_mission, read_mission
-from quadstep.mission.template import TEMPLATE, VEHICLE_TEMPLATE
+from quadstep.mission.template import template
 from quadstep.mission.vehicle_list import parameters, read_vehicle
 from tests.fuzz.mutate import mutated, scrambled, toml
 
@@ -88,7 +88,7 @@ class Missions(Written):
     """Read, planned, flown for three steps."""
 
     name = "missions"
-    texts = [*examples("path"), TEMPLATE, VEHICLE_TEMPLATE.replace("PRESET", "x500"), WARM, RECORDED, OWN]
+    texts = [*examples("path"), template(), template("x500"), WARM, RECORDED, OWN]
     contents = [tomllib.loads(text) for text in texts]
     contents += [with_defaults(content) for content in contents[:-1]]
 
