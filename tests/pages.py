@@ -107,3 +107,21 @@ def write_page(path, *flights):
     data = page_data("title", "", flights, (), (), laws)
     path.write_text(fill(STAND_IN, "title", data, laws.script()), encoding="utf-8")
     return path
+
+
+def value_of(term, parameters):
+    """A term of a condition on the page, worked out."""
+    if isinstance(term, int | float):
+        return term
+    if "name" in term:
+        return parameters[term["name"]]
+    first, *others = [value_of(part, parameters) for part in term["of"]]
+    for other in others:
+        first = {
+            "+": first + other,
+            "-": first - other,
+            "*": first * other,
+            "max": max(first, other),
+            "min": min(first, other),
+        }[term["op"]]
+    return first

@@ -32,8 +32,7 @@ from quadstep.page.sliders import sliders
 from quadstep.tuning.gains import gain as gain_of
 from quadstep.tuning.gains import tunable
 from quadstep.tuning.theorem import with_gains
-from tests.pages import needs_node, run_node
-from tests.test_page_controls import value_of
+from tests.pages import needs_node, run_node, value_of
 
 MODEL = Model(mass=2.0, inertia=vector(0.1, 0.2, 0.25), gravity=9.81, most_thrust=40.0, agility=0.5)
 ANY_LAW = [law for kind in BUILT_IN for law in controllers(kind).values()]

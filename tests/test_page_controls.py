@@ -13,7 +13,7 @@ from quadstep.page.conditions import page_conditions
 from quadstep.page.laws import widened
 from quadstep.page.sliders import plain_sliders
 from quadstep.study.cases import adaptive, nested
-from tests.pages import data_of, flown, fly_page, needs_node, write_page
+from tests.pages import data_of, flown, fly_page, needs_node, value_of, write_page
 
 LINE = {"type": "minimum-jerk", "end": [4.0, 1.0, 2.0], "duration": 6.0}
 CIRCLE = {"type": "circle", "centre": [1.0, 0.0, 5.0], "radius": 3.0, "period": 8.0, "clockwise": True}
@@ -201,23 +201,6 @@ def test_a_page_has_every_slider_the_issue_names(data):
     assert {"Lambda1", "K_r1", "K_i1", "Lambda2", "K_r2", "K_i2", "filter_frequency", "nets", "neurons", "F1", "F2", "kappa1",
             "kappa2", "believed_mass"} <= own  # fmt: skip
     assert len(flight["controllers"]) == 3
-
-
-def value_of(term, parameters):
-    if isinstance(term, int | float):
-        return term
-    if "name" in term:
-        return parameters[term["name"]]
-    first, *others = [value_of(part, parameters) for part in term["of"]]
-    for other in others:
-        first = {
-            "+": first + other,
-            "-": first - other,
-            "*": first * other,
-            "max": max(first, other),
-            "min": min(first, other),
-        }[term["op"]]
-    return first
 
 
 GAIN_SETS = {

@@ -12,6 +12,7 @@ from quadstep.control.model import Model
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
+from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import any_section, key_field, section_of
 from quadstep.mission.fields import Name, Positive, Section
@@ -142,13 +143,13 @@ def new_mission(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     return found
 
 
-def declared_kind(kind: str, folder: Path) -> type[Mission] | None:
-    """The mission of the plant that [vehicle] names by its `type`; None where it names none. Raises UserError."""
+def declared_kind(kind: str, folder: Path) -> type[Mission]:
+    """The mission of the plant that [vehicle] names by its `type`. Raises UserError."""
     if kind in PLANTS:
         return mission_of(PLANTS[kind], kind)
     found = place(kind)
     if found is None:
-        return None
+        raise UserError(f"vehicle.type: {shorten(kind)} is not known; allowed: {', '.join(PLANTS)}, or your own FILE.py:NAME")
     plant = load(found, folder)
     if not (isinstance(plant, type) and issubclass(plant, DeclaredPlant)):
         raise UserError(f"vehicle.type: {kind}: should be a subclass of quadstep.plants.declared.DeclaredPlant")

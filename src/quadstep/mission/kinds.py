@@ -24,8 +24,6 @@ def kind_of(content: Any, folder: Path = Path()) -> "type[Mission]":
     """The kind of mission whose vehicle this content describes. folder: of the mission. Raises UserError."""
     vehicle = content.get("vehicle") if isinstance(content, dict) else None
     if isinstance(vehicle, dict) and isinstance(vehicle.get("type"), str):
-        declared = import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
-        if declared is not None:
-            found: type[Mission] = declared
-            return found
+        found: type[Mission] = import_module("quadstep.mission.declared").declared_kind(vehicle["type"], folder)
+        return found
     return kind(REAL if is_airframe(vehicle) else PAPER)

@@ -27,6 +27,7 @@ from quadstep.mission.kinds import kind_of
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.rehearsal import rehearse
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
 from quadstep.sensing.suite import Suite
@@ -196,5 +197,7 @@ class Mission(Section):
             raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
+        if self.controller.own:
+            rehearse(self.controller.type, loop, parameters, start, built.periods["control"])
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))

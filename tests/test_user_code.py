@@ -1,0 +1,153 @@
+"""Python files of users: found, run by content and apart from each other, blamed by line."""
+
+import subprocess
+import sys
+
+import pytest
+
+from quadstep.errors import UserError
+from quadstep.user_code import loading
+from quadstep.user_code.loading import load
+from quadstep.user_code.places import Place, digest, place
+from tests.commands import quadstep, quadstep_process
+
+LAW = """
+from dataclasses import dataclass
+from typing import NamedTuple
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain
+from quadstep.numbers import Number, Vector, vector
+from helper import K
+class Gains(NamedTuple):
+    mass: Number = believed("mass")
+    k: Number = gain(K, "1/s^2", "position")
+@dataclass(frozen=True)
+class Hover(Controller):
+    name = "hover"
+    Gains = Gains
+    measures = Measured
+    def law(self, memory, measured, reference, gains, t, period):
+        up = 9.81 + gains.k * (reference.position[2] - measured.position[2]) - 2.0 * measured.velocity[2]
+        return Command(gains.mass * up, -0.5 * measured.rates), memory
+"""
+MISSION = """
+[vehicle]
+preset = "x500"
+[path]
+type = "step"
+start = [0.0, 0.0, 2.0]
+end = [0.0, 0.0, 2.0]
+time = 0.2
+duration = 1.0
+[controller]
+type = "law.py:Hover"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "law.py").write_text(LAW)
+    (tmp_path / "helper.py").write_text("K = 4.0\n")
+    (tmp_path / "mission.toml").write_text(MISSION)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("law.py:Hover", "law.py"), ("laws/my law.py:X", None), ("../law.py:Hover", "../law.py"), ("a.b.c:D", "a.b.c"),
+        ("Case 1: down", None), ("law.py", None), (":X", None), ("law.py:", None), ("law.py:a.b", None), (7, None),
+    ],
+)  # fmt: skip
+def test_what_names_a_thing_of_the_users(text, where):
+    found = place(text)
+    assert (found.where if found else None) == where
+
+
+def test_a_file_is_run_once_for_each_content(folder):
+    first = load(Place("law.py", "K"), folder)
+    assert (first, load(Place("law", "Hover"), folder)) == (4.0, load(Place("law.py", "Hover"), folder))
+    before = digest(Place("law.py", "Hover"), folder)
+    (folder / "helper.py").write_text("K = 5.0\n")
+    assert load(Place("law.py", "K"), folder) == 5.0
+    assert digest(Place("law.py", "Hover"), folder) != before
+    (folder / "unrelated.py").write_text("x = 1\n")
+    assert load(Place("law.py", "K"), folder) == 5.0
+
+
+def test_two_folders_have_their_own_helpers(folder, tmp_path_factory):
+    other = tmp_path_factory.mktemp("other")
+    (other / "law.py").write_text("def late():\n    import helper\n    return helper.K\n")
+    (other / "helper.py").write_text("K = 7.0\n")
+    assert load(Place("law.py", "late"), other)() == 7.0
+    assert load(Place("law.py", "K"), folder) == 4.0
+    assert "helper" not in sys.modules
+
+
+def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
+    assert load(Place("json.decoder", "JSONDecoder"), tmp_path).__name__ == "JSONDecoder"
+    assert digest(Place("json.decoder", "JSONDecoder"), tmp_path) == digest(Place("json", "x"), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("9.81 +", "1 / 0 +"), "law.py:17: ZeroDivisionError: division by zero; the line: up = 1 / 0 + gains.k"),
+        (("-0.5 * measured.rates", "0.0"), "law.py:Hover: Hover.law: should return a Command(thrust, torque, ...)"),
+        (("), memory", ")"), "law.py:Hover: Hover.law: should return a command and the memory, not Command("),
+        (("), memory", "), (1.0,)"), "law.py:Hover: Hover.law: should return a memory like that of start: nothing, not 0"),
+        (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
+        (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
+        (("class Hover(", "class Hover(("), "SyntaxError"),
+        (("measures = Measured", "measures = Gains"), "tells it a Gains; this one tells a Measured"),
+        (("    def law", "    def other"), "has no method `law`"),
+        ((", (K,", ""), ""),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_file_is_one_line(folder, change, said):
+    text = (folder / "law.py").read_text()
+    (folder / "law.py").write_text(text.replace(*change))
+    run = quadstep("fly", folder / "mission.toml", "--out", folder / "out", "--engine", "python")
+    if text.replace(*change) == text:
+        assert run.code == 0, run.err
+        return
+    assert run.refused, run
+    assert said in run.err
+    assert not (folder / "out").exists()
+
+
+def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, monkeypatch):
+    run = quadstep_process("fly", "mission.toml", "--out", "out", cwd=folder)
+    assert run.returncode == 0, run.stderr
+    run = quadstep_process("fly", "mission.toml", "--no-user-code", "--out", "two", cwd=folder)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert "code of users is not run: --no-user-code was given" in run.stderr
+    monkeypatch.setattr(loading, "refused", "here")
+    with pytest.raises(UserError, match="is not run: here"):
+        load(Place("law.py", "K"), folder)
+
+
+def test_the_traceback_is_for_who_asks(folder):
+    text = (folder / "law.py").read_text()
+    (folder / "law.py").write_text(text.replace("9.81", "1 / 0"))
+    command = [sys.executable, "-m", "quadstep.cli", "fly", "mission.toml", "--traceback"]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert run.returncode != 0
+    assert "Traceback (most recent call last)" in run.stderr
+    assert "ZeroDivisionError" in run.stderr
+
+
+def test_a_function_is_a_controller(folder):
+    (folder / "law.py").write_text(
+        "def hover(t, measured, reference):\n"
+        "    up = 9.81 + 4.0 * (reference.position[2] - measured.position[2]) - 2.0 * measured.velocity[2]\n"
+        "    return 2.0 * up, -0.5 * measured.rates\n"
+    )
+    mission = folder / "mission.toml"
+    mission.write_text(MISSION.replace("law.py:Hover", "law.py:hover"))
+    run = quadstep("fly", mission, "--out", folder / "out")
+    assert run.code == 0, run.err
+    (folder / "law.py").write_text("def hover(t, measured, reference):\n    raise ValueError('no idea')\n")
+    run = quadstep("fly", mission, "--out", folder / "out", "--overwrite")
+    assert run.refused
+    assert "law.py:2: ValueError: no idea" in run.err
