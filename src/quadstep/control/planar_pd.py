@@ -28,6 +28,7 @@ class PlanarPd(Controller):
 
     name: ClassVar = "planar-pd"
     label: ClassVar = "cascaded PD"
+    source: ClassVar = "textbook"
     Gains: ClassVar = PlanarPdGains
     measures: ClassVar = PlanarState
 
