@@ -29,9 +29,11 @@ from quadstep.mission.read import check_mission
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector
 from quadstep.page.conditions import OPERATIONS, page_conditions
 from quadstep.page.sliders import sliders
+from quadstep.plants.planar import PlanarState
 from quadstep.tuning.gains import gain as gain_of
 from quadstep.tuning.gains import tunable
 from quadstep.tuning.theorem import with_gains
+from quadstep.vehicle.state import State
 from tests.pages import needs_node, run_node, value_of
 
 MODEL = Model(mass=2.0, inertia=vector(0.1, 0.2, 0.25), gravity=9.81, most_thrust=40.0, agility=0.5)
