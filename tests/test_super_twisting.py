@@ -80,7 +80,7 @@ def test_it_is_mapped_tuned_and_flown_as_tuned(folder):
     done("envelope", mission, "--x", "controller.k_1=3:6:2", "--y", "controller.slope=1:2:2", "--flights", "4",
          "--out", folder / "map")  # fmt: skip
     assert (folder / "map" / "envelope.png").exists()
-    done("tune", mission, "--budget", "160", "--out", folder / "tuned")
+    done("tune", mission, "--budget", "480", "--out", folder / "tuned")
     assert (folder / "tuned" / "super_twisting.py").read_bytes() == (folder / "super_twisting.py").read_bytes()
     done("fly", folder / "tuned" / "tuned.toml", "--out", folder / "flown")
 
