@@ -27,6 +27,7 @@ LINE = "[path]\ntype = 'minimum-jerk'\nend = [1.0, 0.0, 0.5]\nduration = 1.0\n"
 RECORDED = "[path]\ntype = 'recorded'\nfile = 'recording.csv'\nsmoothing = 0.5\n"
 WARM = LINE + "[controller]\ntype = 'backstepping'\nnets = { neurons = 2, seed = 7, weights = 'weights.json' }\n"
 OWN = LINE + "[vehicle]\nfile = 'v.toml'\nmass = 0.03\n"
+PLANAR = LINE + "[vehicle]\ntype = 'planar'\nmass = 0.4\n[controller]\ntype = 'planar-pd'\nk_p = 5.0\n"
 GRID = "mission = 'mission.toml'\n[vary]\nvehicle.rotors.arm = { type = 'grid', low = 0.1, high = 0.4, count = 9 }\n"
 
 WEIGHTS = {"neurons": 2, "seed": 7, "W1": [[0.1, 0.2, 0.3]] * 2, "W2": [[0.0, 0.0, 1.0]] * 2}
@@ -42,7 +43,7 @@ def examples(has: str) -> list[str]:
 
 def with_defaults(content: dict[str, Any]) -> dict[str, Any]:
     """A mission with every key that it may have, but for those that name files."""
-    said: dict[str, Any] = json.loads(check_mission(content, "good").model_dump_json(exclude_none=True))
+    said: dict[str, Any] = json.loads(check_mission(content, "good", EXAMPLES).model_dump_json(exclude_none=True))
     return said
 
 
@@ -52,7 +53,7 @@ def beside(folder: Path) -> None:
     (folder / "recording.csv").write_text(RECORDING, encoding="utf-8")
     (folder / "weights.json").write_text(json.dumps(WEIGHTS), encoding="utf-8")
     (folder / "mission.toml").write_text(LINE, encoding="utf-8")
-    for name in EXAMPLES.glob("*.toml"):
+    for name in [*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("super_twisting.py")]:
         (folder / name.name).write_bytes(name.read_bytes())
 
 
@@ -88,7 +89,7 @@ class Missions(Written):
     """Read, planned, flown for three steps."""
 
     name = "missions"
-    texts = [*examples("path"), template(), template("x500"), WARM, RECORDED, OWN]
+    texts = [*examples("path"), template(), template("x500"), WARM, RECORDED, PLANAR, OWN]
     contents = [tomllib.loads(text) for text in texts]
     contents += [with_defaults(content) for content in contents[:-1]]
 
