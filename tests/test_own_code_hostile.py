@@ -5,11 +5,17 @@ import os
 import subprocess
 import sys
 import textwrap
+from importlib.metadata import EntryPoint
 
 import pytest
 
 from quadstep import read_mission
+from quadstep.campaign.schema import digests
+from quadstep.control.opaque import opaque_law
 from quadstep.errors import UserError
+from quadstep.mission import own_controller
+from quadstep.tuning.ground import asked
+from quadstep.tuning.run import named_files
 from quadstep.user_code.blame import blamed, said_of
 from quadstep.user_code.places import place
 
@@ -60,7 +66,7 @@ def law(gain="k: Number = gain(1.0, '1/s', 'damping')", more="pass", start="retu
     text = LAW
     for spot, code in (("    GAIN", gain), ("    MORE", more), ("        START", start), ("        LAW", law)):
         space = spot[: len(spot) - len(spot.lstrip())]
-        text = text.respot(spot, textwrap.indent(textwrap.dedent(code), space))
+        text = text.replace(spot, textwrap.indent(textwrap.dedent(code), space))
     return text
 
 
@@ -185,3 +191,46 @@ def test_what_user_code_prints_is_no_result(tmp_path):
     assert run.returncode == 0
     assert json.loads(run.stdout)["name"] == "Hover"
     assert "noise" in run.stderr
+
+
+def test_a_function_makes_flights_alike(tmp_path):
+    path = mission(tmp_path, "def controller(t, measured, reference):\n    return 20.0, (0.0, 0.0, 0.0)", "law.py:controller")
+    assert read_mission(path).plan().loop == read_mission(path).plan().loop
+
+
+class Unhashable(list):
+    """May be called all the same."""
+
+    def __call__(self, t, measured, reference):
+        return 20.0, (0.0, 0.0, 0.0)
+
+
+def test_a_callable_need_not_be_hashable():
+    law = opaque_law(Unhashable(), "own")
+    assert law().prepare(None, None) == law().prepare(None, None)
+
+
+def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
+    path = mission(tmp_path, law())
+    path.write_text(path.read_text().replace('"Hover"', '"Case:one"') + "[tune.gains]\n'controller.k' = {}")
+    assert named_files(asked(path)) == (["law.py"], [])
+
+
+@pytest.fixture
+def entry_point(monkeypatch):
+    """An installed entry point `hovering`, whose module is the standard library's json."""
+    found = EntryPoint("hovering", "json:dumps", own_controller.GROUP)
+    monkeypatch.setattr(own_controller, "entry_points", lambda **_: [found])
+
+
+@pytest.mark.usefixtures("entry_point")
+def test_an_entry_point_is_no_file_beside_the_mission(tmp_path):
+    path = mission(tmp_path, law(), "hovering")
+    (tmp_path / "json.py").write_text("1 / 0")
+    assert read_mission(path).controller.controller.name == "dumps"
+
+
+@pytest.mark.usefixtures("entry_point")
+def test_an_entry_point_is_part_of_an_identity(tmp_path):
+    assert len(digests({"controller": {"type": "hovering"}}, tmp_path)) == 1
+    assert digests({"controller": {"type": "pid"}}, tmp_path) == []

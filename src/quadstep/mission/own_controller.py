@@ -113,10 +113,14 @@ def check_gain(one: Gain) -> None:
 
 
 def installed(kind: str) -> Place | None:
-    """The entry point of this name."""
-    for one in entry_points(group=GROUP, name=kind):
-        return place(one.value)
-    return None
+    """The entry point of this name: installed code, whatever is beside the mission."""
+    return all_installed().get(kind)
+
+
+def all_installed() -> dict[str, Place]:
+    """The entry points by name."""
+    found = {one.name: place(one.value) for one in entry_points(group=GROUP)}
+    return {name: one._replace(entry=True) for name, one in found.items() if one}
 
 
 def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:

@@ -21,10 +21,11 @@ MOST_FILES = 2000
 
 
 class Place(NamedTuple):
-    """where: a file or a module. name: of the class or function in it."""
+    """where: a file or a module. name: of the class or function in it. entry: whether an installed entry point says so."""
 
     where: str
     name: str
+    entry: bool = False
 
     @property
     def text(self) -> str:
@@ -36,7 +37,7 @@ class Place(NamedTuple):
         if self.where.endswith(".py"):
             return resolved(folder / self.where)
         beside = folder.joinpath(*self.where.split(".")).with_suffix(".py")
-        if files.is_file(beside):
+        if files.is_file(beside) and not self.entry:
             return resolved(beside)
         if PathFinder.find_spec(self.where.partition(".")[0]) is None:
             raise UserError(
