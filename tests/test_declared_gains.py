@@ -147,7 +147,7 @@ def test_keys_are_checked_as_declared(keys, said):
 
 
 def test_quadstep_new_writes_every_key_with_its_default_unit_and_meaning():
-    lines = "\n".join(controller_lines(Sliding, MODEL, ["pid"]))
+    lines = "\n".join(controller_lines(section_of(Sliding), MODEL, ["pid"]))
     assert 'type = "sliding"' in lines
     assert "sliding mode; or pid" in lines
     assert "# k_v = [0.75, 1.0, 1.25]" in lines
