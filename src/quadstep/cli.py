@@ -28,7 +28,7 @@ from quadstep.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
 from quadstep.report.writable import provide_writable
 from quadstep.terminal.screen import complain, say, width
 from quadstep.terminal.streams import OutputError, prepare_streams
-from quadstep.user_code.blame import blamed, user_error
+from quadstep.user_code.blame import NAMED, blamed, print_whole, user_error
 from quadstep.user_code.loading import refuse
 
 HELP_WIDTHS = 50, 100
@@ -94,6 +94,8 @@ def everywhere(arguments: list[str]) -> list[str]:
     end = arguments.index("--") if "--" in arguments else len(arguments)
     if OWN_CODE in arguments[:end]:
         refuse(f"{OWN_CODE} was given")
+    if TRACEBACK in arguments[:end]:
+        print_whole()
     return [one for one in arguments[:end] if one not in (OWN_CODE, TRACEBACK)] + arguments[end:]
 
 
@@ -126,9 +128,7 @@ def run() -> int | None:
             prog_name="quadstep",
             terminal_width=min(max(width(sys.stdout), HELP_WIDTHS[0]), HELP_WIDTHS[1]),
         )
-    except (Exception, KeyboardInterrupt) as error:
-        if TRACEBACK in sys.argv and blamed(error):
-            raise
+    except BaseException as error:
         text, code = explained(error)
         complain(text)
         return code
@@ -150,9 +150,15 @@ def explained(error: BaseException) -> tuple[str, int]:
             return f"error: {error.format_message()} (see quadstep --help)", BAD_INPUT
         case BrokenProcessPool():
             return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
-        case _ if blamed(error):
-            return f"error: {user_error(error)} ({TRACEBACK} prints all of it)", BAD_INPUT
+        case _ if theirs(error):
+            return f"error: {user_error(error, ', '.join(sorted(NAMED)))} ({TRACEBACK} prints all of it)", BAD_INPUT
     raise error
+
+
+def theirs(error: BaseException) -> bool:
+    """Whether an error came from code of the user's, or from what that gave."""
+    known = (UserError, InterruptedRun, typer.Abort, TyperException, BrokenProcessPool, OutputError)
+    return blamed(error) is not None or (bool(NAMED) and isinstance(error, Exception) and not isinstance(error, known))
 
 
 if __name__ == "__main__":

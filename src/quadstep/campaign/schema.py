@@ -18,6 +18,7 @@ from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
+from quadstep.mission.own_controller import all_installed
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.user_code.places import digest, place
@@ -149,9 +150,9 @@ class Campaign(NamedTuple):
 
 def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
     """A digest of each file that some string in parsed TOML names, and of those that these name or import in turn."""
-    found = []
+    found, installed = [], all_installed()
     for name in sorted(set(strings(content))):
-        own = place(name)
+        own = place(name) or installed.get(name)
         if own:
             with contextlib.suppress(UserError):  # nothing of the user's, or flying will say so
                 found.append(digest(own, folder))

@@ -100,15 +100,31 @@ class Opaque(Law):
         return Command(thrust, Vector(torque)), memory
 
 
+LAWS: dict[tuple[int, str], type[Law]] = {}
+"""By the callable's id, for it need not be hashable, and name."""
+
+
 def opaque_law(function: Controller, name: str) -> type[Law]:
-    """A controller that asks this callable, for missions. It has no gains; what it remembers, all flights share."""
+    """A controller that asks this callable, for missions: the same class each time, so that flights are alike.
+
+    It has no gains; what it remembers, all flights share.
+    """
+    key = id(function), name
+    if key not in LAWS:
+        LAWS[key] = new_opaque_law(function, name)
+    return LAWS[key]
+
+
+def new_opaque_law(function: Controller, name: str) -> type[Law]:
+    """The same, made. It is never released."""
+    handle = cache(lambda: register(friendly(function)))
 
     class Own(Opaque):
         Gains = NoGains
 
         def prepare(self, gains: NoGains, model: Model) -> OpaqueGains:
             """The callable's handle."""
-            return OpaqueGains(float(handle_of(function)))
+            return OpaqueGains(float(handle()))
 
         def landed(self, gains: OpaqueGains) -> None:
             """Raises what the callable raised."""
@@ -116,12 +132,6 @@ def opaque_law(function: Controller, name: str) -> type[Law]:
 
     Own.name = Own.label = Own.__name__ = name
     return Own
-
-
-@cache
-def handle_of(function: Controller) -> int:
-    """Of a callable that is never released."""
-    return register(friendly(function))
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:

@@ -2,8 +2,11 @@
 
 import contextlib
 import inspect
+import math
+import re
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +14,24 @@ from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from quadstep.control.controller import Controller
+from quadstep.control.gain import Gain, declared
 from quadstep.control.opaque import opaque_law
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.user_code.blame import blamed, user_error
 from quadstep.user_code.loading import load
 from quadstep.user_code.places import Place, place
 
 GROUP = "quadstep.controllers"
 """Of the entry points by which installed packages bring controllers."""
+
+KEY = re.compile(r"[^\W_]\w*")
+"""Of a gain."""
+
+RESERVED = ("type", "nets")
+"""Keys of every controller's table."""
 
 
 def law_named(kind: str, measures: type, folder: Path) -> type[Controller] | None:
@@ -45,8 +56,11 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
             f"{kind}: is written for a vehicle that tells it a {law.measures.__name__}; this one tells a {measures.__name__}"
         )
     try:
+        check_declared(law)
         return section_of(law, kind)
-    except TypeError as error:  # in a declaration
+    except Exception as error:
+        if blamed(error):
+            raise user_error(error) from error
         raise UserError(f"{kind}: {error}") from error
 
 
@@ -63,11 +77,50 @@ def as_controller(thing: Any, found: Place) -> type[Controller]:
     raise UserError(f"{found.text}: should be a subclass of quadstep.control.controller.Controller, or a function")
 
 
+def check_declared(law: type[Controller]) -> None:
+    """Refuses declarations that no table can be made of. Raises TypeError or ValueError."""
+    if not hasattr(law.Gains, "_fields"):
+        raise TypeError(f"Gains: should be a NamedTuple, not {law.Gains!r:.60}")
+    for what, known in (("rates", Controller.rates), ("defaults", declared(law.Gains))):
+        unknown = [name for name in getattr(law, what) if name not in known]
+        if unknown:
+            raise ValueError(f"{what}: {unknown[0]} is not known; allowed: {', '.join(known) or 'none'}")
+    for one in law.declarations().values():
+        if isinstance(one, Gain):
+            check_gain(one)
+
+
+def check_gain(one: Gain) -> None:
+    """Refuses a gain that no key can be made of. Raises TypeError or ValueError."""
+    if not all(isinstance(text, str) for text in (one.key, one.unit, one.meaning, one.symbol)):
+        raise TypeError(f"{one.key}: its key, unit, meaning and symbol should be text")
+    if not KEY.fullmatch(one.key) or one.key in RESERVED:
+        raise ValueError(f"a gain cannot have the key {one.key!r:.60}; give it another by key=...")
+    if one.default is None:
+        raise ValueError(f"{one.key}: its default should be a number, or follow from the vehicle")
+    if one.scale not in (None, "log", "linear"):
+        raise ValueError(f"{one.key}: scale should be 'log' or 'linear', not {one.scale!r:.60}")
+    if one.low is not None and one.high is not None and not one.low < one.high:
+        raise ValueError(f"{one.key}: low = {one.low:g} must be below high = {one.high:g}")
+    if one.fixed is None:
+        return
+    values = one.fixed if one.parts else (one.fixed,)
+    if len(values) != (len(one.parts) or 1):
+        raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
+    for value in values:
+        if not isinstance(value, Real) or not math.isfinite(value) or value < 0.0:
+            raise ValueError(f"{one.key}: its default should be made of finite numbers of at least 0, not {value!r:.60}")
+
+
 def installed(kind: str) -> Place | None:
-    """The entry point of this name."""
-    for one in entry_points(group=GROUP, name=kind):
-        return place(one.value)
-    return None
+    """The entry point of this name: installed code, whatever is beside the mission."""
+    return all_installed().get(kind)
+
+
+def all_installed() -> dict[str, Place]:
+    """The entry points by name."""
+    found = {one.name: place(one.value) for one in entry_points(group=GROUP)}
+    return {name: one._replace(entry=True) for name, one in found.items() if one}
 
 
 def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:

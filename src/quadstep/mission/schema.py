@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
+from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
 from quadstep.mission.check import explained
 from quadstep.mission.clock import ClockSection
@@ -27,7 +29,6 @@ from quadstep.mission.kinds import kind_of
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.paths import AnyPath, BuiltPath
-from quadstep.mission.rehearsal import rehearse
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
 from quadstep.sensing.suite import Suite
@@ -197,7 +198,14 @@ class Mission(Section):
             raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
-        if self.controller.own:
-            rehearse(self.controller.type, loop, parameters, start, built.periods["control"])
+        if warn and self.controller.own:
+            self.try_controller(loop, parameters, start, ticks)
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
+
+    def try_controller(self, loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
+        """One sample of a controller of the user's own. Raises UserError naming it."""
+        try:
+            try_out(loop, parameters, start, ticks)
+        except UserError as error:
+            raise UserError(f"controller: {self.controller.type}: {error}") from None

@@ -1,5 +1,6 @@
 """`quadstep tune`: from a mission to one with better gains."""
 
+import contextlib
 import hashlib
 import json
 import math
@@ -106,8 +107,12 @@ def named_files(wanted: Asked) -> tuple[list[str], list[str]]:
 def own_files(wanted: Asked) -> set[str]:
     """The Python files beside a mission that it names or that these import, from its folder."""
     folder = wanted.path.parent
-    named = [own.file(folder) for text in strings(wanted.content) if (own := place(text))]
-    return {os.path.relpath(one, folder.resolve()) for path in named if path for one in sources(path)}
+    found: set[str] = set()
+    for own in filter(None, map(place, strings(wanted.content))):
+        with contextlib.suppress(UserError):  # only a text that looks like one: the mission has been checked
+            path = own.file(folder)
+            found |= {os.path.relpath(one, folder.resolve()) for one in (sources(path) if path else ())}
+    return found
 
 
 def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[str]:

@@ -1,6 +1,7 @@
 """Running the user's files: each once for each content, apart from all others."""
 
 import builtins
+import contextlib
 import hashlib
 import importlib
 import sys
@@ -10,8 +11,8 @@ from types import ModuleType
 from typing import Any
 
 from quadstep.errors import UserError
-from quadstep.user_code.blame import FILES, user_error
-from quadstep.user_code.places import Place, sibling, sources
+from quadstep.user_code.blame import FILES, NAMED, user_error
+from quadstep.user_code.places import Place, package, sibling, sources
 
 PREFIX = "quadstep_user_"
 """How the modules of users are called in sys.modules, followed by a digest."""
@@ -32,12 +33,16 @@ def load(found: Place, folder: Path) -> Any:
     if refused:
         raise UserError(f"{found.text}: code of users is not run: {refused}")
     path = found.file(folder)
+    NAMED.add(found.text)
+    if path is None:
+        with contextlib.suppress(UserError):  # too many files
+            FILES.update(map(str, package(found.where.partition(".")[0])))
     try:
         module = family_of(path).module(path) if path else importlib.import_module(found.where)
-    except UserError:
+    except (UserError, KeyboardInterrupt):
         raise
-    except Exception as error:
-        raise user_error(error, found.text) from error
+    except BaseException as error:  # SystemExit too
+        raise user_error(error, str(path or found.text)) from error
     if not hasattr(module, found.name):
         known = [name for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__]
         raise UserError(f"{path or found.where}: has no {found.name!r}; it defines {', '.join(known) or 'nothing'}")
@@ -57,7 +62,7 @@ class Family:
             return sys.modules[name]
         module = ModuleType(name)
         module.__file__ = str(path)
-        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import}
+        module.__dict__["__builtins__"] = {**vars(builtins), "__import__": self.own_import, "print": said}
         sys.modules[name] = module
         FILES.add(str(path))
         try:
@@ -75,6 +80,11 @@ class Family:
         if path is None or path not in self.contents:
             return builtins.__import__(name, spaces, locally, fromlist or (), level)
         return self.module(path)
+
+
+def said(*values: object, file: Any = None, **how: Any) -> None:
+    """What `print` does in these files: standard output is for results."""
+    print(*values, file=file or sys.stderr, **how)
 
 
 def family_of(path: Path) -> Family:

@@ -15,16 +15,17 @@ from typing import NamedTuple
 from quadstep import files
 from quadstep.errors import UserError
 
-WRITTEN = re.compile(r"(?P<where>[^:\s]+\.py|[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>[A-Za-z_]\w*)")
+WRITTEN = re.compile(r"(?P<where>[^:\n]+\.py|[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>[A-Za-z_]\w*)")
 MOST_FILES = 2000
 """Of an installed package."""
 
 
 class Place(NamedTuple):
-    """where: a file or a module. name: of the class or function in it."""
+    """where: a file or a module. name: of the class or function in it. entry: whether an installed entry point says so."""
 
     where: str
     name: str
+    entry: bool = False
 
     @property
     def text(self) -> str:
@@ -34,15 +35,23 @@ class Place(NamedTuple):
     def file(self, folder: Path) -> Path | None:
         """The file, if it is one beside the mission; None for an installed module. Raises UserError if there is neither."""
         if self.where.endswith(".py"):
-            return (folder / self.where).resolve()
+            return resolved(folder / self.where)
         beside = folder.joinpath(*self.where.split(".")).with_suffix(".py")
-        if files.is_file(beside):
-            return beside.resolve()
+        if files.is_file(beside) and not self.entry:
+            return resolved(beside)
         if PathFinder.find_spec(self.where.partition(".")[0]) is None:
             raise UserError(
                 f"{self.text}: there is no {beside.name} in {beside.parent}, and no module {self.where} is installed"
             )
         return None
+
+
+def resolved(path: Path) -> Path:
+    """The file itself, wherever links lead. Raises UserError."""
+    try:
+        return path.resolve()
+    except (OSError, ValueError, RuntimeError):  # too long, NUL, links in a circle
+        raise UserError(f"{path}: cannot be read: no file can have this name") from None
 
 
 def place(text: object) -> Place | None:

@@ -1,0 +1,68 @@
+"""Whether a controller of the user's gives what a flight needs: one sample of it on floats, before anything is compiled."""
+
+from typing import Any
+
+import numpy as np
+
+from quadstep.control.opaque import Opaque
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.eager import always
+from quadstep.flight.loop import Loop
+from quadstep.numbers import Table, flatten, leaf_names
+
+NUMBERS = float, int, np.floating, np.integer
+MADE_OF = "numbers, vectors and tuples of them"
+
+
+def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
+    """One sample of the loop's controller. Raises UserError where it gives anything of another kind than it should.
+
+    One that is any Python function is not asked: it may remember.
+    """
+    law, gains = loop.controller, parameters.gains
+    if isinstance(law, Opaque):
+        return
+    check_numbers(gains, "its gains")
+    cycle = loop.start(start, parameters)
+    check_numbers(cycle.memory, "start: the memory")
+    periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
+    given, memory = (loop.told(cycle), loop.path.reference(0.0, parameters.path), gains, 0.0), cycle.memory
+    if loop.guided:
+        memory = always(law.guide)(memory, *given, periods["guidance"])
+        check_same(memory, cycle.memory, "guide: the memory")
+    answer: Any = always(law.law)(memory, *given, periods["control"])
+    wanted = type(cycle.command).__name__
+    if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], type(cycle.command)):
+        raise UserError(f"law: should return a {wanted} and the memory; it returns {named(answer)}")
+    check_same(answer[0], cycle.command, f"law: the {wanted}")
+    check_same(answer[1], cycle.memory, "law: the memory")
+
+
+def named(answer: Any) -> str:
+    """What something is, a tuple entry by entry."""
+    if type(answer) is tuple and answer:
+        return f"a tuple of {', '.join(type(one).__name__ for one in answer)}"
+    return type(answer).__name__
+
+
+def check_numbers(structure: Any, what: str) -> None:
+    """Refuses what is not made of numbers. Raises UserError."""
+    for leaf, name in zip(flatten(structure), leaf_names(structure), strict=True):
+        if not isinstance(leaf, (*NUMBERS, Table)):
+            inside = f"{name} is" if name else "it is"
+            raise UserError(f"{what}: should be made of {MADE_OF}; {inside} a {type(leaf).__name__}")
+
+
+def check_same(structure: Any, first: Any, what: str) -> None:
+    """Refuses what is not made of the same numbers as the first. Raises UserError."""
+    check_numbers(structure, what)
+    now, then = leaf_names(structure), leaf_names(first)
+    if now != then:
+        missing, new = ", ".join(set_aside(then, now)), ", ".join(set_aside(now, then))
+        raise UserError(f"{what}: should keep the shape that it has at the start; missing: {missing}; new: {new}")
+
+
+def set_aside(names: list[str], others: list[str]) -> list[str]:
+    """Those that are not among the others."""
+    return [name or "a number" for name in names if name not in others] or ["none"]

@@ -1,0 +1,236 @@
+"""Code of users that is wrong in every way: one line that names it, and nothing else."""
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from quadstep import read_mission
+from quadstep.campaign.schema import digests
+from quadstep.control.opaque import opaque_law
+from quadstep.errors import UserError
+from quadstep.mission import own_controller
+from quadstep.tuning.ground import asked
+from quadstep.tuning.run import named_files
+from quadstep.user_code.blame import blamed, said_of
+from quadstep.user_code.places import place
+
+LAW = """
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Condition, Controller
+from quadstep.control.gain import believed, gain, given
+from quadstep.numbers import Number, Vector, vector
+
+class Gains(NamedTuple):
+    mass: Number = believed("mass")
+    gravity: Number = given(lambda model: model.gravity)
+    GAIN
+
+@dataclass(frozen=True)
+class Hover(Controller):
+    name = "hover"
+    Gains = Gains
+    MORE
+
+    def start(self, measured, gains):
+        START
+
+    def law(self, memory, measured, reference, gains, t, period):
+        torque = -0.001 * measured.rates
+        LAW
+"""
+MISSION = """
+name = "Hover"
+[vehicle]
+preset = "x500"
+[path]
+type = "minimum-jerk"
+start = [0.0, 0.0, 5.0]
+end = [0.1, 0.0, 5.0]
+duration = 0.1
+[controller]
+type = "law.py:Hover"
+"""
+WELL = "return Command(gains.mass * gains.gravity, torque), memory"
+
+
+def law(gain="k: Number = gain(1.0, '1/s', 'damping')", more="pass", start="return ()", law=WELL):
+    """The text of a law."""
+    text = LAW
+    for spot, code in (("    GAIN", gain), ("    MORE", more), ("        START", start), ("        LAW", law)):
+        space = spot[: len(spot) - len(spot.lstrip())]
+        text = text.replace(spot, textwrap.indent(textwrap.dedent(code), space))
+    return text
+
+
+def mission(folder, text, kind="law.py:Hover"):
+    """A mission file beside a law of this text."""
+    (folder / "law.py").write_bytes(text if isinstance(text, bytes) else text.encode())
+    path = folder / "hover.toml"
+    path.write_text(MISSION.replace("law.py:Hover", kind))
+    return path
+
+
+def command(folder, *arguments):
+    """What the command line does with them."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return subprocess.run(
+        [sys.executable, "-m", "quadstep.cli", *arguments],
+        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("law: should return a Command and the memory; it returns NoneType", {"law": "return None"}),
+        ("law: should return a Command and the memory; it returns Command", {"law": "return Command(1.0, torque)"}),
+        ("it returns a tuple of tuple, tuple", {"law": "return (1.0, torque), memory"}),
+        ("the Command: should be made of numbers", {"law": "return Command('a', torque), memory"}),
+        ("torque is a list", {"law": "return Command(1.0, [0.0, 0.0, 0.0]), memory"}),
+        ("missing: torque.2; new: none", {"law": "return Command(1.0, vector(0.0, 0.0)), memory"}),
+        ("law: the memory: should keep the shape", {"law": "return Command(1.0, torque), (1.0,)"}),
+        ("law: the memory: should be made of numbers", {"law": "return Command(1.0, torque), None"}),
+        ("start: the memory: should be made of numbers", {"start": "return {'a': 1.0}"}),
+        ("guide: the memory", {"more": "def guide(self, *given): pass"}),
+        ("its gains: should be made of numbers", {"more": "def prepare(self, gains, model): pass"}),
+        ("its gains: should be made of numbers", {"gain": "k: Number = given(lambda model: None)"}),
+        ("k: its default should be a number", {"gain": "k: Number = gain(None, '1', 'x')"}),
+        ("k: its default should be made of finite numbers", {"gain": "k: Number = gain('a', '1', 'x')"}),
+        ("k: its default should be made of finite numbers", {"gain": "k: Number = gain(math.nan, '1', 'x')"}),
+        ("k: its default should be made of finite numbers", {"gain": "k: Number = gain(-1.0, '1', 'x')"}),
+        ("k: its default should be one number, or 3", {"gain": "k: Vector = gain((1.0, 2.0), '1', 'x')"}),
+        ("key, unit, meaning and symbol should be text", {"gain": "k: Number = gain(1.0, None, None)"}),
+        ("cannot have the key 'type'", {"gain": "k: Number = gain(1.0, '1', 'x', key='type')"}),
+        ("cannot have the key 'a.b'", {"gain": "k: Number = gain(1.0, '1', 'x', key='a.b')"}),
+        ("low = 2 must be below high = 2", {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=2.0)"}),
+        ("scale should be 'log' or 'linear'", {"gain": "k: Number = gain(1.0, '1', 'x', scale='wrong')"}),
+        ("name 'Nope' is not defined", {"gain": "k: 'Nope' = gain(1.0, '1', 'x')"}),
+        ("Gains: should be a NamedTuple, not None", {"more": "Gains = None"}),
+        ("Gains: should be a NamedTuple", {"more": "Gains = {'k': 1.0}"}),
+        ("rates: lawx is not known; allowed: guide, law", {"more": "rates = {'lawx': 0.1}"}),
+        ("defaults: nope is not known; allowed: mass, gravity, k", {"more": "defaults = {'nope': 1.0}"}),
+    ],
+)
+def test_what_a_law_gives_or_declares_is_refused(tmp_path, said, changes):
+    with pytest.raises(UserError, match=r"law\.py") as error:
+        read_mission(mission(tmp_path, law(**changes))).plan()
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("import sys\nsys.exit()", "law.py:2: SystemExit; the line: sys.exit()"),
+        ("raise GeneratorExit('x')", "law.py:1: GeneratorExit: x"),
+        (b"x = 1\0", "law.py: SyntaxError"),
+        ("class E(Exception):\n    def __str__(self): raise ValueError('no')\nraise E", "law.py:3: E; the line: raise E"),
+    ],
+)
+def test_what_happens_at_import_is_one_line(tmp_path, text, said):
+    with pytest.raises(UserError) as error:
+        read_mission(mission(tmp_path, text))
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize("kind", ["la\\u0000w.py:Hover", f"{'a' * 5000}.py:Hover", f"{'a' * 5000}:Hover"])
+def test_names_that_no_file_can_have(tmp_path, kind):
+    with pytest.raises(UserError, match="controller"):
+        read_mission(mission(tmp_path, law(), kind))
+
+
+def test_names_with_spaces(tmp_path):
+    path = mission(tmp_path, law(), "my law é.py:Hover")
+    (tmp_path / "law.py").rename(tmp_path / "my law é.py")
+    assert read_mission(path).plan().ticks.last > 0
+    assert place("law.py:Hover\n") is None
+
+
+def test_an_error_of_the_user_is_told_from_others(tmp_path):
+    with pytest.raises(SystemExit) as error:
+        read_mission(mission(tmp_path, law(law="raise SystemExit"))).plan()
+    assert blamed(error.value)
+    assert said_of(error.value) == "SystemExit"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"law": "raise SystemExit"},
+        {"more": "def conditions(self, gains, model): return [Condition('abc', 1.0, 2.0, 'x')]"},
+        {"more": "def guide(self, memory): return memory"},
+    ],
+)
+def test_no_traceback_unless_it_is_asked_for(tmp_path, changes):
+    mission(tmp_path, law(**changes))
+    run = command(tmp_path, "fly", "hover.toml", "--out", "out")
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert "law.py" in run.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["hover.toml", "law.py"]
+
+
+def test_a_traceback_where_it_is_asked_for(tmp_path):
+    mission(tmp_path, "x = 1 / 0")
+    run = command(tmp_path, "fly", "hover.toml", "--out", "out", "--traceback")
+    assert run.returncode == 2
+    assert run.stderr.count("Traceback") == 1
+    assert run.stderr.splitlines()[-1].startswith("quadstep: error: hover.toml: controller: type: ")
+
+
+def test_what_user_code_prints_is_no_result(tmp_path):
+    mission(tmp_path, "print('noise')\n" + law(law=f"print('more')\n{WELL}"))
+    run = command(tmp_path, "fly", "hover.toml", "--out", "out", "--json")
+    assert run.returncode == 0
+    assert json.loads(run.stdout)["name"] == "Hover"
+    assert "noise" in run.stderr
+
+
+def test_a_function_makes_flights_alike(tmp_path):
+    path = mission(tmp_path, "def controller(t, measured, reference):\n    return 20.0, (0.0, 0.0, 0.0)", "law.py:controller")
+    assert read_mission(path).plan().loop == read_mission(path).plan().loop
+
+
+class Unhashable(list):
+    """May be called all the same."""
+
+    def __call__(self, t, measured, reference):
+        return 20.0, (0.0, 0.0, 0.0)
+
+
+def test_a_callable_need_not_be_hashable():
+    law = opaque_law(Unhashable(), "own")
+    assert law().prepare(None, None) == law().prepare(None, None)
+
+
+def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
+    path = mission(tmp_path, law())
+    path.write_text(path.read_text().replace('"Hover"', '"Case:one"') + "[tune.gains]\n'controller.k' = {}")
+    assert named_files(asked(path)) == (["law.py"], [])
+
+
+@pytest.fixture
+def entry_point(monkeypatch):
+    """An installed entry point `hovering`, whose module is the standard library's json."""
+    found = EntryPoint("hovering", "json:dumps", own_controller.GROUP)
+    monkeypatch.setattr(own_controller, "entry_points", lambda **_: [found])
+
+
+@pytest.mark.usefixtures("entry_point")
+def test_an_entry_point_is_no_file_beside_the_mission(tmp_path):
+    path = mission(tmp_path, law(), "hovering")
+    (tmp_path / "json.py").write_text("1 / 0")
+    assert read_mission(path).controller.controller.name == "dumps"
+
+
+@pytest.mark.usefixtures("entry_point")
+def test_an_entry_point_is_part_of_an_identity(tmp_path):
+    assert len(digests({"controller": {"type": "hovering"}}, tmp_path)) == 1
+    assert digests({"controller": {"type": "pid"}}, tmp_path) == []
