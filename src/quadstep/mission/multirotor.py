@@ -5,7 +5,6 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
-from quadstep.air.wind import MovingAir
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
@@ -13,7 +12,7 @@ from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
-from quadstep.mission.air import WindSection
+from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
@@ -69,7 +68,7 @@ class MultirotorMission(Mission):
     path: AnyPath
     controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
     start: AirframeStart = AirframeStart()
-    wind: WindSection = WindSection()
+    wind: AnyWind = WindSection()
     sensors: SensorsSection = SensorsSection()
     events: Annotated[tuple[AnyEvent, ...], BeforeValidator(as_tuple), Field(max_length=16)] = ()
     simulation: AirframeSimulation = AirframeSimulation()
@@ -89,7 +88,7 @@ class MultirotorMission(Mission):
 
     @property
     def noisy(self) -> bool:
-        return self.wind.turbulent or self.sensors.noisy
+        return self.wind.air.stirs or self.sensors.noisy
 
     @property
     def scored_from(self) -> float:
@@ -139,7 +138,7 @@ class MultirotorMission(Mission):
                 limits=AirframeLimits(self.limits.distance, self.limits.rate),
             ),
             start=partial(self.begin, vehicle),
-            air=MovingAir(self.wind.turbulent),
+            air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
             warnings=partial(self.warnings, vehicle),
