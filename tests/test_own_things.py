@@ -1,5 +1,6 @@
-"""Paths, winds, metrics and disturbances of the user's own, in files that missions name."""
+"""Paths, winds and metrics of the user's own, in files that missions name."""
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -8,7 +9,10 @@ import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
+from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
+from quadstep.flight.scored import scored
+from quadstep.numbers import flatten
 from quadstep.page.missions import flown_mission, missions_page
 from quadstep.user_code import loading
 from tests.campaigns import no_report, rows
@@ -103,7 +107,7 @@ def refused(run, said):
 def flown_campaign(folder, mission, vary, head=""):
     """A campaign of 20 flights, and the folder that it was flown into."""
     written(folder, mission)
-    text = f'mission = "mission.toml"\nflights = 20\n{head}\n[vary]\n{vary}\n'
+    text = f'mission = "mission.toml"\nflights = 20\n[vary]\n{vary}\n{head}\n'
     campaign, out = written(folder, text, "campaign.toml"), folder / "campaign"
     with no_report():
         run = quadstep("campaign", campaign, "--out", out)
@@ -264,3 +268,110 @@ def test_wrong_winds_are_one_line(folder, case):
 def test_a_wind_is_of_real_vehicles_only(folder):
     mission = THERMAL.replace(REAL, "")
     refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), "wind")
+
+
+# Metrics
+
+STEP = """
+[path]
+type = "step"
+end = [0.0, 0.0, 0.5]
+time = 0.1
+duration = 3.0
+"""
+
+MEASURED = 'metrics = ["metrics.py:SettlingTime", "metrics.py:Climb"]\n'
+MASS = '"vehicle.mass" = { type = "uniform", low = 0.8, high = 1.2 }'
+HEIGHT = '"path.end.2" = { type = "uniform", low = 0.2, high = 1.0 }'
+NOISY = f"{REAL}[sensors]\nposition_noise = 0.01\n"
+
+ONE = """
+from quadstep.flight.own_metric import Metric
+
+class One(Metric):
+    name, unit = NAME
+    def start(self):
+        return START
+    def add(self, sums, sample):
+        return sums + sample["x"]
+    def value(self, sums):
+        return VALUE
+"""
+
+WRONG_METRICS = {
+    '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
+    '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of .*Metric"),
+    '"overshoot"': ({}, "metrics: 'overshoot': names no class of a Python file"),
+    "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
+    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics have the name climb"),
+    '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
+    '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),
+    ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "metrics: position_rmse: every flight has a metric of this name"),
+    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which means something else"),
+    '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
+    ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
+}
+
+
+def test_a_flight_has_metrics_of_ones_own_and_is_judged_by_them(folder):
+    mission = written(folder, MEASURED + STEP)
+    run = quadstep("fly", mission, "--out", folder / "out", "--require", "settling_time=0.001")
+    assert run.code == 4, run.err
+    found = json.loads((folder / "out" / "metrics.json").read_text())
+    assert found["settling_time[s]"] > 0.1
+    log = fly(read_mission(mission).plan())
+    assert found["climb[m]"] == pytest.approx(np.abs(np.diff(log.column("z"))).sum(), rel=1e-12)
+    error = np.abs(log.table("x_d", "y_d", "z_d") - log.table("x", "y", "z"))
+    assert found["settling_time[s]"] == log.column("t")[np.linalg.norm(error, axis=1) > 0.05].max()
+    assert found["mission"]["metrics"] == ["metrics.py:SettlingTime", "metrics.py:Climb"]
+
+
+@pytest.mark.parametrize(("vehicle", "vary"), [("", MASS), (NOISY, HEIGHT)])
+def test_a_campaign_has_the_metrics_of_its_flights(folder, vehicle, vary):
+    head = "[failure]\nsettling_time = 1.0"
+    campaign, out = flown_campaign(folder, MEASURED + STEP + vehicle, vary, head)
+    table = rows(out)
+    assert len(set(table["climb[m]"].to_pylist())) == 20
+    late = [time > 1.0 for time in table["settling_time[s]"].to_pylist()]
+    assert [not one for one in table["success"].to_pylist()] == late
+    for flight in (0, 11):
+        assert quadstep("fly", campaign, "--flight", flight, "--results", out, "--out", folder / f"{flight}").code == 0
+        replay = json.loads((folder / f"{flight}" / "metrics.json").read_text())
+        for name in ("climb[m]", "settling_time[s]"):
+            assert replay[name] == table[name][flight].as_py()
+
+
+def test_no_metric_of_ones_own_leaves_the_sums_as_they_were(folder):
+    plan = read_mission(written(folder, STEP)).plan()
+    loop, _ = scored(plan.loop, plan.ticks, 0.01)
+    assert len(flatten(loop.start(plan.start, plan.parameters).score)) == 3 + 4 + 4 + 4 + 2
+
+
+def test_tuning_may_ask_for_a_metric_of_ones_own(folder):
+    tune = '[tune]\nobjective = { settling_time = 1.0 }\n[tune.gains]\n"controller.K1" = { low = 1.0, high = 2.0 }\n'
+    with pytest.raises(UserError, match="settling_time: unknown metric"):
+        read_mission(written(folder, STEP + tune))
+    assert "settling_time[s]" in read_mission(written(folder, MEASURED + STEP + tune)).scores
+
+
+def test_metrics_do_not_vary(folder):
+    written(folder, MEASURED + STEP)
+    text = 'mission = "mission.toml"\n[vary]\n"metrics.0" = { type = "choice", values = ["metrics.py:Climb"] }\n'
+    refused(
+        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"), "what is measured changes no flight"
+    )
+
+
+@pytest.mark.parametrize("named", WRONG_METRICS)
+def test_wrong_metrics_are_one_line(folder, named):
+    changes, said = WRONG_METRICS[named]
+    code = ONE
+    for name, usual in (("NAME", '"one", "m"'), ("START", "0.0"), ("VALUE", "sums")):
+        code = code.replace(name, changes.get(name, usual))
+    (folder / "own.py").write_text(code)
+    refused(quadstep("fly", written(folder, f"metrics = [{named}]\n{STEP}"), "--out", folder / "out"), said)
+
+
+def test_no_metric_of_users_runs_where_that_was_said(folder):
+    run = quadstep("fly", written(folder, MEASURED + STEP), "--out", folder / "out", "--no-user-code")
+    refused(run, "metrics: metrics.py:SettlingTime: code of users is not run: --no-user-code was given")

@@ -16,6 +16,7 @@ from quadstep.mission.derived import any_section, section_of
 from quadstep.mission.fields import Name, Positive, Section
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import own_or
+from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
@@ -66,7 +67,7 @@ class DeclaredMission(Mission):
         found: OwnVehicleSection = self.vehicle
         return found
 
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         return general_metrics(log, self.plant.efforts), []
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
@@ -111,6 +112,7 @@ def new_mission(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         controller=(Annotated[sections, anything(), WrapValidator(own_or(plant.measures))], usual),
         simulation=(DeclaredSimulation, DeclaredSimulation()),
         limits=(limits, limits()),
+        metrics=(OwnMetrics, ()),
         tune=(TuneSection | None, None),
     )
     made.measures = plant.measures

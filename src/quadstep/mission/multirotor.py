@@ -18,6 +18,7 @@ from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, Any
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.sensing import SensorsSection
@@ -74,6 +75,7 @@ class MultirotorMission(Mission):
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: NonNegative = 0.0
+    metrics: OwnMetrics = ()
     tune: TuneSection | None = None
 
     measures: ClassVar = Measured
@@ -94,7 +96,7 @@ class MultirotorMission(Mission):
     def scored_from(self) -> float:
         return self.score_from
 
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics = airframe_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled

@@ -23,7 +23,7 @@ class OwnSection(NumbersSection):
     type: str
 
 
-def own_class(kind: str, base: type[T], folder: Path) -> type[T] | None:
+def own_class(kind: str, base: type[Any], folder: Path) -> type[Any] | None:
     """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError."""
     found = place(kind)
     if found is None:
