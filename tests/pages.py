@@ -99,7 +99,7 @@ FLIGHTS = {
 def flown(name, given, folder=Path()):
     plan = given.plan(folder)
     log = fly(plan)
-    return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.metrics(log)[0], folder)
+    return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.flight_metrics(log)[0], folder)
 
 
 def write_page(path, *flights):

@@ -381,7 +381,7 @@ def test_numbers_of_any_size_that_are_accepted_fly_to_an_outcome(data):
     if plan is None:
         return
     log = fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks._replace(last=8, log=1))
-    metrics, _ = mission.metrics(log)
+    metrics, _ = mission.flight_metrics(log)
     assert np.isfinite(log.rows).all()
     assert json.loads(json.dumps(metrics, allow_nan=False))["outcome"] == log.outcome.name.lower()
 

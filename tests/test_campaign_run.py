@@ -144,7 +144,7 @@ def test_a_row_is_what_the_flights_own_log_says(name, tmp_path):
     for flight in (0, 13):
         own, plan, _ = planned(path, flight)
         log = fly_plan(plan, Engine.LANES)
-        row, wanted = row_of(tmp_path / "out", flight), own.metrics(log)[0]
+        row, wanted = row_of(tmp_path / "out", flight), own.flight_metrics(log)[0]
         assert row["outcome"] == "completed"
         assert row["position_rmse[m]"] == pytest.approx(wanted["position_rmse[m]"], rel=1e-9)
         off = np.linalg.norm(log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d"), axis=1)
@@ -223,7 +223,7 @@ def test_a_mission_that_is_scored_from_some_time_on(tmp_path):
     assert fly(path, tmp_path / "late").code == 0
     row = row_of(tmp_path / "late", 0)
     mission, log = log_of(path)
-    assert row["position_rmse[m]"] == pytest.approx(mission.metrics(log)[0]["position_rmse[m]"], rel=1e-9)
+    assert row["position_rmse[m]"] == pytest.approx(mission.flight_metrics(log)[0]["position_rmse[m]"], rel=1e-9)
     rows_since = log.column("t") >= 0.15 - 1e-9
     inputs = log.table("u_a", "tau_x_a", "tau_y_a", "tau_z_a")[rows_since]
     off = np.linalg.norm(log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d"), axis=1)[rows_since]

@@ -16,7 +16,8 @@ MODULES = (
     "quadstep.flight.engine", "quadstep.analysis.flight_metrics", "quadstep.analysis.airframe_metrics",
     "quadstep.numbers.functions", "quadstep.numbers.linear", "quadstep.numbers.structure", "quadstep.guidance.reference",
     "quadstep.guidance.minimum_jerk", "quadstep.guidance.orbit", "quadstep.guidance.step", "quadstep.guidance.piecewise",
-    "quadstep.guidance.spline", *FRONTS,
+    "quadstep.guidance.spline", "quadstep.guidance.declared", "quadstep.air.declared",
+    "quadstep.flight.own_metric", *FRONTS,
 )  # fmt: skip
 
 

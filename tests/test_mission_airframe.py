@@ -248,9 +248,9 @@ def test_wind_builds_what_is_written():
     assert (list(built.gust), built.gust_start, built.gust_length) == ([0.0, 3.0, 0.0], 2.0, 1.5)
     assert built.turbulence.wind_20 == pytest.approx(15.433, abs=1e-3)
     assert (built.turbulence.height, built.turbulence.airspeed) == (10.0, 8.5)
-    assert wind.turbulent
+    assert wind.air.stirs
     still = WindSection()
-    assert not still.turbulent
+    assert not still.air.stirs
     assert list(still.build().mean) == [0.0, 0.0, 0.0]
     assert list(still.build().gust) == [0.0, 0.0, 0.0]
     assert still.build().turbulence.wind_20 == 0.0

@@ -150,7 +150,7 @@ def test_what_the_search_says_of_the_tuned_gains_is_what_their_mission_flies(tmp
     done = run.tune(path, 120, tmp_path / "out")
     saved = tmp_path / "out" / "tuned.toml"
     log = fly(plan_mission(read_mission(saved), saved))
-    measured, _ = read_mission(saved).metrics(log)
+    measured, _ = read_mission(saved).flight_metrics(log)
     assert measured["position_rmse[m]"] == pytest.approx(done.found.best.judged.parts["position_rmse"], rel=1e-6)
 
 

@@ -67,7 +67,7 @@ class Flight(FlightLog):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the mission, or showed in the flight (a rotor at its limit, say): a line each."""
-        found = self.mission.metrics(self)[1] if self.mission else []
+        found = self.mission.flight_metrics(self)[1] if self.mission else []
         return (*self.plan.warnings, *found)
 
     def metrics(self) -> dict[str, Any]:
@@ -77,7 +77,7 @@ class Flight(FlightLog):
         >>> flight.metrics()["outcome"], round(flight.metrics()["position"]["z"]["largest[m]"], 3)
         ('completed', 1.0)
         """
-        return self.mission.metrics(self)[0] if self.mission else flight_metrics(self)
+        return self.mission.flight_metrics(self)[0] if self.mission else flight_metrics(self)
 
     def to_pandas(self) -> "DataFrame":
         """The log as a DataFrame, indexed by t [s]; the units are in its `attrs["units"]`. Raises UserError without pandas.

@@ -96,7 +96,7 @@ class Missions(Written):
     def use(self, folder: Path) -> None:
         mission = read_mission(folder / self.file)
         log = begun(plan_mission(mission, folder / self.file))
-        _, warnings = mission.metrics(log)
+        _, warnings = mission.flight_metrics(log)
         assert all(line.isprintable() for line in warnings)
 
 

@@ -65,7 +65,7 @@ class Flights(Stored):
         (folder / "out").mkdir()
         write_log(folder / "out" / "flight.csv", log)
         self.metrics: dict[str, Any] = {
-            "name": mission.name, "version": "1", "engine": "lanes", "warnings": ["one"], **mission.metrics(log)[0],
+            "name": mission.name, "version": "1", "engine": "lanes", "warnings": ["one"], **mission.flight_metrics(log)[0],
             "mission": json.loads(mission.model_dump_json()), "fingerprint": "0", "files": ["flight.csv", "metrics.json"],
         }  # fmt: skip
         write_json(folder / "out" / MANIFEST, self.metrics)

@@ -74,7 +74,7 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -
 def check(loop: Loop, parameters: AirframeParameters) -> None:
     """Raises UserError for parts of a mission that would be left out."""
     lacking = {
-        "turbulence": loop.air != MovingAir(),
+        "turbulence, and no wind of one's own": loop.air != MovingAir(),
         "sensors": loop.sensing != Suite(),
         "events": parameters.events != Events(),
     }

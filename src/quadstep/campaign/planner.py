@@ -65,7 +65,8 @@ class Planner:
     ) -> None:  # fmt: skip
         self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
         self.typical, self.seed, self.score_period = typical, seed, score_period
-        self.begin = check_mission(content, source, folder).scored_from
+        mission = check_mission(content, source, folder)
+        self.begin, self.own = mission.scored_from, mission.own_metrics
         self.direct: dict[Any, list[str]] = {}
         self.checked: dict[Any, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[Any] = set()
@@ -181,7 +182,7 @@ class Planner:
                 "has to be compiled; vary numbers, or choose from fewer values"
             )
         period = self.score_period or ticks.log * ticks.step
-        scored_loop, scored_ticks = scored(loop, ticks, period, self.begin)
+        scored_loop, scored_ticks = scored(loop, ticks, period, self.begin, self.own)
         if ticks.last // scored_ticks.every[-1] * scored_ticks.every[-1] * ticks.step < scored_loop.begin:
             raise UserError(
                 f"{self.source}: score_period = {period:g} s: no sample is between score_from and the flight's end"

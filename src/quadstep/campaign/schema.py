@@ -33,6 +33,7 @@ NOT_FLOWN = {
     "name": "a name changes no flight",
     "seed": "every flight has noise of its own already",
     "score_from": "from when on a flight is scored changes no flight",
+    "metrics": "what is measured changes no flight",
     "tune": "what is tuned changes no flight",
 }
 """Keys of a mission that cannot vary, and why."""

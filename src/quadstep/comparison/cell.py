@@ -45,7 +45,7 @@ def fly_cell(vehicle: str, controller: str, name: str, scenario: dict[str, Any],
     """One scenario over the reported seeds."""
     missions = [mission(vehicle, controller, scenario, FIRST_SEED + i) for i in range(seeds)]
     logs = fly_all([one.plan() for one in missions])
-    found = [one.metrics(log)[0] for one, log in zip(missions, logs, strict=True) if log.outcome is Outcome.COMPLETED]
+    found = [one.flight_metrics(log)[0] for one, log in zip(missions, logs, strict=True) if log.outcome is Outcome.COMPLETED]
     lost = share(seeds - len(found), seeds)
     if not found:
         return Cell(vehicle, name, controller, seeds, NOTHING, math.nan, math.nan, math.nan, lost)

@@ -64,7 +64,8 @@ class Declaration(Protocol):
 class Gain:
     """A number or vector with a key in mission files. parts: names of a vector's entries, none of a number.
 
-    zero: whether it may be 0; it is never less. low, high, scale ("log" or "linear"): of the slider and of a search.
+    zero: whether it may be 0; it is never less. signed: it may be anything. low, high, scale ("log" or "linear"): of the
+    slider and of a search.
     tunable: whether it is proposed to a search. group: heading of its slider.
     """
 
@@ -80,6 +81,7 @@ class Gain:
     scale: str | None = None
     tunable: bool = True
     group: str = GAINS
+    signed: bool = False
 
     def decide(self, gains: Any, model: Model, learning: Any) -> Any:
         """The default."""
@@ -113,9 +115,10 @@ class Gain:
 
     def span(self, least: float, most: float) -> tuple[float, float, str]:
         """Low, high and scale of a slider or a search about present values from `least` to `most`."""
-        scale = self.scale or ("linear" if self.zero or least <= 0.0 else "log")
-        low = self.low if self.low is not None else 0.0 if scale == "linear" else least / 10.0
-        high = self.high if self.high is not None else max(10.0 * most, 1.0 if scale == "linear" else 0.0)
+        scale = self.scale or ("linear" if self.zero or self.signed or least <= 0.0 else "log")
+        reach = max(10.0 * (max(-least, most) if self.signed else most), 1.0 if scale == "linear" else 0.0)
+        low = -reach if self.signed else 0.0 if scale == "linear" else least / 10.0
+        low, high = low if self.low is None else self.low, reach if self.high is None else self.high
         return low, high, scale
 
 
@@ -144,9 +147,10 @@ def gain(
     scale: str | None = None,
     tunable: bool = True,
     group: str = GAINS,
+    signed: bool = False,
 ) -> Any:
     """Declares a gain; see `Gain`. Its key is the field's name, its parts those of three axes, unless they are given."""
-    return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group)
+    return Gain(default, unit, meaning, symbol, key, parts, zero, low, high, scale, tunable, group, signed)
 
 
 def believed(what: str) -> Any:

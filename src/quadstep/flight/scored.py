@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.loop import Loop
+from quadstep.flight.own_metric import Metric, Summed, added, started
 from quadstep.flight.plant import Plant
 from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, where
 
@@ -24,7 +25,8 @@ class Score(NamedTuple):
     """Sums over the samples so far.
 
     squares: of the distance from the path [m^2]; largest: of them. efforts: sums of each input's square; variations: of its
-    changes' magnitudes; inputs: at the last sample. weight_norms: the largest of each net so far.
+    changes' magnitudes; inputs: at the last sample. weight_norms: the largest of each net so far. own: what the
+    user's own metrics are so far.
     """
 
     samples: Number
@@ -34,6 +36,7 @@ class Score(NamedTuple):
     variations: Vector
     inputs: Vector
     weight_norms: Vector
+    own: tuple[Summed, ...] = ()
 
 
 class ScoredCycle(NamedTuple):
@@ -45,13 +48,14 @@ class ScoredCycle(NamedTuple):
 
 @dataclass(frozen=True)
 class Scored:
-    """A loop and the sums over it. begin: the time from which samples count [s].
+    """A loop and the sums over it. begin: the time from which samples count [s]. own: metrics of the user's own.
 
     What is summed comes from its `position_error`, `inputs` and `weight_norms`.
     """
 
     loop: Loop
     begin: float = 0.0
+    own: tuple[Metric, ...] = ()
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -68,7 +72,7 @@ class Scored:
         cycle = self.loop.start(start, parameters)
         nothing, inputs, norms = 0.0, self.loop.inputs(cycle), self.loop.weight_norms(cycle)
         none, no_norms = Vector([nothing] * len(inputs)), Vector([nothing] * len(norms))
-        return ScoredCycle(cycle, Score(nothing, nothing, nothing, none, none, none, no_norms))
+        return ScoredCycle(cycle, Score(nothing, nothing, nothing, none, none, none, no_norms, started(self.own)))
 
     def advance(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> ScoredCycle:
         """The loop's."""
@@ -94,12 +98,18 @@ class Scored:
             variations=before.variations + Vector(changes),
             inputs=inputs,
             weight_norms=Vector(maximum(norm, largest) for norm, largest in norms),
+            own=self.own_sums(cycle, parameters, clock) if self.own else (),
         )
         if self.begin > 0.0:
             counts = clock.time >= self.begin
             kept = [where(counts, new, old) for new, old in zip(flatten(score), flatten(before), strict=True)]
             score = rebuild(score, iter(kept))
         return cycle._replace(score=score), 0.0
+
+    def own_sums(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> tuple[Summed, ...]:
+        """The user's own metrics, told the row that the log would have now."""
+        row = self.row(cycle, parameters, clock.time)
+        return added(self.own, cycle.score.own, dict(zip(self.columns, row, strict=True)))
 
 
 def within(task: Task) -> Any:
@@ -112,20 +122,28 @@ def within(task: Task) -> Any:
     return run
 
 
-def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0) -> tuple[Scored, Ticks]:
+def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0, own: tuple[Metric, ...] = ()) -> tuple[Scored, Ticks]:
     """The loop with a score every `period` [s] from `begin` [s] on, rounded to whole steps, and the clock for both.
 
     There are no rows but the first.
     """
     every = max(1, round(period / ticks.step))
-    return Scored(loop, max(0.0, begin - 0.5 * ticks.step)), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
+    begin = max(0.0, begin - 0.5 * ticks.step)
+    return Scored(loop, begin, own), ticks._replace(every=(*ticks.every, every), log=ticks.last + 1)
 
 
-def score_names(plant: Plant) -> tuple[str, ...]:
-    """What `metrics` gives of a plant, with units."""
+def score_names(plant: Plant, own: Iterable[Metric] = ()) -> tuple[str, ...]:
+    """What `metrics` gives of a plant, with units. own: metrics of the user's own."""
     inputs = [f"{name}[{unit}]" for name, unit in plant.efforts.items()]
     efforts, variations = ([f"{what}_{name}" for name in inputs] for what in ("effort", "variation"))
-    return (RMSE, LARGEST, *efforts, *variations, *(f"largest_{name}" for name in plant.norms))
+    return (
+        RMSE,
+        LARGEST,
+        *efforts,
+        *variations,
+        *(f"largest_{name}" for name in plant.norms),
+        *(one.full_name for one in own),
+    )
 
 
 def bare(names: Iterable[str]) -> dict[str, str]:
@@ -141,7 +159,8 @@ def metrics(score: Score) -> NDArray[np.float64]:
     """
     samples, squares, largest = (np.asarray(part, dtype=np.float64) for part in score[:3])
     efforts, variations, norms = (np.array(list(part), dtype=np.float64) for part in (score[3], score[4], score[6]))
+    own = [np.asarray(one.value, dtype=np.float64) for one in score.own]
     with np.errstate(invalid="ignore", divide="ignore"):
         means = np.sqrt(np.stack([squares, *efforts]) / samples)
-        rest = np.where(samples > 0, np.stack([np.sqrt(largest), *variations, *norms]), np.nan)
+        rest = np.where(samples > 0, np.stack([np.sqrt(largest), *variations, *norms, *own]), np.nan)
     return np.concatenate([means[:1], rest[:1], means[1:], rest[1:]]).T

@@ -10,6 +10,7 @@ paths in `[path]`; here they are laws over numbers, to be evaluated, drawn, or f
 [0.0, 1.0, 2.0, 2.0]
 """
 
+from quadstep.guidance.declared import DeclaredPath
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise, PiecewiseParameters, piecewise_parameters
@@ -18,6 +19,7 @@ from quadstep.guidance.spline import near_recording, through_waypoints
 from quadstep.guidance.step import Step, StepParameters
 
 __all__ = [
+    "DeclaredPath",
     "MinimumJerk",
     "MinimumJerkParameters",
     "Orbit",

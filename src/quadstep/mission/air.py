@@ -1,11 +1,13 @@
 """The air of a mission: steady and swinging wind, a gust, turbulence."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
-from quadstep.air.wind import Dryden, Wind
+from quadstep.air.declared import DeclaredAir
+from quadstep.air.wind import Dryden, MovingAir, Wind
 from quadstep.mission.fields import Duration, NonNegative, Positive, Section, Triple
+from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
 
 KNOT = 1852.0 / 3600.0
@@ -80,9 +82,9 @@ class WindSection(Section):
             raise ValueError(f"wind.gust.start: {self.gust.start:g} s is not before the flight's end at {duration:g} s")
 
     @property
-    def turbulent(self) -> bool:
-        """Whether there is turbulence to be computed."""
-        return self.turbulence is not None
+    def air(self) -> MovingAir:
+        """Its law, which stirs where there is turbulence to be computed."""
+        return MovingAir(self.turbulence is not None)
 
     def build(self) -> Wind:
         """The wind as numbers."""
@@ -100,3 +102,31 @@ class WindSection(Section):
             gust_length=gust.length,
             turbulence=dryden,
         )
+
+
+class OwnWindSection(OwnSection):
+    """A wind of the user's own: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredAir]
+
+    def warnings(self) -> list[str]:
+        """Nothing is known that speaks against it."""
+        return []
+
+    def check(self, duration: float) -> None:
+        """Any duration suits."""
+
+    @property
+    def air(self) -> DeclaredAir:
+        """Its law."""
+        return self.thing
+
+    def build(self) -> Any:
+        """Its numbers."""
+        return self.numbers()
+
+
+if TYPE_CHECKING:
+    AnyWind = WindSection | OwnWindSection
+else:
+    AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredAir, OwnWindSection))]

@@ -7,20 +7,20 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import SerializeAsAny, WrapValidator, create_model
 
 from quadstep.analysis.general_metrics import general_metrics
-from quadstep.control.gain import Gain, declared
 from quadstep.control.model import Model
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.derived import any_section, key_field, section_of
+from quadstep.mission.derived import any_section, section_of
 from quadstep.mission.fields import Name, Positive, Section
+from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import own_or
+from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.numbers import Vector
 from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
 from quadstep.report.drawing import FigureJob
@@ -32,17 +32,6 @@ PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""
 
 
-class NumbersSection(Section):
-    """Numbers that a structure of the plant's declares; keys are those declared."""
-
-    structure: ClassVar[type[Any]]
-
-    def build(self) -> Any:
-        """The numbers."""
-        values = {name: getattr(self, one.key) for name, one in declared(self.structure).items()}
-        return self.structure(**{name: Vector(one) if isinstance(one, tuple) else one for name, one in values.items()})
-
-
 class OwnVehicleSection(NumbersSection):
     """The vehicle of a plant that declares itself."""
 
@@ -51,7 +40,7 @@ class OwnVehicleSection(NumbersSection):
 
     def model(self) -> Model:
         """What it is to a controller."""
-        return self.plant.model(self.build())
+        return self.plant.model(self.numbers())
 
     def warnings(self) -> list[str]:
         """Nothing is known that speaks against it."""
@@ -79,32 +68,20 @@ class DeclaredMission(Mission):
         found: OwnVehicleSection = self.vehicle
         return found
 
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         return general_metrics(log, self.plant.efforts), []
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         return general_jobs(log, self.name)
 
     def build(self, path: BuiltPath) -> Built:
-        numbers, limits = self.vehicle.build(), getattr(self, "limits")  # noqa: B009 (a key of its subclasses)
+        numbers, limits = self.vehicle.numbers(), getattr(self, "limits")  # noqa: B009 (a key of its subclasses)
         return Built(
             periods={"guidance": self.simulation.guidance_period, "control": self.simulation.control_period},
-            numbers=partial(PlantParameters, vehicle=numbers, limits=limits.build()),
+            numbers=partial(PlantParameters, vehicle=numbers, limits=limits.numbers()),
             start=partial(self.plant.begin, numbers),
             guided=True,
         )
-
-
-def numbers_section(name: str, structure: type[Any], base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
-    """The table of a structure of declared numbers. Raises TypeError for a declaration that says no fixed default."""
-    fields: dict[str, Any] = {}
-    for one in declared(structure).values():
-        if not isinstance(one, Gain) or one.fixed is None:
-            raise TypeError(f"{structure.__name__}: every number needs gain(...) with a default that is a number")
-        fields[one.key] = key_field(one)
-    made: Any = create_model(name, __base__=base, __module__=__name__, **more, **fields)
-    made.structure = structure
-    return made
 
 
 MISSIONS: dict[tuple[type[DeclaredPlant], str], type[Mission]] = {}
@@ -136,6 +113,7 @@ def new_mission(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         controller=(Annotated[sections, anything(), WrapValidator(own_or(plant.measures))], usual),
         simulation=(DeclaredSimulation, DeclaredSimulation()),
         limits=(limits, limits()),
+        metrics=(OwnMetrics, ()),
         tune=(TuneSection | None, None),
     )
     made.measures = plant.measures

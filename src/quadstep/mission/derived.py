@@ -15,6 +15,8 @@ from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.fields import (
     MOST,
+    Diagonal,
+    Finite,
     NonNegative,
     NonNegativeDiagonal,
     Positive,
@@ -106,11 +108,14 @@ def with_usual_rates(content: Mapping[str, Any], law: type[Controller]) -> Mappi
 
 def checked_kind(gain: Gain) -> Any:
     """The type of a gain's key in a mission."""
+    number, three = (NonNegative, NonNegativeDiagonal) if gain.zero else (Positive, PositiveDiagonal)
+    if gain.signed:
+        number, three = Finite, Diagonal
     if not gain.parts:
-        return NonNegative if gain.zero else Positive
+        return number
     if gain.stands_for_three:
-        return NonNegativeDiagonal if gain.zero else PositiveDiagonal
-    entries: Any = tuple[NonNegative, ...] if gain.zero else tuple[Positive, ...]
+        return three
+    entries: Any = tuple[number, ...]  # type: ignore[valid-type]  # a value, not a type to the checker
     count = len(gain.parts)
     return Annotated[entries, BeforeValidator(as_tuple), Field(min_length=count, max_length=count)]
 

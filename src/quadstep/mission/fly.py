@@ -94,7 +94,7 @@ def write_results(
     sheet: Sheet | None = None,
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are."""
-    metrics, found = mission.metrics(log)
+    metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     (out / "figures").mkdir()
     told("writing tables", 0, 1)
@@ -133,8 +133,8 @@ def metric_names(mission: Mission, plan: FlightPlan) -> list[str]:
     columns, ticks = plan.loop.columns, plan.ticks
     rows = np.zeros((2, len(columns)))
     rows[1, list(columns).index("t")] = ticks.last * ticks.step
-    metrics, _ = mission.metrics(FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None))
-    return list(scalars(metrics))
+    metrics, _ = mission.plant_metrics(FlightLog(columns, rows, Outcome.COMPLETED, ticks.last * ticks.step, None))
+    return [*scalars(metrics), *(one.full_name for one in mission.own_metrics)]
 
 
 def planned(path: Path, flight: int | None, results: Path | None = None) -> tuple[Mission, FlightPlan, Path]:

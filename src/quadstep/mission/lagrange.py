@@ -12,6 +12,7 @@ from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
+from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
@@ -73,6 +74,7 @@ class LagrangeMission(Mission):
     disturbance: DisturbanceSection = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
+    metrics: OwnMetrics = ()
     tune: TuneSection | None = None
 
     measures: ClassVar = State
@@ -81,7 +83,7 @@ class LagrangeMission(Mission):
     def plant(self) -> Lagrange:
         return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None)
 
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
         share = saturated_share(log, *limits) if limits else 0.0
         if limits:

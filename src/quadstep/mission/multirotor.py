@@ -5,7 +5,6 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
-from quadstep.air.wind import MovingAir
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
@@ -13,12 +12,13 @@ from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
-from quadstep.mission.air import WindSection
+from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.sensing import SensorsSection
@@ -69,12 +69,13 @@ class MultirotorMission(Mission):
     path: AnyPath
     controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
     start: AirframeStart = AirframeStart()
-    wind: WindSection = WindSection()
+    wind: AnyWind = WindSection()
     sensors: SensorsSection = SensorsSection()
     events: Annotated[tuple[AnyEvent, ...], BeforeValidator(as_tuple), Field(max_length=16)] = ()
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: NonNegative = 0.0
+    metrics: OwnMetrics = ()
     tune: TuneSection | None = None
 
     measures: ClassVar = Measured
@@ -89,13 +90,13 @@ class MultirotorMission(Mission):
 
     @property
     def noisy(self) -> bool:
-        return self.wind.turbulent or self.sensors.noisy
+        return self.wind.air.stirs or self.sensors.noisy
 
     @property
     def scored_from(self) -> float:
         return self.score_from
 
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics = airframe_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled
@@ -139,7 +140,7 @@ class MultirotorMission(Mission):
                 limits=AirframeLimits(self.limits.distance, self.limits.rate),
             ),
             start=partial(self.begin, vehicle),
-            air=MovingAir(self.wind.turbulent),
+            air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
             warnings=partial(self.warnings, vehicle),

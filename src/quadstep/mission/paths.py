@@ -3,19 +3,21 @@
 import math
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.errors import UserError
+from quadstep.guidance.declared import DeclaredPath
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
 from quadstep.guidance.orbit import Orbit, OrbitParameters
 from quadstep.guidance.piecewise import Piecewise
-from quadstep.guidance.reference import PathLaw
+from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
 from quadstep.guidance.step import Step, StepParameters
-from quadstep.mission.fields import Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
 
@@ -178,6 +180,26 @@ class RecordedPath(Section):
         return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))
 
 
-AnyPath = Annotated[
+class OwnPathSection(OwnSection):
+    """A path of the user's own: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredPath]
+
+    def build(self, folder: Path) -> BuiltPath:
+        law, numbers = self.thing, self.numbers()
+        length, first = law.length(numbers), law.reference(0.0, numbers)
+        if isinstance(length, float | int) and not 0.0 < length <= MOST:
+            raise UserError(f"path.type: {self.type}: its length should be a number of seconds above 0, not {length:g}")
+        if not isinstance(first, Reference) or any(len(part) != 3 for part in (*first[:3], *first[5:])):
+            raise UserError(f"path.type: {self.type}: `reference` should give a Reference, whose vectors have three entries")
+        return BuiltPath(law, numbers, length)
+
+
+KnownPath = Annotated[
     MinimumJerkPath | WaypointsPath | CirclePath | FigureEightPath | StepPath | RecordedPath, Field(discriminator="type")
 ]
+
+if TYPE_CHECKING:
+    AnyPath = KnownPath | OwnPathSection
+else:
+    AnyPath = Annotated[SerializeAsAny[KnownPath], WrapValidator(own_or(DeclaredPath, OwnPathSection))]

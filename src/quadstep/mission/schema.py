@@ -17,6 +17,7 @@ from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
+from quadstep.flight.own_metric import Metric, of_log
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import try_out
@@ -28,6 +29,7 @@ from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
+from quadstep.mission.own_metrics import own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
@@ -77,6 +79,7 @@ class Mission(Section):
         vehicle: Any
         controller: Any
         simulation: ClockSection
+        metrics: tuple[str, ...]
         tune: TuneSection | None
 
     @property
@@ -111,7 +114,12 @@ class Mission(Section):
     @property
     def scores(self) -> tuple[str, ...]:
         """The metrics that campaigns, envelopes and tuning have of its flights, with units."""
-        return score_names(self.plant)
+        return score_names(self.plant, self.own_metrics)
+
+    @property
+    def own_metrics(self) -> tuple[Metric, ...]:
+        """Those of the user's own that the mission names."""
+        return own_metrics(self.metrics, self.folder)
 
     @property
     def scored_from(self) -> float:
@@ -161,12 +169,28 @@ class Mission(Section):
         """What is flown along a path. Raises UserError."""
 
     @abstractmethod
-    def metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
-        """What the flight was like, and warnings that only flying it could give."""
+    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+        """What a flight of this plant was like, and warnings that only flying it could give."""
+
+    def flight_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+        """The same, with metrics of the user's own."""
+        found, warnings = self.plant_metrics(log)
+        half = 0.5 * self.simulation.step
+        own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - half)
+        for name in own.keys() & found.keys():
+            raise UserError(f"metrics: {name}: every flight has a metric of this name")
+        return {**found, **own}, warnings
 
     @abstractmethod
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""
+
+    @model_validator(mode="after")
+    def _names_its_metrics_apart(self) -> Self:
+        for one in self.own_metrics:
+            if one.name in bare(score_names(self.plant)):
+                raise ValueError(f"metrics: {one.name}: every flight has a metric of this name")
+        return self
 
     @model_validator(mode="after")
     def _tunes_what_is_scored(self) -> Self:

@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
-from quadstep.control.gain import ANGLES, AXES
+from quadstep.air.wind import Wind
+from quadstep.control.gain import ANGLES, AXES, BELIEF, Gain, declared
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
 from quadstep.mission.lagrange import LagrangeMission
-from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath
+from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 
@@ -74,6 +76,24 @@ def one(value: float, *effects: Effect) -> list[Component]:
     return [Component("", float(value), effects)]
 
 
+def slider(gain: Gain, value: Any, place: str) -> Control:
+    """The slider of one gain, at this place of the parameters."""
+    components = each(value, gain.parts, place) if gain.parts else one(value, parameter(place))
+    values = [component.value for component in components]
+    low, high, scale = gain.span(min(values), max(values))
+    name = f"believed_{gain.key}" if gain.group == BELIEF else gain.key
+    hint = f"{gain.meaning[:1].upper()}{gain.meaning[1:]}."
+    bounds = (-MOST, MOST) if gain.signed else NOT_NEGATIVE if gain.zero else POSITIVE
+    made = control(name, gain.label, gain.unit, components, (low, high), hint, scale, bounds)
+    return made._replace(group=gain.group)
+
+
+def number_sliders(numbers: Any, place: str) -> list[Control]:
+    """A slider for each of a structure of declared numbers, which stands at this place of the parameters."""
+    made = [slider(one, attrgetter(name)(numbers), f"{place}.{name}") for name, one in declared(type(numbers)).items()]
+    return [one._replace(id=f"{place}_{one.id}") for one in made]
+
+
 def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]:
     """Path, vehicle, disturbance and start of a mission on the paper's plant."""
     tilt: Vector = plan.start.attitude
@@ -91,7 +111,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
 
 def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
     """Path, mass, wind and start of a mission for a real vehicle."""
-    airframe, wind = plan.parameters.airframe, plan.parameters.wind
+    airframe = plan.parameters.airframe
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped(
@@ -99,12 +119,18 @@ def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
             positive("mass", "true mass", "kg", one(airframe.mass, parameter("airframe.mass")), BELIEVES),
             positive("inertia", "true inertia", "kg m^2", each(airframe.inertia, AXES, "airframe.inertia"), BELIEVES),
         ),
-        *grouped(
-            "Wind",
-            control("wind", "mean wind", "m/s", each(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
-            control("gust", "gust", "m/s", each(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
-        ),
+        *grouped("Wind", *wind_controls(plan.parameters.wind)),
         *grouped("Start", moved_start()),
+    ]
+
+
+def wind_controls(wind: Any) -> list[Control]:
+    """Mean and gust, or what a wind of the user's own declares."""
+    if not isinstance(wind, Wind):
+        return number_sliders(wind, "wind")
+    return [
+        control("wind", "mean wind", "m/s", each(wind.mean, AXES, "wind.mean"), (-10.0, 10.0)),
+        control("gust", "gust", "m/s", each(wind.gust, AXES, "wind.gust"), (-10.0, 10.0)),
     ]
 
 
@@ -121,7 +147,7 @@ def path_controls(mission: Any, ticks: Ticks) -> list[Control]:
         return jerk_controls(path, ticks)
     if isinstance(path, CirclePath | FigureEightPath) and path.ramp > 0.0:  # else its start is in motion
         return orbit_controls(path, mission, ticks)
-    return []
+    return number_sliders(path.numbers(), "path") if isinstance(path, OwnPathSection) else []
 
 
 def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:

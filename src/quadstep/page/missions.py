@@ -44,7 +44,7 @@ def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
 
 def flown_mission(mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
     """A mission as the page takes it. folder: where its files are looked up; taken: ids in use."""
-    metrics, found = mission.metrics(log)
+    metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)
 

@@ -11,16 +11,16 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.mission.derived import ControllerSection
 from quadstep.numbers import flatten, in_matrix, leaf_names
 from quadstep.page.controls import (
-    NOT_NEGATIVE,
     POSITIVE,
     control,
-    each,
     from_zero,
     grouped,
     moved_start,
+    number_sliders,
     one,
     parameter,
     path_controls,
+    slider,
 )
 from quadstep.page.laws import NEURONS
 from quadstep.page.model import Component, Control
@@ -37,26 +37,11 @@ def gain_sliders(declarations: Mapping[str, Any], gains: Any) -> list[Control]:
 
 def declared_controls(mission: Any, plan: FlightPlan) -> list[Control]:
     """Path, vehicle and start of a mission for a plant that declares its numbers."""
-    vehicle = plan.parameters.vehicle
-    declarations = declared(type(vehicle)).items()
-    numbers = [slider(gain, getattr(vehicle, name), f"vehicle.{name}") for name, gain in declarations]
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
-        *grouped("Vehicle", *(one._replace(id=f"vehicle_{one.id}") for one in numbers)),
+        *grouped("Vehicle", *number_sliders(plan.parameters.vehicle, "vehicle")),
         *grouped("Start", moved_start(plan.loop.plant.axes)),
     ]
-
-
-def slider(gain: Gain, value: Any, place: str) -> Control:
-    """The slider of one gain, at this place of the parameters."""
-    components = each(value, gain.parts, place) if gain.parts else one(value, parameter(place))
-    values = [component.value for component in components]
-    low, high, scale = gain.span(min(values), max(values))
-    name = f"believed_{gain.key}" if gain.group == BELIEF else gain.key
-    hint = f"{gain.meaning[:1].upper()}{gain.meaning[1:]}."
-    bounds = NOT_NEGATIVE if gain.zero else POSITIVE
-    made = control(name, gain.label, gain.unit, components, (low, high), hint, scale, bounds)
-    return made._replace(group=gain.group)
 
 
 def net_sliders(declarations: Mapping[str, Any], gains: Any, section: ControllerSection) -> list[Control]:

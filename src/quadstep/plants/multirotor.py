@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from quadstep.air.wind import Wind
 from quadstep.airframe.allocation import Allocation, allocate
 from quadstep.airframe.events import Events, efficiencies, mass_properties
 from quadstep.airframe.geometry import Effects, Geometry
@@ -29,12 +28,12 @@ class AirframeLimits(NamedTuple):
 
 
 class AirframeParameters(NamedTuple):
-    """Every number of a flight."""
+    """Every number of a flight. wind: of its air."""
 
     airframe: Airframe
     allocation: Allocation
     events: Events
-    wind: Wind
+    wind: Any
     sensors: Any
     key: Key
     path: Any

@@ -1,0 +1,52 @@
+"""A wind in a file of one's own, which missions of real vehicles name.
+
+    [wind]
+    type = "my_wind.py:Thermal"
+
+Its numbers are a `NamedTuple` of declarations (`control/gain.py`), from which the keys of `[wind]` follow.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from quadstep.flight.closed_loop import Clock
+from quadstep.numbers import Number, Vector
+
+
+@dataclass(frozen=True)
+class DeclaredAir(ABC):
+    """An `Air`; structure only, so it has no fields. Its numbers are `p.wind`, the words of its noise `p.key`.
+
+    Numbers: declared, each with a default. stirs: whether something of it lives from step to step, such as the state of a
+    filter of noise.
+
+    >>> from types import SimpleNamespace
+    >>> from typing import NamedTuple
+    >>> from quadstep.air.declared import DeclaredAir
+    >>> from quadstep.control.gain import gain
+    >>> from quadstep.numbers import vector
+    >>> class ThermalNumbers(NamedTuple):
+    ...     strength: float = gain(2.0, "m/s", "how fast it rises")
+    >>> class Thermal(DeclaredAir):
+    ...     Numbers = ThermalNumbers
+    ...     def wind(self, air, p, time):
+    ...         return vector(0.0, 0.0, p.wind.strength)
+    >>> Thermal().wind((), SimpleNamespace(wind=ThermalNumbers(3.0)), 0.0)
+    Vector([0.0, 0.0, 3.0])
+    """
+
+    Numbers: ClassVar[type[Any]]
+    stirs: ClassVar[bool] = False
+
+    def start(self) -> Any:
+        """Its state before the first tick."""
+        return ()
+
+    def stir(self, air: Any, p: Any, clock: Clock) -> Any:
+        """Its state one `simulation.air_period` later; only asked where it stirs."""
+        return air
+
+    @abstractmethod
+    def wind(self, air: Any, p: Any, time: Number) -> Vector:
+        """The wind [m/s] at time t [s], world axes."""

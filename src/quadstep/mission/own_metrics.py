@@ -1,0 +1,68 @@
+"""Metrics of the user's own in a mission: `metrics = ["my_metrics.py:Overshoot"]`."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
+
+from quadstep.errors import UserError
+from quadstep.flight.own_metric import Metric
+from quadstep.mission.fields import as_tuple
+from quadstep.mission.own_thing import own_class, the_only
+
+TAKEN = (
+    "flight",
+    "outcome",
+    "ended",
+    "time_of_failure",
+    "success",
+    "name",
+    "version",
+    "engine",
+    "warnings",
+    "mission",
+    "requirements",
+)
+"""What else is in results."""
+
+NAMED = re.compile(r"[A-Za-z_]\w{0,59}")
+UNIT = re.compile(r"[^\[\],\"]{0,20}")
+
+
+def own_metrics(named: Sequence[str], folder: Path) -> tuple[Metric, ...]:
+    """The metrics that a mission names. folder: the mission's. Raises UserError."""
+    return tuple(own_metric(one, folder) for one in named)
+
+
+def own_metric(kind: str, folder: Path) -> Metric:
+    """One of them."""
+    thing = own_class(kind, Metric, folder)
+    if thing is None:
+        raise UserError(f'{kind!r:.60}: names no class of a Python file, such as "my_metrics.py:Overshoot"')
+    name, unit = getattr(thing, "name", None), thing.unit
+    if not (isinstance(name, str) and NAMED.fullmatch(name)):
+        raise UserError(f"{kind}: its `name` should be letters, digits and _, at most 60, not {name!r:.60}")
+    if name in TAKEN:
+        raise UserError(f"{kind}: its `name` is {name}, which means something else in results")
+    if not (isinstance(unit, str) and unit.isprintable() and UNIT.fullmatch(unit)):
+        raise UserError(f"{kind}: its `unit` should be a few printable characters without brackets, not {unit!r:.60}")
+    found: Metric = the_only(thing)
+    return found
+
+
+def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    """Refuses a name of nothing, and a metric named twice."""
+    try:
+        names = [one.name for one in own_metrics(named, (info.context or {}).get("folder", Path()))]
+    except UserError as error:
+        raise ValueError(str(error)) from error
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"two metrics have the name {twice[0]}")
+    return named
+
+
+OwnMetrics = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(max_length=32), AfterValidator(checked_metrics)]
+"""The key `metrics`."""

@@ -1,0 +1,87 @@
+"""A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Literal, TypeVar
+
+from pydantic import ValidationInfo
+
+from quadstep.control.gain import by_type
+from quadstep.errors import UserError
+from quadstep.mission.numbers_section import NumbersSection, numbers_section
+from quadstep.mission.own_controller import checked
+from quadstep.user_code.loading import load
+from quadstep.user_code.places import place
+
+T = TypeVar("T")
+
+
+class OwnSection(NumbersSection):
+    """The table of one."""
+
+    thing: ClassVar[Any]
+    type: str
+
+
+def own_class(kind: str, base: type[Any], folder: Path) -> type[Any] | None:
+    """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError."""
+    found = place(kind)
+    if found is None:
+        return None
+    thing, wanted = load(found, folder), f"{base.__module__}.{base.__qualname__}"
+    if not (isinstance(thing, type) and issubclass(thing, base)):
+        raise UserError(f"{kind}: should be a subclass of {wanted}")
+    lacking = sorted(getattr(thing, "__abstractmethods__", ()))
+    if lacking:
+        raise UserError(f"{kind}: has no {' and no '.join(f'`{name}`' for name in lacking)}, which {wanted} asks for")
+    return thing
+
+
+@by_type
+def the_only(thing: type[T]) -> T:
+    """The one object of a class that holds structure only, so that flights of it have one program."""
+    return thing()
+
+
+def own_or(base: type[Any], section: type[OwnSection]) -> Callable[[Any, Any, ValidationInfo], Any]:
+    """A validator around that of the package's tables: takes one of a class of the user's own too.
+
+    base: what the class is one of; section: what its table is.
+    """
+
+    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
+        if isinstance(value, section):
+            return value
+        kind = value.get("type") if isinstance(value, Mapping) else None
+        if not isinstance(kind, str) or ":" not in kind:
+            return known(value)
+        try:
+            thing = own_class(kind, base, (info.context or {}).get("folder", Path()))
+            model = own_section(kind, thing, section) if thing else None
+        except UserError as error:
+            raise ValueError(f"type: {error}") from error
+        return known(value) if model is None else checked(model, value, info)
+
+    return validated
+
+
+SECTIONS: dict[tuple[str, type[Any]], type[OwnSection]] = {}
+
+
+def own_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
+    """The table of a class of the user's own. Raises UserError."""
+    try:
+        if (kind, thing) not in SECTIONS:
+            SECTIONS[kind, thing] = new_section(kind, thing, section)
+        return SECTIONS[kind, thing]
+    except TypeError as error:  # in a declaration
+        raise UserError(f"{kind}: {error}") from error
+
+
+def new_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
+    """The same, made."""
+    if not hasattr(thing, "Numbers"):
+        raise TypeError("says no `Numbers`, the NamedTuple of its declared numbers")
+    made: type[OwnSection] = numbers_section(f"{thing.__name__}Section", thing.Numbers, section, type=(Literal[kind], ...))
+    made.thing = the_only(thing)
+    return made

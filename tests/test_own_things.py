@@ -1,0 +1,377 @@
+"""Paths, winds and metrics of the user's own, in files that missions name."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep import fly, read_mission
+from quadstep.errors import UserError
+from quadstep.flight.engine import Engine
+from quadstep.flight.scored import scored
+from quadstep.numbers import flatten
+from quadstep.page.missions import flown_mission, missions_page
+from quadstep.user_code import loading
+from tests.campaigns import no_report, rows
+from tests.commands import quadstep
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+LISSAJOUS = """
+[path]
+type = "lissajous.py:Lissajous"
+size = [1.0, 1.0, 0.5]
+period = 4.0
+"""
+
+REAL = """
+[vehicle]
+preset = "research-2.6kg"
+"""
+
+WRONG_PATHS = {
+    "no such file": ('type = "nowhere.py:Loop"', "", "nowhere.py: cannot be read: No such file or directory"),
+    "no such name": ('type = "own.py:Loop"', "class Other: pass", "has no 'Loop'; it defines Other"),
+    "no path": ('type = "own.py:Loop"', "class Loop: pass", "path: type: own.py:Loop: should be a subclass of .*DeclaredPath"),
+    "abstract": (
+        'type = "own.py:Loop"',
+        "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath): pass",
+        "path: type: own.py:Loop: has no `length` and no `reference`",
+    ),
+    "no numbers": (
+        'type = "own.py:Loop"',
+        "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
+        "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
+        "path: type: own.py:Loop: says no `Numbers`",
+    ),
+    "fails": ('type = "own.py:Loop"', "\n1 / 0", "own.py:2: ZeroDivisionError: division by zero; the line: 1 / 0"),
+    "unknown key": (
+        'type = "lissajous.py:Lissajous"\nspeed = 1.0',
+        "",
+        "path.speed: unknown key; allowed here: centre,",
+    ),
+    "out of range": ('type = "lissajous.py:Lissajous"\nperiod = -1.0', "", "path.period: should be greater than 0, not -1.0"),
+    "no list": ('type = "lissajous.py:Lissajous"\nsize = "big"', "", "path.size: should be a number or a list of three"),
+}
+
+BROKEN = """
+from typing import NamedTuple
+from quadstep.control.gain import gain
+from quadstep.guidance import DeclaredPath, Reference
+from quadstep.numbers import vector
+
+class Numbers(NamedTuple):
+    time: float = gain(2.0, "s", "of the path")
+
+class Broken(DeclaredPath):
+    Numbers = Numbers
+    def length(self, numbers):
+        return LENGTH
+    def reference(self, t, numbers):
+        return REFERENCE
+"""
+
+FLAT = "Reference(vector(0.0, 0.0), vector(0.0, 0.0), vector(0.0, 0.0), 0.0, 0.0)"
+WRONG_LAWS = {
+    "-1.0": ("None", "its length should be a number of seconds above 0, not -1"),
+    "numbers.time": ("None", "`reference` should give a Reference, whose vectors have three entries"),
+    "2.0 * numbers.time": (FLAT, "`reference` should give a Reference, whose vectors have three entries"),
+    "1.0": ("numbers.nothing", "own.py:15: AttributeError: 'Numbers' object has no attribute 'nothing'; the line: return"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """With the examples' files of Python; user code may run whatever was said before."""
+    monkeypatch.setattr(loading, "refused", "")
+    for name in EXAMPLES.glob("*.py"):
+        shutil.copy(name, tmp_path)
+    return tmp_path
+
+
+def written(folder, mission, name="mission.toml"):
+    """A mission's file."""
+    (folder / name).write_text(mission)
+    return folder / name
+
+
+def refused(run, said):
+    """One line that says so."""
+    assert run.refused, run.err
+    assert re.search(said, run.err), run.err
+
+
+def flown_campaign(folder, mission, vary, head=""):
+    """A campaign of 20 flights, and the folder that it was flown into."""
+    written(folder, mission)
+    text = f'mission = "mission.toml"\nflights = 20\n[vary]\n{vary}\n{head}\n'
+    campaign, out = written(folder, text, "campaign.toml"), folder / "campaign"
+    with no_report():
+        run = quadstep("campaign", campaign, "--out", out)
+    assert run.code == 0, run.err
+    return campaign, out
+
+
+# Paths
+
+
+@pytest.mark.parametrize("vehicle", ["", REAL])
+def test_a_path_flies_on_both_engines_alike(folder, vehicle):
+    plan = read_mission(written(folder, LISSAJOUS + vehicle)).plan()
+    assert plan.ticks.last * plan.ticks.step == 4.0
+    logs = [fly(plan._replace(ticks=plan.ticks._replace(last=100)), engine) for engine in (Engine.LANES, Engine.PYTHON)]
+    assert np.array_equal(logs[0].rows, logs[1].rows)
+    assert logs[0].column("x_d")[0] == pytest.approx(1.0)
+
+
+def test_the_lissajous_rates_are_those_of_its_position():
+    sample = 1e-4
+    plan = read_mission(EXAMPLES / "lissajous.toml").plan()
+    before, now, after = (plan.loop.path.reference(1.3 + shift, plan.parameters.path) for shift in (-sample, 0.0, sample))
+    for low, name in (("position", "velocity"), ("velocity", "acceleration"), ("acceleration", "jerk"), ("jerk", "snap")):
+        slope = [(b - a) / (2 * sample) for a, b in zip(getattr(before, low), getattr(after, low), strict=True)]
+        np.testing.assert_allclose(list(getattr(now, name)), slope, atol=1e-5)
+
+
+def test_missions_of_the_same_path_are_equal_and_say_what_they_name(folder):
+    path = written(folder, LISSAJOUS)
+    one, other = read_mission(path), read_mission(path)
+    assert one == other
+    assert one.plan().loop == other.plan().loop
+    assert one.model_dump()["path"]["type"] == "lissajous.py:Lissajous"
+    assert one.model_dump()["path"]["period"] == 4.0
+
+
+def test_a_campaign_varies_its_numbers_and_knows_its_file(folder):
+    campaign, out = flown_campaign(folder, LISSAJOUS + REAL, '"path.size.0" = { type = "uniform", low = 0.1, high = 3.0 }')
+    assert len(set(rows(out)["position_rmse[m]"].to_pylist())) == 20
+    assert quadstep("fly", campaign, "--flight", 3, "--results", out, "--out", folder / "replay").code == 0
+    (folder / "lissajous.py").write_text((folder / "lissajous.py").read_text() + "\n# changed\n")
+    refused(quadstep("campaign", campaign, "--out", out, "--resume"), "another|changed|differs")
+
+
+def test_its_numbers_have_sliders(folder):
+    mission = read_mission(written(folder, LISSAJOUS))
+    plan = mission.plan()
+    page = missions_page([flown_mission(mission, plan, fly(plan), folder)])
+    for label, unit in (("centre", "m"), ("size", "m"), ("period", "s")):
+        assert f'"label":"{label}","unit":"{unit}","group":"Path"' in page
+
+
+@pytest.mark.parametrize("case", WRONG_PATHS)
+def test_wrong_paths_are_one_line(folder, case):
+    table, code, said = WRONG_PATHS[case]
+    (folder / "own.py").write_text(code)
+    refused(quadstep("fly", written(folder, f"[path]\n{table}\n"), "--out", folder / "out"), said)
+
+
+@pytest.mark.parametrize("length", WRONG_LAWS)
+def test_wrong_laws_of_paths_are_one_line(folder, length):
+    reference, said = WRONG_LAWS[length]
+    (folder / "own.py").write_text(BROKEN.replace("LENGTH", length).replace("REFERENCE", reference))
+    refused(quadstep("fly", written(folder, '[path]\ntype = "own.py:Broken"\n'), "--out", folder / "out"), said)
+
+
+def test_no_user_code_runs_where_that_was_said(folder):
+    run = quadstep("fly", written(folder, LISSAJOUS), "--out", folder / "out", "--no-user-code")
+    refused(run, "path: type: lissajous.py:Lissajous: code of users is not run: --no-user-code was given")
+
+
+# Winds
+
+THERMAL = f"""{REAL}
+[path]
+type = "step"
+end = [0.0, 0.0, 1.0]
+duration = 2.0
+[wind]
+type = "thermal.py:Thermal"
+rising = 3.0
+"""
+
+STEADY = """
+from typing import NamedTuple
+from quadstep.air.declared import DeclaredAir
+from quadstep.control.gain import gain
+from quadstep.numbers import Vector, vector
+
+class Numbers(NamedTuple):
+    mean: Vector = gain((0.0, 0.0, 0.0), "m/s", "of the wind", signed=True)
+
+class Steady(DeclaredAir):
+    Numbers = Numbers
+    def wind(self, air, p, time):
+        return p.wind.mean
+"""
+
+WRONG_WINDS = {
+    "no wind": (
+        'type = "lissajous.py:Lissajous"',
+        "wind: type: lissajous.py:Lissajous: should be a subclass of .*DeclaredAir",
+    ),
+    "unknown key": ('type = "thermal.py:Thermal"\nmean = [1.0, 0.0, 0.0]', "wind.mean: unknown key; allowed here: breeze,"),
+    "out of range": ('type = "thermal.py:Thermal"\ntime = 0.0', "wind.time: should be greater than 0, not 0.0"),
+    "of no file": ('type = "thermal"', "wind.type: unknown key"),
+    "fails": ('type = "own.py:Fails"', "own.py:4: NameError: name 'speed' is not defined; the line: return speed"),
+}
+
+
+def test_a_wind_flies_on_both_engines_alike_and_is_logged(folder):
+    mission = read_mission(written(folder, THERMAL))
+    assert mission.noisy
+    plan = mission.plan()
+    plan = plan._replace(ticks=plan.ticks._replace(last=200))
+    logs = [fly(plan, engine) for engine in (Engine.LANES, Engine.PYTHON)]
+    assert np.array_equal(logs[0].rows, logs[1].rows)
+    assert logs[0].column("wind_z").max() > 2.5
+    assert len(set(logs[0].column("wind_x"))) > 5
+
+
+def test_a_steady_wind_of_ones_own_is_the_packages(folder):
+    (folder / "own.py").write_text(STEADY)
+    own = written(
+        folder, THERMAL.replace("thermal.py:Thermal", "own.py:Steady").replace("rising = 3.0", "mean = [2.0, 1.0, -0.5]")
+    )
+    logs = [fly(read_mission(own).plan())]
+    known = THERMAL.replace('type = "thermal.py:Thermal"', "").replace("rising = 3.0", "mean = [2.0, 1.0, -0.5]")
+    logs.append(fly(read_mission(written(folder, known, "known.toml")).plan()))
+    assert np.array_equal(logs[0].rows, logs[1].rows)
+    assert not read_mission(own).noisy
+
+
+def test_a_campaign_varies_a_wind(folder):
+    campaign, out = flown_campaign(folder, THERMAL, '"wind.rising" = { type = "uniform", low = 0.0, high = 6.0 }')
+    assert len(set(rows(out)["position_rmse[m]"].to_pylist())) == 20
+    assert quadstep("fly", campaign, "--flight", 7, "--results", out, "--out", folder / "replay").code == 0
+
+
+def test_the_numbers_of_a_wind_have_sliders(folder):
+    mission = read_mission(written(folder, THERMAL))
+    plan = mission.plan()
+    page = missions_page([flown_mission(mission, plan, fly(plan), folder)])
+    assert '"label":"rising","unit":"m/s","group":"Wind"' in page
+
+
+@pytest.mark.parametrize("case", WRONG_WINDS)
+def test_wrong_winds_are_one_line(folder, case):
+    table, said = WRONG_WINDS[case]
+    code = "from quadstep.air.declared import DeclaredAir\nclass Fails(DeclaredAir):\n    def wind(self, air, p, time):\n"
+    numbers = "\nfrom typing import NamedTuple\nclass N(NamedTuple): pass\nFails.Numbers = N\n"
+    (folder / "own.py").write_text(f"{code}        return speed{numbers}")
+    mission = THERMAL.partition("[wind]")[0] + f"[wind]\n{table}\n"
+    refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), said)
+
+
+def test_a_wind_is_of_real_vehicles_only(folder):
+    mission = THERMAL.replace(REAL, "")
+    refused(quadstep("fly", written(folder, mission), "--out", folder / "out"), "wind")
+
+
+# Metrics
+
+STEP = """
+[path]
+type = "step"
+end = [0.0, 0.0, 0.5]
+time = 0.1
+duration = 3.0
+"""
+
+MEASURED = 'metrics = ["metrics.py:SettlingTime", "metrics.py:Climb"]\n'
+MASS = '"vehicle.mass" = { type = "uniform", low = 0.8, high = 1.2 }'
+HEIGHT = '"path.end.2" = { type = "uniform", low = 0.2, high = 1.0 }'
+NOISY = f"{REAL}[sensors]\nposition_noise = 0.01\n"
+
+ONE = """
+from quadstep.flight.own_metric import Metric
+
+class One(Metric):
+    name, unit = NAME
+    def start(self):
+        return START
+    def add(self, sums, sample):
+        return sums + sample["x"]
+    def value(self, sums):
+        return VALUE
+"""
+
+WRONG_METRICS = {
+    '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
+    '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of .*Metric"),
+    '"overshoot"': ({}, "metrics: 'overshoot': names no class of a Python file"),
+    "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
+    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics have the name climb"),
+    '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
+    '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),
+    ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "metrics: position_rmse: every flight has a metric of this name"),
+    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which means something else"),
+    '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
+    ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
+}
+
+
+def test_a_flight_has_metrics_of_ones_own_and_is_judged_by_them(folder):
+    mission = written(folder, MEASURED + STEP)
+    run = quadstep("fly", mission, "--out", folder / "out", "--require", "settling_time=0.001")
+    assert run.code == 4, run.err
+    found = json.loads((folder / "out" / "metrics.json").read_text())
+    assert found["settling_time[s]"] > 0.1
+    log = fly(read_mission(mission).plan())
+    assert found["climb[m]"] == pytest.approx(np.abs(np.diff(log.column("z"))).sum(), rel=1e-12)
+    error = np.abs(log.table("x_d", "y_d", "z_d") - log.table("x", "y", "z"))
+    assert found["settling_time[s]"] == log.column("t")[np.linalg.norm(error, axis=1) > 0.05].max()
+    assert found["mission"]["metrics"] == ["metrics.py:SettlingTime", "metrics.py:Climb"]
+
+
+@pytest.mark.parametrize(("vehicle", "vary"), [("", MASS), (NOISY, HEIGHT)])
+def test_a_campaign_has_the_metrics_of_its_flights(folder, vehicle, vary):
+    head = "[failure]\nsettling_time = 1.0"
+    campaign, out = flown_campaign(folder, MEASURED + STEP + vehicle, vary, head)
+    table = rows(out)
+    assert len(set(table["climb[m]"].to_pylist())) == 20
+    late = [time > 1.0 for time in table["settling_time[s]"].to_pylist()]
+    assert [not one for one in table["success"].to_pylist()] == late
+    for flight in (0, 11):
+        assert quadstep("fly", campaign, "--flight", flight, "--results", out, "--out", folder / f"{flight}").code == 0
+        replay = json.loads((folder / f"{flight}" / "metrics.json").read_text())
+        for name in ("climb[m]", "settling_time[s]"):
+            assert replay[name] == table[name][flight].as_py()
+
+
+def test_no_metric_of_ones_own_leaves_the_sums_as_they_were(folder):
+    plan = read_mission(written(folder, STEP)).plan()
+    loop, _ = scored(plan.loop, plan.ticks, 0.01)
+    assert len(flatten(loop.start(plan.start, plan.parameters).score)) == 3 + 4 + 4 + 4 + 2
+
+
+def test_tuning_may_ask_for_a_metric_of_ones_own(folder):
+    tune = '[tune]\nobjective = { settling_time = 1.0 }\n[tune.gains]\n"controller.K1" = { low = 1.0, high = 2.0 }\n'
+    with pytest.raises(UserError, match="settling_time: unknown metric"):
+        read_mission(written(folder, STEP + tune))
+    assert "settling_time[s]" in read_mission(written(folder, MEASURED + STEP + tune)).scores
+
+
+def test_metrics_do_not_vary(folder):
+    written(folder, MEASURED + STEP)
+    text = 'mission = "mission.toml"\n[vary]\n"metrics.0" = { type = "choice", values = ["metrics.py:Climb"] }\n'
+    refused(
+        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"), "what is measured changes no flight"
+    )
+
+
+@pytest.mark.parametrize("named", WRONG_METRICS)
+def test_wrong_metrics_are_one_line(folder, named):
+    changes, said = WRONG_METRICS[named]
+    code = ONE
+    for name, usual in (("NAME", '"one", "m"'), ("START", "0.0"), ("VALUE", "sums")):
+        code = code.replace(name, changes.get(name, usual))
+    (folder / "own.py").write_text(code)
+    refused(quadstep("fly", written(folder, f"metrics = [{named}]\n{STEP}"), "--out", folder / "out"), said)
+
+
+def test_no_metric_of_users_runs_where_that_was_said(folder):
+    run = quadstep("fly", written(folder, MEASURED + STEP), "--out", folder / "out", "--no-user-code")
+    refused(run, "metrics: metrics.py:SettlingTime: code of users is not run: --no-user-code was given")
