@@ -66,7 +66,9 @@ def test_every_engine_flies_it_alike(controller):
 
 def test_exact_linearisation_follows_a_hundred_times_closer():
     errors = [
-        mission(controller={"type": kind}).metrics(fly(mission(controller={"type": kind}).plan()))[0]["position_rmse[m]"]
+        mission(controller={"type": kind}).flight_metrics(fly(mission(controller={"type": kind}).plan()))[0][
+            "position_rmse[m]"
+        ]
         for kind in ("planar-pd", "planar-linearisation")
     ]
     assert 0.02 < errors[0] < 0.1

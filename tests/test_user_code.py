@@ -55,7 +55,8 @@ def folder(tmp_path):
 @pytest.mark.parametrize(
     ("text", "where"),
     [
-        ("law.py:Hover", "law.py"), ("laws/my law.py:X", None), ("../law.py:Hover", "../law.py"), ("a.b.c:D", "a.b.c"),
+        ("law.py:Hover", "law.py"), ("laws/my law.py:X", "laws/my law.py"),
+        ("../law.py:Hover", "../law.py"), ("a.b.c:D", "a.b.c"),
         ("Case 1: down", None), ("law.py", None), (":X", None), ("law.py:", None), ("law.py:a.b", None), (7, None),
     ],
 )  # fmt: skip
@@ -93,9 +94,9 @@ def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
     ("change", "said"),
     [
         (("9.81 +", "1 / 0 +"), "law.py:17: ZeroDivisionError: division by zero; the line: up = 1 / 0 + gains.k"),
-        (("-0.5 * measured.rates", "0.0"), "law.py:Hover: Hover.law: should return a Command(thrust, torque, ...)"),
-        (("), memory", ")"), "law.py:Hover: Hover.law: should return a command and the memory, not Command("),
-        (("), memory", "), (1.0,)"), "law.py:Hover: Hover.law: should return a memory like that of start: nothing, not 0"),
+        (("-0.5 * measured.rates", "0.0"), "law.py:Hover: law: the Command: should keep the shape that it has at the start"),
+        (("), memory", ")"), "law.py:Hover: law: should return a Command and the memory; it returns Command"),
+        (("), memory", "), (1.0,)"), "law.py:Hover: law: the memory: should keep the shape that it has at the start"),
         (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
         (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
         (("class Hover(", "class Hover(("), "SyntaxError"),

@@ -11,7 +11,7 @@ from quadstep.control.controller import Condition, Controller
 from quadstep.control.gain import Gain, Undecided
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
-from quadstep.control.registry import controllers
+from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.errors import UserError
 from quadstep.mission.fields import (
     MOST,
@@ -180,3 +180,15 @@ def any_section(measures: type) -> Any:
     """A table of any controller of the package that is told such a measurement."""
     sections = tuple(section_of(controller) for controller in controllers(measures).values())
     return Annotated[Union[sections], Field(discriminator="type")]  # noqa: UP007 (of as many as there are)
+
+
+def __getattr__(name: str) -> Any:
+    """A table of the package's controllers by its name, or that of its nets: so that missions can be pickled."""
+    for measures in BUILT_IN:
+        for law in controllers(measures).values() if name.endswith(("Section", "SectionNets")) else ():
+            section = section_of(law)
+            if name == section.__name__:
+                return section
+            if name == f"{section.__name__}Nets" and "nets" in section.model_fields:
+                return section.model_fields["nets"].annotation
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
