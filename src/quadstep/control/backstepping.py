@@ -25,8 +25,8 @@ TORQUE_INPUTS = 9
 class BacksteppingGains(NamedTuple):
     """Design parameters; diagonal matrices as vectors, attitude entries in the order (psi, theta, phi).
 
-    force_net, torque_net: the nets of Eqs 23 and 34. learning_start: when they switch on [s]; infinite for never. weights_1,
-    weights_2: W_hat at that moment, (N, 3).
+    force_net, torque_net: the nets of Eq. 23 and Eq. 34. learning_start: when they switch on [s]; infinite for never.
+    weights_1, weights_2: W_hat at that moment, (N, 3).
     """
 
     mass: Number = believed("mass")
@@ -60,7 +60,7 @@ class BacksteppingMemory(NamedTuple):
 def wanted_force(
     gains: BacksteppingGains, reference: Reference, e1: Vector, r1: Vector, integral: Vector, estimate: Vector
 ) -> Vector:
-    """F_d_hat [N] (Eqs 19 and 24): m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + K_i1 int r1."""
+    """F_d_hat [N] (Eq. 19, Eq. 24): m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + K_i1 int r1."""
     m_g = vector(0.0, 0.0, -gains.mass * gains.gravity)
     feedback = gains.gain_1 * r1 + gains.integral_1 * integral
     return gains.mass * (reference.acceleration - gains.slope_1 * gains.slope_1 * e1) - m_g + estimate + feedback
@@ -128,7 +128,7 @@ def position_loop(
 def attitude_errors(
     gains: BacksteppingGains, filtered: Filtered, measured: State, reference: Reference
 ) -> tuple[Vector, Vector]:
-    """(e2 [rad], r2 [rad/s]) of Eqs 27 and 28. Yaw and its rate come from the path, theta_d and phi_d from the filter."""
+    """(e2 [rad], r2 [rad/s]) of Eq. 27 and Eq. 28. Yaw and its rate come from the path, theta_d and phi_d from the filter."""
     desired = Vector((reference.yaw, *filtered.value))
     desired_rates = Vector((reference.yaw_rate, *filtered.rate))
     e2 = desired - measured.attitude  # Eq. 27

@@ -1,4 +1,4 @@
-"""Kinematic inversion, Eqs 40-52: which thrust and attitude make a wanted force."""
+"""Kinematic inversion, Eq. 40 to Eq. 52: which thrust and attitude make a wanted force."""
 
 from quadstep.numbers import Number, Vector, atan2, sqrt, where
 
@@ -13,6 +13,6 @@ def invert_force(force: Vector) -> tuple[Number, Number, Number]:
     f_x, f_y, f_z = force
     b = sqrt(f_y * f_y + f_z * f_z)  # Eq. 45
     u_d = sqrt(f_x * f_x + b * b)  # Eq. 48
-    theta_d = where(u_d > 0.0, atan2(-f_x, b), 0.0)  # Eqs 43 and 50
+    theta_d = where(u_d > 0.0, atan2(-f_x, b), 0.0)  # Eq. 43, Eq. 50
     phi_d = where(b > 0.0, atan2(f_y, f_z), 0.0)  # Eq. 52
     return u_d, theta_d, phi_d

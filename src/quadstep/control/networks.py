@@ -1,4 +1,4 @@
-"""The two neural nets: linear in the weights, sigmoid basis, fixed random input weights (Eqs 22, 23, 34 and 54)."""
+"""The two neural nets: linear in the weights, sigmoid basis, fixed random input weights (Eq. 22, Eq. 23, Eq. 34, Eq. 54)."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -34,7 +34,7 @@ def basis(net: Net, inputs: Iterable[Number]) -> Vector:
 
 
 def output(weights: Matrix, mu: Vector) -> Vector:
-    """W_hat^T mu, the net's estimate (Eqs 23 and 34), shape (3,)."""
+    """W_hat^T mu, the net's estimate (Eq. 23, Eq. 34), shape (3,)."""
     return weights.T @ mu
 
 

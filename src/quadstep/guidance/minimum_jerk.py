@@ -20,7 +20,7 @@ class MinimumJerkParameters(NamedTuple):
 def blend(t: Number, duration: Number) -> tuple[Number, Number, Number]:
     """Share of the way done at time t [s], with its first [1/s] and second [1/s^2] rate.
 
-    With a_3 = 10 d, a_4 = -15 d / t_f, a_5 = 6 d / t_f^2, the solution of Eqs 70 and 71, Eq. 72 is
+    With a_3 = 10 d, a_4 = -15 d / t_f, a_5 = 6 d / t_f^2, the solution of Eq. 70 and Eq. 71, Eq. 72 is
     x_d0 + (x_df - x_d0) (10 s^3 - 15 s^4 + 6 s^5) with s = t / t_f; this form ends exactly at rest.
     """
     s = clip(t / duration, 0.0, 1.0)
@@ -48,7 +48,7 @@ def blend_bend(t: Number, duration: Number) -> tuple[Number, Number]:
 
 @dataclass(frozen=True)
 class MinimumJerk:
-    """Eqs 68, 69 and 72-74 along a straight line, yaw blended the same way.
+    """Eq. 68, Eq. 69, Eq. 72, Eq. 73 and Eq. 74 along a straight line, yaw blended the same way.
 
     >>> from quadstep.guidance import MinimumJerk, MinimumJerkParameters
     >>> from quadstep.numbers import vector

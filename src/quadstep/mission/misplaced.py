@@ -20,7 +20,7 @@ NEEDS = {
 def of_another_plant(content: dict[str, Any], own: "type[Mission]") -> str:
     """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
     wrong = mistaken(content, own)
-    for other, needs in NEEDS.items() if wrong else ():
+    for other, needs in NEEDS.items() if wrong and own in (kind(PAPER), kind(REAL)) else ():
         theirs = mistaken(content, kind(other))
         misplaced = [key for key in wrong if key not in theirs]
         if misplaced:

@@ -101,7 +101,7 @@ class Lagrange:
         return Made(*limit(p.vehicle.rotors, command.thrust, command.torque))
 
     def rate(self, p: Parameters, state: State, held: Made, wind: Vector, time: Number) -> State:
-        """Eqs 9 and 10."""
+        """Eq. 9 and Eq. 10."""
         return derivative(p.vehicle, p.disturbance, self.kinematics, state, held.thrust, held.torque)
 
     def settled(self, state: State) -> State:

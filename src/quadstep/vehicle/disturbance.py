@@ -1,4 +1,4 @@
-"""The unmodelled forces and torques A_xyz and A_eta of Eqs 9 and 10."""
+"""The unmodelled forces and torques A_xyz and A_eta of Eq. 9 and Eq. 10."""
 
 from typing import NamedTuple
 

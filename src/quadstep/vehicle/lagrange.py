@@ -70,13 +70,13 @@ def coriolis_torque(attitude: Vector, rates: Vector, inertia: Vector, kinematics
 
 
 def acceleration(vehicle: Vehicle, attitude: Vector, thrust: Number, force: Vector) -> Vector:
-    """xi_dd [m/s^2] under `thrust` u [N] and the disturbance `force` A_xyz [N] (Eqs 1, 7 and 9)."""
+    """xi_dd [m/s^2] under `thrust` u [N] and the disturbance `force` A_xyz [N] (Eq. 1, Eq. 7, Eq. 9)."""
     weight = vector(0.0, 0.0, vehicle.mass * vehicle.gravity)
     return (thrust * thrust_direction(attitude) - weight + force) * (1.0 / vehicle.mass)
 
 
 def angular_acceleration(vehicle: Vehicle, attitude: Vector, rates: Vector, torque: Vector, kinematics: Kinematics) -> Vector:
-    """eta_dd [rad/s^2] under the generalised `torque` tau + A_eta [N m] (Eqs 2, 3, 8 and 10)."""
+    """eta_dd [rad/s^2] under the generalised `torque` tau + A_eta [N m] (Eq. 2, Eq. 3, Eq. 8, Eq. 10)."""
     inertia = effective_inertia(attitude, vehicle.inertia, kinematics)
     return solve_symmetric(inertia, torque - coriolis_torque(attitude, rates, vehicle.inertia, kinematics))
 
@@ -89,7 +89,7 @@ def derivative(
     thrust: Number,
     torque: Vector,
 ) -> State:
-    """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eqs 9 and 10)."""
+    """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eq. 9, Eq. 10)."""
     force, moment = disturb(disturbance, state)
     return State(
         position=state.velocity,

@@ -6,7 +6,7 @@ from quadstep.numbers import Vector
 
 
 class State(NamedTuple):
-    """The twelve states of Eqs 7 and 8: q = (xi, eta) and their rates.
+    """The twelve states of Eq. 7 and Eq. 8: q = (xi, eta) and their rates.
 
     position: xi = (x, y, z) [m], inertial frame, z up.
     velocity: xi_dot [m/s].
