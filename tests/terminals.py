@@ -4,6 +4,7 @@ import fcntl
 import os
 import pty
 import re
+import signal
 import struct
 import subprocess
 import sys
@@ -48,6 +49,12 @@ def environment(changes):
     return {key: value for key, value in kept.items() if value is not None}
 
 
+def owns_terminal():
+    """Ctrl-C goes to whom the terminal belongs, and is heard there even where the tests run in the background."""
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND, **changes):
     """A command whose streams are all a terminal of this width. changes: of the environment.
 
@@ -58,7 +65,7 @@ def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND,
     process = subprocess.Popen(
         [*program, *map(str, arguments)],
         stdin=theirs, stdout=theirs, stderr=theirs, cwd=cwd, env=environment(changes), start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # noqa: PLW1509 (Ctrl-C goes to whom the terminal belongs)
+        preexec_fn=owns_terminal,  # noqa: PLW1509 (it starts no thread)
     )  # fmt: skip
     os.close(theirs)
     received = bytearray()

@@ -104,11 +104,14 @@ def test_what_changes_no_flight_cannot_vary(key):
         of(f'[vary]\n"{key}" = {UNIFORM}')
 
 
-def test_what_counts_as_failure_is_a_metric_without_its_unit():
+def test_what_counts_as_failure_is_a_metric_without_its_unit(tmp_path):
     assert of("[failure]\nposition_rmse = 0.1\neffort_thrust = 9").failure == {"position_rmse": 0.1, "effort_thrust": 9.0}
-    for text in ("speed = 1", '"position_rmse[m]" = 1', "position_rmse = 0", "position_rmse = -1", 'position_rmse = "a"'):
+    for text in ("position_rmse = 0", "position_rmse = -1", 'position_rmse = "a"'):
         with pytest.raises(UserError, match="failure"):
             of("[failure]\n" + text)
+    for text in ("speed = 1", '"position_rmse[m]" = 1'):
+        with pytest.raises(UserError, match=r"failure\..*: unknown key; allowed here: position_rmse, largest_error, effort"):
+            campaign(tmp_path, '"path.end.0" = ' + UNIFORM + "\n[failure]\n" + text)
 
 
 def test_flights_left_out_are_all_combinations_of_the_grids(tmp_path):

@@ -1,5 +1,6 @@
 """`--engine ray` without RAY_ADDRESS: a cluster of this machine only, which nobody else reaches and of which nothing stays."""
 
+import contextlib
 import fcntl
 import os
 import re
@@ -72,7 +73,11 @@ def addresses(chosen):
             if state == "0A" or table.startswith("udp"):  # TCP: only what listens
                 places[f"socket:[{inode}]"] = local.partition(":")[0]
     handles = [handle for process in chosen for handle in Path("/proc", str(process), "fd").iterdir()]
-    return {places[place] for handle in handles if (place := str(handle.readlink())) in places}
+    found = set()
+    for handle in handles:
+        with contextlib.suppress(FileNotFoundError):  # closed by now
+            found.add(str(handle.readlink()))
+    return {places[place] for place in found if place in places}
 
 
 LOOPBACK = {"0100007F", "0000000000000000FFFF00000100007F", "00000000000000000000000001000000"}
