@@ -235,7 +235,7 @@ def without(package, *arguments):
 
 
 def test_a_package_that_is_not_installed_is_one_line_that_says_how_to_install_it(tmp_path):
-    cure = f"install it: {sys.executable} -m pip install 'cma>=4' 'pyarrow>=18' 'scipy>=1.14'\n"
+    cure = f"install it: {sys.executable} -m pip install 'cma>=4' 'pyarrow>=18' 'scipy>=1.14' 'tomlkit>=0.13'\n"
     path = written(tmp_path, MASS, head="flights = 5")
     run = without("pyarrow", "campaign", path, "--out", tmp_path / "out")
     assert (run.returncode, run.stdout) == (2, "")
