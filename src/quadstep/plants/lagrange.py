@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from quadstep.control.controller import Command
 from quadstep.flight.closed_loop import Outcome, finite
 from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, maximum, where
+from quadstep.numbers import Number, Vector, absolute, where
+from quadstep.plants.in_space import InSpace, fastest
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle, derivative
@@ -43,36 +44,18 @@ class Made(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Lagrange:
+class Lagrange(InSpace):
     """The plant; which T_eta it has, and whether its rotors have limits."""
 
     kinematics: Kinematics = Kinematics.STANDARD
     rotor_limits: bool = False
 
-    @property
-    def compact(self) -> bool:
-        """One function."""
-        return True
+    compact: ClassVar[bool] = True
 
     @property
     def columns(self) -> Mapping[str, str]:
         """Name and unit of every logged column."""
         return COLUMNS
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Of the position."""
-        return ("x", "y", "z")
-
-    @property
-    def efforts(self) -> Mapping[str, str]:
-        """Thrust and the generalised torques on psi, theta, phi."""
-        return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
-
-    @property
-    def norms(self) -> tuple[str, ...]:
-        """Of both nets."""
-        return ("norm_W1", "norm_W2")
 
     def body(self, p: Parameters) -> Vehicle:
         """Its numbers."""
@@ -112,25 +95,12 @@ class Lagrange:
         """Off the path, spinning, or at the singularity of the Euler angles."""
         limits, (_, theta, _) = p.limits, state.attitude
         distance = self.error(state, reference).norm()
-        spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
         code = where(absolute(theta) < limits.pitch, 0.0, float(Outcome.SINGULAR))
-        code = where(spin < limits.rate, code, float(Outcome.SPINNING))
+        code = where(fastest(state.rates) < limits.rate, code, float(Outcome.SPINNING))
         code = where(distance < limits.distance, code, float(Outcome.OFF_PATH))
         everything = distance + state.velocity.norm() + state.attitude.norm() + state.rates.norm()
         everything = everything + absolute(command.thrust) + command.torque.norm()
         return where(finite(everything), code, float(Outcome.NOT_FINITE))
-
-    def error(self, state: State, reference: Reference) -> Vector:
-        """e1 (Eq. 11)."""
-        return reference.position - state.position
-
-    def inputs(self, held: Made) -> Vector:
-        """Thrust [N] and generalised torque [N m]."""
-        return Vector((held.thrust, *held.torque))
-
-    def weight_norms(self, command: Command) -> Vector:
-        """Frobenius norms of both nets' weights."""
-        return command.weight_norms
 
     def drawn(self, p: Parameters) -> Drawn:
         """Rotor 1 at -y, 2 at -x, 3 at +y, 4 at +x (docs/conventions.md)."""

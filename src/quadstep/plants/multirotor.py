@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from quadstep.airframe.allocation import Allocation, allocate
 from quadstep.airframe.events import Events, efficiencies, mass_properties
@@ -16,8 +16,9 @@ from quadstep.flight.airframe_columns import airframe_columns, airframe_row
 from quadstep.flight.closed_loop import Outcome, finite
 from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, maximum, vector, where
+from quadstep.numbers import Number, Vector, absolute, vector, where
 from quadstep.numbers.noise import Key
+from quadstep.plants.in_space import InSpace, fastest
 
 
 class AirframeLimits(NamedTuple):
@@ -50,36 +51,19 @@ class Spun(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Multirotor:
+class Multirotor(InSpace):
     """The plant: where its rotors are, and which effects it has."""
 
     geometry: Geometry
     effects: Effects
 
-    @property
-    def compact(self) -> bool:
-        """Written out four times: as a function it would take longer to compile and to fly."""
-        return False
+    compact: ClassVar[bool] = False
+    """Written out four times: as a function it would take longer to compile and to fly."""
 
     @property
     def columns(self) -> Mapping[str, str]:
         """Name and unit of every logged column."""
         return airframe_columns(len(self.geometry.mounts))
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Of the position."""
-        return ("x", "y", "z")
-
-    @property
-    def efforts(self) -> Mapping[str, str]:
-        """Thrust and the torques about body x, y, z."""
-        return {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
-
-    @property
-    def norms(self) -> tuple[str, ...]:
-        """Of both nets."""
-        return ("norm_W1", "norm_W2")
 
     def body(self, p: AirframeParameters) -> Airframe:
         """Its numbers."""
@@ -119,25 +103,12 @@ class Multirotor:
     def outcome(self, p: AirframeParameters, state: AirframeState, command: Command, reference: Reference) -> Number:
         """On the ground, off the path, or spinning."""
         distance = self.error(state, reference).norm()
-        spin = maximum(maximum(absolute(state.rates[0]), absolute(state.rates[1])), absolute(state.rates[2]))
-        code = where(spin < p.limits.rate, 0.0, float(Outcome.SPINNING))
+        code = where(fastest(state.rates) < p.limits.rate, 0.0, float(Outcome.SPINNING))
         code = where(distance < p.limits.distance, code, float(Outcome.OFF_PATH))
         code = where(state.position[2] >= p.airframe.ground, code, float(Outcome.CRASHED))
         everything = distance + state.velocity.norm() + state.rates.norm() + state.speeds.norm()
         everything = everything + absolute(command.thrust) + command.torque.norm()
         return where(finite(everything), code, float(Outcome.NOT_FINITE))
-
-    def error(self, state: AirframeState, reference: Reference) -> Vector:
-        """e1."""
-        return reference.position - state.position
-
-    def inputs(self, held: Spun) -> Vector:
-        """Thrust [N] and torque [N m] that the rotors should make."""
-        return Vector((held.thrust, *held.torque))
-
-    def weight_norms(self, command: Command) -> Vector:
-        """Frobenius norms of both nets' weights."""
-        return command.weight_norms
 
     def drawn(self, p: AirframeParameters) -> Drawn:
         """Rotors where the geometry says."""
