@@ -221,6 +221,9 @@ def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
     found = EntryPoint("hovering", "json:dumps", own_controller.GROUP)
     monkeypatch.setattr(own_controller, "entry_points", lambda **_: [found])
+    own_controller.all_installed.cache_clear()
+    yield
+    own_controller.all_installed.cache_clear()
 
 
 @pytest.mark.usefixtures("entry_point")

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Self
 
-from quadstep.control.gain import Gain, Said, Undecided, by_type, declared, with_defaults
+from quadstep.control.gain import Gain, Said, Undecided, declared, kept, with_defaults
 from quadstep.control.learning import Learning
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
@@ -156,13 +156,13 @@ class Controller:
         return cls.undecided(model, values, learning).decided()
 
 
-@by_type
+@kept
 def declarations_of(controller: type[Controller]) -> Mapping[str, Any]:
     """Those of its gains, with the controller's own defaults."""
     return with_defaults(declared(controller.Gains), controller.defaults)
 
 
-@by_type
+@kept
 def keys_of(controller: type[Controller]) -> Mapping[str, tuple[str, Gain]]:
     """By key: field and declaration."""
     return {one.key: (name, one) for name, one in declarations_of(controller).items() if isinstance(one, Gain)}

@@ -13,7 +13,7 @@ gains needs none: its keys stand beside the others.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, get_type_hints
+from typing import Any, NamedTuple, ParamSpec, Protocol, TypeAlias, TypeVar, get_type_hints
 
 from quadstep.control.model import Model
 from quadstep.numbers import Number, Vector
@@ -190,21 +190,22 @@ def resolved(default: Default, gains: Any, model: Model) -> Any:
 # A structure of gains
 
 
+P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def by_type(function: Callable[[type[Any]], R]) -> Callable[[type[Any]], R]:
-    """The function, its answer for each class kept."""
+def kept(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, its answer for each class that it is asked about kept."""
     return cache(function)  # type: ignore[return-value]  # a class is hashable, whatever its objects are
 
 
-@by_type
+@kept
 def kinds_of(gains: type[Any]) -> Mapping[str, Any]:
     """The type of every field."""
     return get_type_hints(gains)
 
 
-@by_type
+@kept
 def declared(gains: type[Any]) -> Mapping[str, Any]:
     """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
     found: dict[str, Any] = {}

@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from quadstep.control.controller import Controller, Measured
-from quadstep.control.gain import by_type
+from quadstep.control.gain import kept
 from quadstep.plants.planar import PlanarState
 from quadstep.vehicle.state import State
 
@@ -25,7 +25,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
 """Module and class, in the order in which users are told of them."""
 
 
-@by_type
+@kept
 def controllers(measures: type) -> dict[str, type[Controller]]:
     """Those that are told such a measurement, by name."""
     found: list[type[Controller]] = []

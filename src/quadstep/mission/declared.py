@@ -1,12 +1,13 @@
 """A mission for a plant that declares itself: its tables follow from what the plant says of its numbers."""
 
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import SerializeAsAny, WrapValidator, create_model
 
 from quadstep.analysis.general_metrics import general_metrics
+from quadstep.control.gain import kept
 from quadstep.control.model import Model
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
@@ -18,6 +19,7 @@ from quadstep.mission.fields import Name, Positive, Section
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import own_or
 from quadstep.mission.own_metrics import OwnMetrics
+from quadstep.mission.own_thing import own_class, the_only
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
@@ -25,8 +27,6 @@ from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
 from quadstep.report.drawing import FigureJob
 from quadstep.report.general_panels import general_jobs
-from quadstep.user_code.loading import load
-from quadstep.user_code.places import place
 
 PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""
@@ -58,15 +58,13 @@ class DeclaredMission(Mission):
     """A mission file for a plant that declares itself; a subclass for each."""
 
     simulation: DeclaredSimulation
+    if TYPE_CHECKING:  # keys of its subclasses
+        vehicle: OwnVehicleSection
+        limits: NumbersSection
 
     @property
     def plant(self) -> Any:
         return self.vehicle.plant
-
-    @cached_property
-    def modelled(self) -> OwnVehicleSection:
-        found: OwnVehicleSection = self.vehicle
-        return found
 
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         return general_metrics(log, self.plant.efforts), []
@@ -75,30 +73,24 @@ class DeclaredMission(Mission):
         return general_jobs(log, self.name)
 
     def build(self, path: BuiltPath) -> Built:
-        numbers, limits = self.vehicle.numbers(), getattr(self, "limits")  # noqa: B009 (a key of its subclasses)
+        numbers = self.vehicle.numbers()
         return Built(
             periods={"guidance": self.simulation.guidance_period, "control": self.simulation.control_period},
-            numbers=partial(PlantParameters, vehicle=numbers, limits=limits.numbers()),
+            numbers=partial(PlantParameters, vehicle=numbers, limits=self.limits.numbers()),
             start=partial(self.plant.begin, numbers),
             guided=True,
         )
 
 
-MISSIONS: dict[tuple[type[DeclaredPlant], str], type[Mission]] = {}
-
-
+@kept
 def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
-    """The mission of a plant, whose vehicle's `type` is `kind`."""
-    if (plant, kind) not in MISSIONS:
-        MISSIONS[plant, kind] = new_mission(plant, kind)
-    return MISSIONS[plant, kind]
+    """The mission of a plant, whose vehicle's `type` is `kind`, made when first asked for.
 
-
-def new_mission(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
-    """The same, made. Raises TypeError for declarations that cannot be read."""
+    Raises TypeError for declarations that cannot be read.
+    """
     name, known = plant.__name__, controllers(plant.measures)
     vehicle = numbers_section(f"{name}Vehicle", plant.Numbers, OwnVehicleSection, type=(Literal[kind], ...))
-    vehicle.plant = plant()
+    vehicle.plant = the_only(plant)
     limits = numbers_section(f"{name}Limits", plant.Limits)
     anything: Any = SerializeAsAny
     sections: Any = any_section(plant.measures) if known else Section
@@ -125,12 +117,12 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     """The mission of the plant that [vehicle] names by its `type`. Raises UserError."""
     if kind in PLANTS:
         return mission_of(PLANTS[kind], kind)
-    found = place(kind)
-    if found is None:
+    try:
+        plant = own_class(kind, DeclaredPlant, folder)
+    except UserError as error:
+        raise UserError(f"vehicle.type: {error}") from error
+    if plant is None:
         raise UserError(f"vehicle.type: {shorten(kind)} is not known; allowed: {', '.join(PLANTS)}, or your own FILE.py:NAME")
-    plant = load(found, folder)
-    if not (isinstance(plant, type) and issubclass(plant, DeclaredPlant)):
-        raise UserError(f"vehicle.type: {kind}: should be a subclass of quadstep.plants.declared.DeclaredPlant")
     try:
         return mission_of(plant, kind)
     except TypeError as error:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Unio
 from pydantic import BeforeValidator, Field, create_model
 
 from quadstep.control.controller import Condition, Controller
-from quadstep.control.gain import Gain, Undecided
+from quadstep.control.gain import Gain, Undecided, kept
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
 from quadstep.control.registry import BUILT_IN, controllers
@@ -126,18 +126,9 @@ def key_field(gain: Gain) -> tuple[Any, Any]:
     return Annotated[kind if gain.fixed is not None else kind | None, Quantity(gain.unit, gain.meaning)], gain.fixed
 
 
-SECTIONS: dict[tuple[type[Controller], str], type[ControllerSection]] = {}
-
-
+@kept
 def section_of(controller: type[Controller], kind: str = "") -> type[ControllerSection]:
-    """The table of one controller. kind: its `type` in missions, where it is the user's own."""
-    if (controller, kind) not in SECTIONS:
-        SECTIONS[controller, kind] = new_section(controller, kind)
-    return SECTIONS[controller, kind]
-
-
-def new_section(controller: type[Controller], kind: str) -> type[ControllerSection]:
-    """The same, made."""
+    """The table of one controller, made when first asked for. kind: its `type` in missions, where it is the user's own."""
     name = f"{controller.__name__}Section"
     fields: dict[str, Any] = {"type": (Literal[kind or controller.name], ...)}
     nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]

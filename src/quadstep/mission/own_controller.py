@@ -4,22 +4,22 @@ import contextlib
 import inspect
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import cache
 from importlib.metadata import entry_points
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError, ValidationInfo
-from pydantic_core import PydanticCustomError
+from pydantic import ValidationInfo
 
 from quadstep.control.controller import Controller
 from quadstep.control.gain import Gain, declared
 from quadstep.control.opaque import opaque_law
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
-from quadstep.mission.check import INSIDE
 from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.mission.own_table import or_own
 from quadstep.user_code.blame import blamed, user_error
 from quadstep.user_code.loading import load
 from quadstep.user_code.places import Place, place
@@ -117,8 +117,9 @@ def installed(kind: str) -> Place | None:
     return all_installed().get(kind)
 
 
+@cache
 def all_installed() -> dict[str, Place]:
-    """The entry points by name."""
+    """The entry points by name. To look for them takes longer than to check a mission, so it is done once."""
     found = {one.name: place(one.value) for one in entry_points(group=GROUP)}
     return {name: one._replace(entry=True) for name, one in found.items() if one}
 
@@ -126,25 +127,7 @@ def all_installed() -> dict[str, Place]:
 def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:
     """A validator around that of the package's controllers: takes one of the user's own too."""
 
-    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
-        if isinstance(value, ControllerSection) and value.own:
-            return value
-        kind = value.get("type") if isinstance(value, Mapping) else None
-        if not isinstance(kind, str) or (":" not in kind and not entry_points(group=GROUP, name=kind)):
-            return known(value)
-        try:
-            model = own_section(kind, measures, (info.context or {}).get("folder", Path()))
-        except UserError as error:
-            raise ValueError(f"type: {error}") from error
-        return known(value) if model is None else checked(model, value, info)
+    def table(kind: str, folder: Path) -> type[ControllerSection] | None:
+        return own_section(kind, measures, folder)
 
-    return validated
-
-
-def checked(model: type[BaseModel], value: Any, info: ValidationInfo) -> BaseModel:
-    """The table; an error in it names its key."""
-    try:
-        return model.model_validate(value, context=info.context)
-    except ValidationError as error:
-        problem = error.errors(include_url=False)[0]
-        raise PydanticCustomError(INSIDE, "inside", {"model": model, "problem": problem}) from None
+    return or_own(lambda value: isinstance(value, ControllerSection) and value.own, table)

@@ -1,15 +1,15 @@
 """A thing of the user's own in a mission: its table says `type = "my_path.py:Lissajous"`, and the numbers that it declares."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, Literal, TypeVar
 
 from pydantic import ValidationInfo
 
-from quadstep.control.gain import by_type
+from quadstep.control.gain import kept
 from quadstep.errors import UserError
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
-from quadstep.mission.own_controller import checked
+from quadstep.mission.own_table import or_own
 from quadstep.user_code.loading import load
 from quadstep.user_code.places import place
 
@@ -37,7 +37,7 @@ def own_class(kind: str, base: type[Any], folder: Path) -> type[Any] | None:
     return thing
 
 
-@by_type
+@kept
 def the_only(thing: type[T]) -> T:
     """The one object of a class that holds structure only, so that flights of it have one program."""
     return thing()
@@ -49,37 +49,24 @@ def own_or(base: type[Any], section: type[OwnSection]) -> Callable[[Any, Any, Va
     base: what the class is one of; section: what its table is.
     """
 
-    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
-        if isinstance(value, section):
-            return value
-        kind = value.get("type") if isinstance(value, Mapping) else None
-        if not isinstance(kind, str) or ":" not in kind:
-            return known(value)
-        try:
-            thing = own_class(kind, base, (info.context or {}).get("folder", Path()))
-            model = own_section(kind, thing, section) if thing else None
-        except UserError as error:
-            raise ValueError(f"type: {error}") from error
-        return known(value) if model is None else checked(model, value, info)
+    def table(kind: str, folder: Path) -> type[OwnSection] | None:
+        thing = own_class(kind, base, folder)
+        return own_section(kind, thing, section) if thing else None
 
-    return validated
-
-
-SECTIONS: dict[tuple[str, type[Any]], type[OwnSection]] = {}
+    return or_own(lambda value: isinstance(value, section), table)
 
 
 def own_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
     """The table of a class of the user's own. Raises UserError."""
     try:
-        if (kind, thing) not in SECTIONS:
-            SECTIONS[kind, thing] = new_section(kind, thing, section)
-        return SECTIONS[kind, thing]
+        return new_section(kind, thing, section)
     except TypeError as error:  # in a declaration
         raise UserError(f"{kind}: {error}") from error
 
 
+@kept
 def new_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
-    """The same, made."""
+    """The same, made when first asked for."""
     if not hasattr(thing, "Numbers"):
         raise TypeError("says no `Numbers`, the NamedTuple of its declared numbers")
     made: type[OwnSection] = numbers_section(f"{thing.__name__}Section", thing.Numbers, section, type=(Literal[kind], ...))

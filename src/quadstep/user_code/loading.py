@@ -2,7 +2,6 @@
 
 import builtins
 import contextlib
-import hashlib
 import importlib
 import sys
 from collections.abc import Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import Any
 
 from quadstep.errors import UserError
 from quadstep.user_code.blame import FILES, NAMED, user_error
-from quadstep.user_code.places import Place, package, sibling, sources
+from quadstep.user_code.places import Place, digest_of, package_files, sibling, sources
 
 PREFIX = "quadstep_user_"
 """How the modules of users are called in sys.modules, followed by a digest."""
@@ -33,10 +32,10 @@ def load(found: Place, folder: Path) -> Any:
     if refused:
         raise UserError(f"{found.text}: code of users is not run: {refused}")
     path = found.file(folder)
-    NAMED.add(found.text)
-    if path is None:
+    if path is None and found.text not in NAMED:
         with contextlib.suppress(UserError):  # too many files
-            FILES.update(map(str, package(found.where.partition(".")[0])))
+            FILES.update(map(str, package_files(found.where.partition(".")[0])))
+    NAMED.add(found.text)
     try:
         module = family_of(path).module(path) if path else importlib.import_module(found.where)
     except (UserError, KeyboardInterrupt):
@@ -90,8 +89,5 @@ def said(*values: object, file: Any = None, **how: Any) -> None:
 def family_of(path: Path) -> Family:
     """The family of a file, with its present content."""
     contents = sources(path)
-    total = hashlib.sha256(str(path).encode())
-    for one, content in sorted(contents.items()):
-        total.update(f"{one} {len(content)}\n".encode() + content)
-    name = PREFIX + total.hexdigest()[:16]
+    name = PREFIX + digest_of([(str(path), b""), *((str(one), contents[one]) for one in sorted(contents))])[:16]
     return families.setdefault(name, Family(path.parent, contents, name))

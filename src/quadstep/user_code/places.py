@@ -1,13 +1,15 @@
 """How a mission names a thing of the user's own, where that is, and what it consists of.
 
-type = "my_law.py:SuperTwisting"     # a file, looked up from the mission's folder
-type = "my_law:SuperTwisting"        # the same; or a module that is installed
+`type = "my_law.py:SuperTwisting"` names a file, looked up from the mission's folder; `type = "my_law:SuperTwisting"` means the
+same file where there is one, else a module that is installed.
 """
 
 import ast
 import hashlib
 import re
 import sys
+from collections.abc import Iterable
+from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import NamedTuple
@@ -67,8 +69,13 @@ def digest(found: Place, folder: Path) -> str:
     """
     path = found.file(folder)
     parts = sources(path) if path else package(found.where.partition(".")[0])
+    return digest_of(sorted((part.name, content) for part, content in parts.items()))
+
+
+def digest_of(parts: Iterable[tuple[str, bytes]]) -> str:
+    """Of named contents, in this order."""
     total = hashlib.sha256()
-    for name, content in sorted((part.name, content) for part, content in parts.items()):
+    for name, content in parts:
         total.update(f"{name} {len(content)}\n".encode() + content)
     return total.hexdigest()
 
@@ -93,19 +100,24 @@ def sibling(folder: Path, module: str) -> Path | None:
     return path if own and files.is_file(path) else None
 
 
-def imported(content: bytes) -> set[str]:
+@lru_cache(maxsize=256)
+def imported(content: bytes) -> frozenset[str]:
     """The modules that a file imports anywhere; none of one that is not Python."""
     try:
         tree = ast.parse(content)
     except (SyntaxError, ValueError, RecursionError, MemoryError):  # loading it will say so
-        return set()
-    found = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    return found | {
-        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module and not node.level
-    }
+        return frozenset()
+    nodes = list(ast.walk(tree))
+    found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    return frozenset(found | {one.module for one in nodes if isinstance(one, ast.ImportFrom) and one.module and not one.level})
 
 
 def package(name: str) -> dict[Path, bytes]:
+    """The Python files of an installed package or module, with their contents. Raises UserError as `package_files`."""
+    return {path: files.read_bytes(path, files.PYTHON) for path in package_files(name)}
+
+
+def package_files(name: str) -> list[Path]:
     """The Python files of an installed package or module. Raises UserError for one that is not Python, or too large."""
     spec = PathFinder.find_spec(name)
     folders = [Path(one) for one in spec.submodule_search_locations or ()] if spec else []
@@ -114,4 +126,4 @@ def package(name: str) -> dict[Path, bytes]:
         paths = [Path(spec.origin)]
     if not paths or len(paths) > MOST_FILES:
         raise UserError(f"{name}: an installed package of 1 to {MOST_FILES} Python files is needed, not {len(paths)}")
-    return {path: files.read_bytes(path, files.PYTHON) for path in paths}
+    return paths

@@ -1,0 +1,42 @@
+"""A table of a mission whose `type` may name a thing of the user's own: the package's kinds stay as they are."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from quadstep.errors import UserError
+from quadstep.mission.check import INSIDE
+
+
+def or_own(
+    is_own: Callable[[Any], bool], table: Callable[[str, Path], type[BaseModel] | None]
+) -> Callable[[Any, Any, ValidationInfo], Any]:
+    """A validator around that of the package's tables: takes one of the user's own too.
+
+    is_own: of a checked table. table: what a `type` names, files looked up from the mission's folder; None where it is no
+    thing of the user's; raises UserError.
+    """
+
+    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
+        if is_own(value):
+            return value
+        kind = value.get("type") if isinstance(value, Mapping) else None
+        try:
+            model = table(kind, (info.context or {}).get("folder", Path())) if isinstance(kind, str) else None
+        except UserError as error:
+            raise ValueError(f"type: {error}") from error
+        return known(value) if model is None else checked(model, value, info)
+
+    return validated
+
+
+def checked(model: type[BaseModel], value: Any, info: ValidationInfo) -> BaseModel:
+    """The table; an error in it names its key."""
+    try:
+        return model.model_validate(value, context=info.context)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        raise PydanticCustomError(INSIDE, "inside", {"model": model, "problem": problem}) from None
