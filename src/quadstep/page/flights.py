@@ -1,6 +1,6 @@
 """Flights as the page shows them: flown live where their laws allow it, as recorded where not."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,13 +9,13 @@ from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.mission.lagrange import LagrangeMission
-from quadstep.mission.multirotor import MultirotorMission
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
 from quadstep.page.model import Control, Controller, Flight, Recorded, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.page.sliders import declared_controls, known_sliders
+from quadstep.plants.declared import DeclaredPlant
 
 MOST_ROWS = 60_000
 """Rows of the longest log that the page flies."""
@@ -92,11 +92,11 @@ def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
     )
 
 
-CONTROLS: dict[type, Callable[[Any, FlightPlan], list[Control]]] = {
-    LagrangeMission: shared_controls,
-    MultirotorMission: airframe_controls,
-}
-"""What of a mission its sliders move, beside the controller's gains; for other plants, what they declare."""
+def controls(mission: Any, plan: FlightPlan) -> list[Control]:
+    """What of a mission its sliders move, beside the controller's gains."""
+    if isinstance(plan.loop.plant, DeclaredPlant):
+        return declared_controls(mission, plan)
+    return shared_controls(mission, plan) if isinstance(mission, LagrangeMission) else airframe_controls(mission, plan)
 
 
 class Live(NamedTuple):
@@ -110,9 +110,8 @@ def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
     """The laws of a flight. Raises UserError where the page cannot fly it."""
     check_length(plan.ticks)
     if flown.mission is not None:
-        shared = CONTROLS.get(type(flown.mission), declared_controls)
         found = controllers(flown.mission, plan, flown.folder, laws)
-        return Live(tuple(found), tuple(shared(flown.mission, plan)))
+        return Live(tuple(found), tuple(controls(flown.mission, plan)))
     return Live((lone_controller(plan, laws),), ())
 
 
