@@ -8,7 +8,7 @@ from llvmlite import ir
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop, Task
 from quadstep.numbers import Table, flatten, rebuild
-from quadstep.numbers.lane import Emitter, Lane, LaneTable
+from quadstep.numbers.lane import Emitter, Lane, LaneTable, Stored
 from quadstep.numbers.lane_functions import LaneFunctions
 
 INDEX = ir.IntType(64)
@@ -123,6 +123,8 @@ class Ticking(ABC):
                 pointer = self.common(home, place)
                 table = isinstance(leaf, Table)
                 leaves.append(LaneTable(self.emitter, pointer, leaf.size) if table else self.wide(self.builder.load(pointer)))
+                if not table:
+                    self.emitter.stored[id(leaves[-1].value)] = Stored(self.common(home, INDEX(0)), places[home], scalar=True)
             places[home] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(structure, iter(leaves))
 

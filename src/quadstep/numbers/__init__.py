@@ -33,6 +33,7 @@ from quadstep.numbers.functions import (
     where,
 )
 from quadstep.numbers.linear import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
+from quadstep.numbers.scan import scan
 from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
 
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "minimum",
     "outer",
     "rebuild",
+    "scan",
     "sigmoid",
     "sin",
     "smallest",

@@ -10,12 +10,20 @@ docs/decisions/0012-equal-bits.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from llvmlite import ir
 
 from quadstep.numbers.functions import entry
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
+
+
+class Stored(NamedTuple):
+    """Where a number was loaded from. memory: its first address. scalar: whether that holds one number for all lanes."""
+
+    memory: ir.Value
+    place: int
+    scalar: bool = False
 
 
 class Emitter:
@@ -35,6 +43,7 @@ class Emitter:
         self.known: dict[tuple[Any, ...], ir.Value] = {}
         self.subroutine: Any = None  # the function being written, a `lane_calls.Subroutine`, if not the whole
         self.constants: dict[tuple[Any, str], ir.Constant] = {}
+        self.stored: dict[int, Stored] = {}  # by identity of what was loaded
 
     def many(self, element: ir.Type) -> ir.Type:
         """What holds one `element` a lane."""

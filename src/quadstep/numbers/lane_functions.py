@@ -8,6 +8,7 @@ from llvmlite import ir
 from quadstep.numbers.elementary import Elementary
 from quadstep.numbers.lane import Condition, Emitter, Lane
 from quadstep.numbers.lane_calls import call
+from quadstep.numbers.lane_scan import scan
 from quadstep.numbers.lane_words import LaneWord
 
 
@@ -70,6 +71,7 @@ class LaneFunctions(Elementary):
         return Lane(emitter, emitter.once(("select", condition.value, a, b), lambda: choose(condition.value, a, b)))
 
     call = staticmethod(call)
+    scan = staticmethod(scan)
 
     def word(self, x: Lane) -> LaneWord:
         return LaneWord.of(x)

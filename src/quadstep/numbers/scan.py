@@ -1,0 +1,81 @@
+"""A loop in a law: one step, written once, that runs a fixed number of times.
+
+On floats and arrays it runs as it stands. Where a law is compiled (lanes, PTX, JavaScript) the step is traced once and a real
+loop is written around it, so that the code's length does not grow with the number of turns. SymPy's symbols and code of other
+kinds get the turns one after the other. The bits are the same everywhere.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias, TypeVar
+
+from quadstep.numbers.functions import functions_of
+from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.structure import flatten
+
+C = TypeVar("C")
+
+Rows: TypeAlias = Any
+"""A matrix, or a tuple of matrices with as many rows each, or of such tuples; () for none. Of a single turn: vectors."""
+
+Step: TypeAlias = Callable[[C, Rows], tuple[C, Rows]]
+
+
+def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, backwards: bool = False) -> tuple[C, Rows]:
+    """`carry, made = step(carry, row)` for each row in turn: the last carry, and what was made as matrices, a row a turn.
+
+    carry: a structure of numbers, whose shape stays. rows: what a turn is given a row of. times: how many turns there are where
+    no rows say it. backwards: from the last row to the first; what is made for a row stands in that row either way.
+
+    A loop is written where a number in `carry` or `rows` is traced; on Python numbers alone the turns are computed at once. A
+    step may take any number from around it and may scan itself. It has no other effect. Raises ValueError where rows differ in
+    number, TypeError where the carry changes its shape.
+
+    >>> from quadstep.numbers import matrix, scan, vector
+    >>> scan(lambda last, row: (last + row[0], vector(last)), 0.0, matrix((1.0,), (2.0,), (3.0,)))
+    (6.0, Matrix([[0.0], [1.0], [3.0]]))
+    """
+    counts = {len(one) for one in matrices(rows)} or {times}
+    (count,) = counts if len(counts) == 1 else (None,)
+    if not count or times not in (None, count):
+        raise ValueError("a scan needs one number of turns, 1 or more")
+    traced = getattr(functions_of(*flatten((carry, rows))), "scan", None)
+    if traced is not None:
+        result: tuple[C, Rows] = traced(step, carry, rows, count, backwards)
+        return result
+    made: list[Rows] = [()] * count
+    shape = len(flatten(carry))
+    for place in reversed(range(count)) if backwards else range(count):
+        carry, made[place] = step(carry, row_of(rows, place))
+        same_shape(carry, shape)
+    return carry, stacked(made)
+
+
+def same_shape(carry: Any, leaves: int) -> None:
+    """Raises TypeError for a carry of another number of leaves."""
+    if len(flatten(carry)) != leaves:
+        raise TypeError(f"a scan's carry had {leaves} numbers and has {len(flatten(carry))} after a turn")
+
+
+def matrices(rows: Rows) -> list[Matrix]:
+    """Those of a structure, in order."""
+    return [one for part in rows for one in matrices(part)] if isinstance(rows, tuple) else [rows]
+
+
+def row_of(rows: Rows, place: int) -> Rows:
+    """One row of each matrix."""
+    return shaped(rows, iter([one.rows[place] for one in matrices(rows)]))
+
+
+def stacked(made: list[Rows]) -> Rows:
+    """Vectors of each turn as matrices."""
+    turns = [matrices(one) for one in made]
+    return shaped(made[0], iter([Matrix(vectors) for vectors in zip(*turns, strict=True)]))
+
+
+def shaped(like: Rows, parts: Any) -> Rows:
+    """A structure of rows shaped as `like`, of these parts."""
+    if not isinstance(like, tuple):
+        part: Vector | Matrix = next(parts)
+        return part
+    inner = [shaped(part, parts) for part in like]
+    return like._make(inner) if hasattr(like, "_make") else tuple(inner)

@@ -1,0 +1,129 @@
+"""A scan is the same to the bit as its turns one after the other, on every kind of number, however it is nested."""
+
+import numpy as np
+import pytest
+import sympy
+
+from quadstep.numbers import Matrix, Vector, exp, matrix, scan, sin, vector, where
+from quadstep.numbers.noise import Key, normals
+from tests.flights import through_lanes
+
+RNG = np.random.default_rng(11)
+COLUMNS = RNG.normal(size=(6, 13))
+
+
+def turn_by_turn(step, carry, rows, times=None, backwards=False):
+    """What `scan` should give: Python's own loop over the rows of one matrix."""
+    count = times if rows == () else len(rows)
+    made = {}
+    for place in reversed(range(count)) if backwards else range(count):
+        carry, made[place] = step(carry, () if rows == () else rows.rows[place])
+    return carry, Matrix([made[place] for place in range(count)])
+
+
+def agree(law, *columns):
+    """The law of (`scan` or Python's loop, then numbers) on lanes of both kinds, on arrays and on floats."""
+    for double in (True, False):
+        looped, unrolled = (
+            through_lanes(lambda *numbers, way=way: law(way, *numbers), *columns, double=double)
+            for way in (scan, turn_by_turn)
+        )
+        np.testing.assert_array_equal(looped, unrolled)
+    looped = np.atleast_2d(through_lanes(lambda *numbers: law(scan, *numbers), *columns))
+    np.testing.assert_array_equal(looped, np.array(np.broadcast_arrays(*law(scan, *columns))))
+    floats = np.array([law(turn_by_turn, *row) for row in np.array(columns).T.tolist()]).T
+    np.testing.assert_array_equal(looped, floats)
+
+
+def recursion(way, a, b, c, d, e, f, backwards=False):
+    def step(carry, row):
+        x, y = carry
+        return (sin(x * row[0]) + d, y - row[1] * e), vector(x + y, row[0] * f, y)
+
+    (x, y), made = way(step, (a, b), matrix((a, b), (c, d), (e, f), (b, c)), backwards=backwards)
+    return [x, y, *(entry for row in made for entry in row)]
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_rows_in_and_out_in_both_directions(backwards):
+    agree(lambda way, *numbers: recursion(way, *numbers, backwards=backwards), *COLUMNS)
+
+
+def test_a_loop_within_a_loop_and_what_it_takes_from_around():
+    def law(way, a, b, c, d, e, f):
+        common = exp(d)
+
+        def outer(carry, _):
+            x, kept = carry
+            shifted = x + common
+
+            def inner(total, row):
+                return where(row[0] > 0.0, total + row[0] * shifted, total - common), vector(row[1] * shifted, total)
+
+            x, kept = way(inner, x, kept)
+            return (0.5 * x, kept), vector(x)
+
+        (x, kept), made = way(outer, (a, matrix((a, b), (c, d), (e, f))), (), times=4)
+        again, _ = way(lambda total, row: (total + row[0] * row[1], row), x, kept, backwards=True)
+        return [x, again, *(entry for row in kept for entry in row), *(row[0] for row in made)]
+
+    agree(law, *COLUMNS)
+
+
+def test_the_carry_passes_through_swaps_and_starts_from_a_constant():
+    def law(way, a, b, c, d, e, f):
+        def step(carry, row):
+            first, second, count, same = carry
+            return (second, first, count + 1.0, same), vector(count, 2.0, first)
+
+        (first, second, count, same), made = way(step, (a, b, 0.0, c), matrix((a, b), (c, d), (e, f)))
+        return [first, second, count, same, *(entry for row in made for entry in row)]
+
+    agree(law, *COLUMNS)
+
+
+def test_noise_drawn_in_a_loop_is_that_of_its_counter():
+    words = RNG.integers(0, 65536, size=(4, 5)).astype(float)
+
+    def law(way, *numbers):
+        def step(tick, _):
+            return tick + 1.0, normals(Key(Vector(numbers)), 7, tick, 3)
+
+        tick, made = way(step, numbers[0], (), times=3)
+        return [tick, *(entry for row in made for entry in row)]
+
+    looped = through_lanes(lambda *numbers: law(scan, *numbers), *words)
+    np.testing.assert_array_equal(looped, np.array([law(turn_by_turn, *row) for row in words.T.tolist()]).T)
+
+
+def test_symbols_get_the_turns_one_after_the_other():
+    x = sympy.Symbol("x")
+    carry, made = scan(lambda last, row: (last * x + row[0], vector(last)), x, matrix((1.0,), (2.0,)))
+    assert sympy.expand(carry - (x**3 + x + 2.0)) == 0
+    assert sympy.expand(made[1, 0] - (x**2 + 1.0)) == 0
+
+
+def test_the_code_does_not_grow_with_the_turns():
+    from llvmlite import ir
+
+    from quadstep.numbers.lane import Emitter, Lane
+
+    def size(times):
+        function = ir.Function(ir.Module(), ir.FunctionType(ir.VoidType(), [ir.DoubleType()]), "probe")
+        builder = ir.IRBuilder(function.append_basic_block("entry"))
+        x = Lane(Emitter(builder, ir.DoubleType(), 1), function.args[0])
+        scan(lambda last, _: (sin(last), ()), x, (), times=times)
+        return len(str(function).splitlines())
+
+    assert size(100) == size(2)
+
+
+def test_what_is_no_scan_is_refused():
+    def step(carry, row):
+        return carry, row
+
+    for wrong in ({}, {"times": 0}, {"rows": matrix((1.0,)), "times": 2}, {"rows": (matrix((1.0,)), matrix((1.0,), (2.0,)))}):
+        with pytest.raises(ValueError, match="one number of turns"):
+            scan(step, 0.0, **wrong)
+    with pytest.raises(TypeError, match="had 1 numbers and has 2"):
+        scan(lambda carry, row: ((carry, carry), row), 0.0, matrix((1.0,)))
