@@ -3,6 +3,7 @@
 import os
 import shutil
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -66,6 +67,12 @@ ARM_COMPILER = Need(
 )
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
+TINYMPC = Need(
+    "tinympc",
+    "`pip install --no-deps tinympc==0.0.8` (it asks for an older SciPy than everything else here, and does without)",
+    lambda: find_spec("tinympc") is not None,
+    spared=True,
+)
 SUPERUSER = Need("the rights of root", "run as root", lambda: os.geteuid() == 0)
 MOUNTS = Need("file systems of its own", "run as root where `mount` is allowed (containers may forbid it)")
 GRAPHICS = Need("an NVIDIA graphics processor", "use a machine with one", has_graphics, spared=True)
@@ -79,7 +86,7 @@ RECORDINGS = Need(
 )
 
 NEEDS = (
-    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, SUPERUSER, MOUNTS,
+    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS,
 )  # fmt: skip
 

@@ -14,7 +14,7 @@ from quadstep.flight.closed_loop import Clock, Task
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.flight.plant import Air, Plant
 from quadstep.guidance.reference import PathLaw, Reference
-from quadstep.numbers import Number, Structure, Vector, vector
+from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
 from quadstep.numbers.repeated import repeated
 from quadstep.sensing.suite import Suite
 
@@ -117,10 +117,18 @@ class Loop:
     def wanted(self, time: Number, p: Structure) -> Reference:
         """The reference at time t [s], as the controller asks for it."""
         reference = self.path.reference(time, p.path)
-        ahead = self.controller.preview
-        if not ahead:
-            return reference
-        return reference._replace(ahead=tuple(self.path.reference(time + later, p.path) for later in ahead))
+        return reference._replace(ahead=self.ahead(time, p)) if self.controller.preview else reference
+
+    def ahead(self, time: Number, p: Structure) -> tuple[Reference, ...]:
+        """The references that the controller asks for at time t [s]: the path is written once, and looked up in a loop."""
+        like: list[Reference] = []
+
+        def look(now: Number, later: Vector) -> tuple[Number, Vector]:
+            like.append(self.path.reference(now + later[0], p.path))
+            return now, Vector(flatten(like[-1]))
+
+        _, rows = scan(look, time, matrix(*((later,) for later in self.controller.preview)))
+        return tuple(rebuild(like[0], iter(row)) for row in rows)
 
     def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of one of the controller's slower loops, such as `guide`."""

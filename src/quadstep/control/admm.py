@@ -1,0 +1,120 @@
+"""Quadratic programs of predictive control by a fixed number of ADMM iterations: TinyMPC (Nguyen and others 2024).
+
+The problem falls into chains of one input each. For each of them it is, over stages k = 0 to N - 1,
+
+    least sum of x_k' Q x_k / 2 + R u_k^2 / 2 with x_(k+1) = a x_k + b u_k and bounds on every x_k and u_k,
+
+and after the last stage goes on as the regulator would. The regulator's matrices contain the penalty: they are those of
+Q + diag(rho_x) and R + rho_u. An iteration rolls the chain out, cuts what it finds at the bounds, and sweeps back.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from quadstep.control.riccati import Regulator
+from quadstep.numbers import Matrix, Vector, clip, scan
+
+
+class Chain(NamedTuple):
+    """A chain of n states and one input. penalty: rho of its states, length n, and of its input."""
+
+    regulator: Regulator
+    penalty: Vector
+    input_penalty: float
+
+
+class Duals(NamedTuple):
+    """What an iteration leaves to the next, for all chains one after the other.
+
+    pulls: d, what the input has beside -K x, a row a stage but the last. inputs: y, scaled duals of the inputs' bounds, as many
+    rows. states: g, of the states' bounds, as many rows; last: of the last stage.
+    """
+
+    pulls: Matrix
+    inputs: Matrix
+    states: Matrix
+    last: Vector
+
+
+class Bounds(NamedTuple):
+    """Low and high bounds of inputs and states, a row a stage; of the states also at the last stage."""
+
+    low: Matrix
+    high: Matrix
+    low_state: Matrix
+    high_state: Matrix
+    low_last: Vector
+    high_last: Vector
+
+
+def split(chains: Sequence[Chain], states: Vector) -> list[Vector]:
+    """The states of each chain."""
+    parts, place = [], 0
+    for chain in chains:
+        parts.append(Vector(states.entries[place : place + len(chain.penalty)]))
+        place += len(chain.penalty)
+    return parts
+
+
+def joined(parts: Sequence[Vector]) -> Vector:
+    """The states of all chains."""
+    return Vector([entry for part in parts for entry in part])
+
+
+def within(values: Vector, low: Vector, high: Vector) -> Vector:
+    """Each entry within its bounds."""
+    return Vector([clip(*one) for one in zip(values, low, high, strict=True)])
+
+
+def inputs_of(chains: Sequence[Chain], states: Vector, pulls: Vector) -> Vector:
+    """u = -K x - d of every chain."""
+    parts = zip(chains, split(chains, states), pulls, strict=True)
+    return Vector([-(chain.regulator.gain @ x) - pull for chain, x, pull in parts])
+
+
+def moved(chains: Sequence[Chain], states: Vector, inputs: Vector) -> Vector:
+    """a x + b u of every chain."""
+    parts = zip(chains, split(chains, states), inputs, strict=True)
+    return joined([chain.regulator.a @ x + chain.regulator.b * u for chain, x, u in parts])
+
+
+def idle(chains: Sequence[Chain], stages: int) -> Duals:
+    """Before the first iteration: no bound has been met."""
+    inputs = Matrix([Vector([0.0] * len(chains))] * (stages - 1))
+    none = Vector([0.0] * sum(len(chain.penalty) for chain in chains))
+    return Duals(inputs, inputs, Matrix([none] * (stages - 1)), none)
+
+
+def iterate(chains: Sequence[Chain], begin: Vector, duals: Duals, bounds: Bounds, iterations: int) -> tuple[Duals, Matrix]:
+    """The duals after some more iterations from the state `begin`, and the inputs found last, within their bounds."""
+    penalties = Vector([chain.input_penalty for chain in chains])
+    state_penalties = joined([chain.penalty for chain in chains])
+
+    def forward(states: Vector, row: tuple[Vector, ...]) -> tuple[Vector, tuple[Vector, ...]]:
+        pulls, y, g, low, high, low_state, high_state = row
+        inputs = inputs_of(chains, states, pulls)
+        z = within(inputs + y, low, high)
+        v = within(states + g, low_state, high_state)
+        y, g = y + inputs - z, g + states - v
+        return moved(chains, states, inputs), (y, g, z, z - y, v - g)
+
+    def backward(costs: Vector, row: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
+        toward, toward_state = row
+        r, q = -(penalties * toward), -(state_penalties * toward_state)
+        pulls, before = [], []
+        for chain, p, price in zip(chains, split(chains, costs), r, strict=True):
+            pulls.append(chain.regulator.inverse * (chain.regulator.b @ p + price))
+            before.append(chain.regulator.closed @ p - price * chain.regulator.gain)
+        return q + joined(before), Vector(pulls)
+
+    def iteration(carry: tuple[Duals, Matrix], _: tuple[()]) -> tuple[tuple[Duals, Matrix], tuple[()]]:
+        before, _inputs = carry
+        rows = (before.pulls, before.inputs, before.states, *bounds[:4])
+        final, (y, g, z, toward, toward_state) = scan(forward, begin, rows)
+        v = within(final + before.last, bounds.low_last, bounds.high_last)
+        last = before.last + final - v
+        _costs, pulls = scan(backward, -(state_penalties * (v - last)), (toward, toward_state), backwards=True)
+        return (Duals(pulls, y, g, last), z), ()
+
+    (duals, inputs), _ = scan(iteration, (duals, duals.inputs), times=iterations)
+    return duals, inputs
