@@ -115,6 +115,7 @@ class Ticking(ABC):
         """
         leaves: list[Any] = []
         places = dict.fromkeys(homes, 0)
+        bases = {home: self.common(home, INDEX(0)) for home in places if home != "varying"}
         for leaf, home in zip(flatten(structure), homes, strict=True):
             place = INDEX(places[home])
             if home == "varying":
@@ -124,7 +125,7 @@ class Ticking(ABC):
                 table = isinstance(leaf, Table)
                 leaves.append(LaneTable(self.emitter, pointer, leaf.size) if table else self.wide(self.builder.load(pointer)))
                 if not table:
-                    self.emitter.stored[id(leaves[-1].value)] = Stored(self.common(home, INDEX(0)), places[home], scalar=True)
+                    self.emitter.stored[id(leaves[-1].value)] = Stored(bases[home], places[home], scalar=True)
             places[home] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(structure, iter(leaves))
 
