@@ -9,7 +9,8 @@ from scipy.linalg import block_diag, expm, solve_discrete_are
 from quadstep import fly
 from quadstep.control.admm import Bounds, idle, iterate
 from quadstep.control.controller import Measured
-from quadstep.control.mpc import FREE, STAGE, STAGES, Mpc, chain, observed
+from quadstep.control.disturbance_observer import observed
+from quadstep.control.mpc import FREE, STAGE, STAGES, Mpc, chain
 from quadstep.control.riccati import discretised, regulator
 from quadstep.guidance.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission

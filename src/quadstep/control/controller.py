@@ -14,12 +14,15 @@ from quadstep.control.learning import Learning
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Vector, vector
+from quadstep.numbers.noise import Key
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
 """Of a command that names no attitude: the log has no columns for it, and nothing is made of them."""
 
 NOTHING = vector()
 """Of what is not measured."""
+
+NO_KEY = Key(NOTHING)
 
 
 class Command(NamedTuple):
@@ -48,7 +51,8 @@ class Measured(NamedTuple):
 
     The rest only for a law that names it in `also_measures`. specific_force: the accelerometer's last sample, body axes
     [m/s^2], less its estimated bias where there is an estimator. rotor_speeds: as they turn now [rad/s]. age: how old what is
-    told of position and velocity is [s].
+    told of position and velocity is [s]. noise: what a law draws its own random numbers by (`numbers/noise.py`): the flight's
+    key, so that they are the flight's own whatever batch or engine it is flown in.
     """
 
     position: Vector
@@ -60,6 +64,7 @@ class Measured(NamedTuple):
     specific_force: Vector = NOTHING
     rotor_speeds: Vector = NOTHING
     age: Number = math.nan
+    noise: Key = NO_KEY
 
 
 class Condition(NamedTuple):

@@ -13,6 +13,7 @@ from typing import ClassVar, NamedTuple
 from quadstep.control.admm import Bounds, Chain, Duals, idle, inputs_of, iterate, joined
 from quadstep.control.admm import within as bounded
 from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.disturbance_observer import observed
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.model import Model
 from quadstep.control.projection import project
@@ -112,15 +113,6 @@ def levelled(yaw: Number, v: Vector) -> tuple[Number, Number]:
 def boxed(v: Vector, most: Number) -> Vector:
     """Each entry held to +-most."""
     return Vector(clip(entry, -most, most) for entry in v)
-
-
-def observed(
-    value: Vector, unexplained: Vector, measured: Vector, rate: Vector, bandwidth: Number, period: Number
-) -> tuple[Vector, Vector]:
-    """Estimates of a value and of what its rate has beside `rate`, one period [s] later: both poles at -bandwidth."""
-    error = measured - value
-    value = value + period * (rate + unexplained + (2.0 * bandwidth) * error)
-    return value, unexplained + (period * (bandwidth * bandwidth)) * error
 
 
 def chain(rate: Matrix, weights: Sequence[Number], bounds: Sequence[int], penalty: Number) -> Chain:

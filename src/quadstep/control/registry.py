@@ -21,6 +21,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
         "mpc.Mpc",
+        "mppi.Mppi",
         "raptor.Raptor",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),

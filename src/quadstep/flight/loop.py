@@ -76,7 +76,7 @@ class Loop:
         truth = self.plant.truth(start)
         sensed: Structure = self.sensing.start(truth, p.sensors, p.key) if self.sensing else ()
         command, held = self.plant.rest(start, p)
-        memory = self.controller.start(self.measured(start, sensed, held), p.gains)
+        memory = self.controller.start(self.measured(start, sensed, held, p), p.gains)
         return Cycle(start, self.air.start() if self.air else (), sensed, memory, command, held)
 
     def stir(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
@@ -100,18 +100,21 @@ class Loop:
         truth = self.plant.truth(cycle.state)
         return cycle._replace(sensed=self.sensing.fix(cycle.sensed, truth, p.sensors, p.key, clock.tick, clock.period)), 0.0
 
-    def told(self, cycle: Cycle) -> Structure:
+    def told(self, cycle: Cycle, p: Structure) -> Structure:
         """What the controller gets to know now."""
-        return self.measured(cycle.state, cycle.sensed, cycle.held)
+        return self.measured(cycle.state, cycle.sensed, cycle.held, p)
 
-    def measured(self, state: Structure, sensed: Structure, held: Structure) -> Structure:
+    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
         """The same, before there is a cycle."""
         told = self.plant.told(self.sensing.measured(sensed) if self.sensing else self.plant.truth(state), held)
         also = self.controller.also_measures
         if not also:
             return told
-        assert self.sensing
-        more = {**self.sensing.more(sensed), "rotor_speeds": self.plant.rotor_speeds(state)}
+        more: dict[str, Structure] = self.sensing.more(sensed) if self.sensing else {}
+        if "rotor_speeds" in also:
+            more["rotor_speeds"] = self.plant.rotor_speeds(state)
+        if "noise" in also:
+            more["noise"] = p.key
         return told._replace(**{name: more[name] for name in also})
 
     def wanted(self, time: Number, p: Structure) -> Reference:
@@ -132,13 +135,13 @@ class Loop:
 
     def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of one of the controller's slower loops, such as `guide`."""
-        given = self.told(cycle), self.wanted(clock.time, p), p.gains, clock.time, clock.period
+        given = self.told(cycle, p), self.wanted(clock.time, p), p.gains, clock.time, clock.period
         return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
 
     def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """The controller's law, what the actuators make of it, and whether the flight goes on."""
         reference = self.wanted(clock.time, p)
-        asked, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         command = self.plant.asked(p, asked)
         code = self.plant.outcome(p, cycle.state, command, reference)
         return cycle._replace(memory=memory, command=command, held=self.plant.actuate(p, asked)), code
@@ -164,7 +167,7 @@ class Loop:
     def row(self, cycle: Cycle, p: Structure, time: Number) -> list[Number]:
         """One row of the log: the state now, the commands held."""
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
-        return self.plant.row(p, cycle.state, self.told(cycle), cycle.command, cycle.held, reference, wind, time)
+        return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
     # What is scored
 

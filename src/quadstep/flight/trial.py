@@ -29,7 +29,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     cycle = loop.start(start, parameters)
     check_numbers(cycle.memory, "start: the memory")
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
-    given, memory = (loop.told(cycle), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
+    given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
     for name in law.loops():
         memory = always(law.slower)(name, memory, *given, periods[name])
         check_same(memory, cycle.memory, f"{name}: the memory")

@@ -28,7 +28,7 @@ from quadstep.user_code.places import Place
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
 
-ALSO_MEASURED = ("specific_force", "rotor_speeds", "age")
+ALSO_MEASURED = ("specific_force", "rotor_speeds", "age", "noise")
 """What a controller of a real vehicle may ask for beside its motion."""
 
 COMMANDS = (BodyRates, RotorThrusts, RotorSpeeds)
