@@ -118,8 +118,8 @@ class Mission(Section):
 
     @property
     def own_metrics(self) -> tuple[Metric, ...]:
-        """Those of the user's own that the mission names."""
-        return own_metrics(self.metrics, self.folder)
+        """Those that the mission names."""
+        return tuple(one.of_vehicle(self.modelled) for one in own_metrics(self.metrics, self.folder))
 
     @property
     def scored_from(self) -> float:
