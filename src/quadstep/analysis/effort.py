@@ -49,7 +49,7 @@ class EffortMetric(Metric):
 
 @dataclass(frozen=True)
 class Energy(EffortMetric):
-    """What the rotors take from the battery [J]: the integral of sum k_m w^3 over the efficiency, w from each rotor's thrust."""
+    """What the rotors take from the battery [J]: integral of sum k_m w^3 over the efficiency, w from the rotors' thrusts."""
 
     name: ClassVar[str] = "energy"
     unit: ClassVar[str] = "J"

@@ -191,8 +191,7 @@ def fetched(ray: Any, reference: Any, what: str) -> Any:
         refuse(error)
     except ray.exceptions.RayError as error:
         raise UserError(
-            f"--engine ray: {what} are lost ({first_line(error)}); what is flown is kept, "
-            "--resume continues from there"
+            f"--engine ray: {what} are lost ({first_line(error)}); what is flown is kept, --resume continues from there"
         ) from None
 
 

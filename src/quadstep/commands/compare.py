@@ -47,7 +47,8 @@ def compare(
 ) -> None:
     """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
 
-    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. Interrupted, the same command goes on.
+    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. Interrupted, the same
+    command goes on.
 
     Exit code 0: compared. 2: bad input, or something could not be flown. 130: interrupted.
     """
@@ -87,9 +88,7 @@ def run_study(
     show(done)
 
 
-def how_of(
-    shown: Bar, engine: CompareEngine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet
-) -> "How":
+def how_of(shown: Bar, engine: CompareEngine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
     """How it is worked out. shown: the progress bar."""
     from quadstep.comparison.run import How
 

@@ -47,7 +47,8 @@ def controllers(
     keep_going: KeepGoingOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Compare the controllers of the package on the 2.6 kg vehicle and the Crazyflie: wind, payload, faults, latency, estimator.
+    """Compare the controllers of the package on the 2.6 kg vehicle and the Crazyflie: wind, payload, faults, latency,
+    estimator.
 
     The study that `quadstep compare` would read is in the package, with the gains that it found; --retune finds them anew.
     """

@@ -3,12 +3,11 @@
 import math
 import time
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.comparison.study import Cell
-from quadstep.control.controller import Command, Controller
 from quadstep.control.opaque import Opaque
 from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.engines import FlightPlan
@@ -16,9 +15,9 @@ from quadstep.flight.loop import Cycle, Loop
 from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Batch, Sweep, prepare
 from quadstep.mission.read import check_mission
-from quadstep.numbers import Number, Table, flatten, rebuild, vector
+from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 
-SAMPLES, REPEATS = 100_000, 5
+SAMPLES, REPEATS = 50_000, 12
 """Samples of the law in one measurement, and measurements, of which the fastest counts."""
 
 A_NUMBER = 8
@@ -40,63 +39,63 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class LawAlone(Loop):
-    """A loop in which only the controller runs: what it is told drifts a little, and nothing flies."""
+    """A loop in which only the controller runs: what it is told drifts a little, and nothing flies.
+
+    idle: whether not even the controller does, only what surrounds it here.
+    """
+
+    idle: bool = False
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Position loop and law."""
-        return (*((Task("guidance", self.guide),) if self.guided else ()), Task("control", self.control))
+        """The controller's."""
+        return self.sampled
 
-    def control(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
-        """The law; every number it gives is kept, so that none is left out."""
-        reference = self.path.reference(clock.time, p.path)
-        command, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
-        return cycle._replace(memory=memory, command=command), 0.0
-
-    def told(self, cycle: Cycle) -> Any:
+    def measured(self, state: Structure, sensed: Structure, held: Structure) -> Structure:
         """The truth."""
-        return self.plant.told(self.plant.truth(cycle.state), cycle.held)
+        told = self.plant.told(self.plant.truth(state), held)
+        if not self.controller.also_measures:
+            return told
+        more = {"specific_force": told.velocity, "rotor_speeds": self.plant.rotor_speeds(state), "age": 0.01}
+        return told._replace(**{name: more[name] for name in self.controller.also_measures})
 
-    def advance(self, cycle: Cycle, p: Any, clock: Clock) -> Cycle:
-        """Everything a little further, by what the law asked for too."""
-        more = SHIFT * sum(flatten(cycle.command)[1:4], start=flatten(cycle.command)[0])
-        return cycle._replace(state=rebuild(cycle.state, iter([one + (SHIFT + SHIFT * more) for one in flatten(cycle.state)])))
+    def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+        """The law, and nothing of what actuators make of it."""
+        reference = self.wanted(clock.time, p)
+        if self.idle:
+            drift = SHIFT * total(flatten(reference))
+            return cycle._replace(command=rebuild(cycle.command, iter([one + drift for one in flatten(cycle.command)]))), 0.0
+        asked, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
 
+    def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+        """A sample of a slower loop."""
+        return (cycle, 0.0) if self.idle else super().slower(name, cycle, p, clock)
 
-@dataclass(frozen=True)
-class Nothing(Controller):
-    """A law that asks for nothing: what measuring costs."""
-
-    name = "nothing"
-
-    def start(self, measured: Any, gains: Any) -> tuple[()]:
-        """No memory."""
-        return ()
-
-    def law(self, memory: Any, measured: Any, reference: Any, gains: Any, t: Number, period: Number) -> tuple[Command, Any]:
-        """What it was told."""
-        return Command(measured.position[2] + measured.rates[0], vector(t, measured.velocity[1], reference.position[0])), memory
+    def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
+        """Everything a little further, by what the law asked for too, so that none of it is left out."""
+        thrust, *others = flatten(cycle.command)
+        asked = total((thrust, *others[:3]))
+        moved = [one + (SHIFT + (SHIFT * SHIFT) * asked) for one in flatten(cycle.state)]
+        return cycle._replace(state=rebuild(cycle.state, iter(moved)))
 
 
 def cost(plan: FlightPlan) -> Cost:
     """Measure a flight's controller."""
     loop, parameters = plan.loop, plan.parameters
-    memory = loop.controller.start(loop.plant.told(loop.plant.truth(plan.start), loop.plant.rest(plan.start, parameters)[1]),
-                                   parameters.gains)  # fmt: skip
+    memory = loop.start(plan.start, parameters).memory
     sizes = [sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(one)) for one in (memory, parameters.gains)]
     if isinstance(loop.controller, Opaque):
         return Cost(math.nan, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
-    alone = law_alone(plan, loop.controller)
-    bare = law_alone(plan.with_controller(Nothing(), parameters.gains), Nothing())
-    return Cost(max(0.0, nanoseconds(alone) - nanoseconds(bare)), A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+    alone, idle = nanoseconds(law_alone(plan, idle=False), law_alone(plan, idle=True))
+    return Cost(max(0.0, alone - idle), A_NUMBER * sizes[0], A_NUMBER * sizes[1])
 
 
-def law_alone(plan: FlightPlan, controller: Any) -> FlightPlan:
+def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:
     """The plan of nothing but its controller, one step a sample."""
-    loop = LawAlone(plan.loop.plant, plan.loop.path, controller, None, None, plan.loop.guided)
-    *_, guidance, control = (1, *plan.ticks.every)
-    every = (max(1, round(guidance / control)), 1) if plan.loop.guided else (1,)
-    ticks = Ticks(control * plan.ticks.step, every, SAMPLES, SAMPLES)
+    loop = LawAlone(plan.loop.plant, plan.loop.path, plan.loop.controller, None, None, plan.loop.guided, idle)
+    every = plan.ticks.every[-len(loop.sampled) :]
+    ticks = Ticks(every[-1] * plan.ticks.step, tuple(max(1, round(one / every[-1])) for one in every), SAMPLES, SAMPLES)
     return plan._replace(loop=loop, ticks=ticks)
 
 
@@ -110,14 +109,15 @@ class Scalar(Sweep):
         self.kernel = prepare(loop, plan.start, plan.parameters, frozenset(), True, 1)
 
 
-def nanoseconds(plan: FlightPlan) -> float:
-    """Of a sample."""
-    sweep, took = Scalar(plan), math.inf
+def nanoseconds(*plans: FlightPlan) -> list[float]:
+    """Of a sample of each, measured in turn."""
+    sweeps, took = [Scalar(plan) for plan in plans], [math.inf] * len(plans)
     for _ in range(REPEATS):
-        started = time.perf_counter()
-        sweep.fly(np.zeros((1, 0)), threads=1)
-        took = min(took, time.perf_counter() - started)
-    return 1e9 * took / SAMPLES
+        for place, sweep in enumerate(sweeps):
+            started = time.perf_counter()
+            sweep.fly(np.zeros((1, 0)), threads=1)
+            took[place] = min(took[place], time.perf_counter() - started)
+    return [1e9 * one / SAMPLES for one in took]
 
 
 def cost_of(cell: Cell) -> Cost:

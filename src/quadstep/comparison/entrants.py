@@ -10,6 +10,7 @@ from quadstep.comparison.jobs import Tune
 from quadstep.comparison.kept import JOURNALS, Kept
 from quadstep.comparison.schema import ControllerEntry
 from quadstep.comparison.study import Content, Study
+from quadstep.control.controller import Controller
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 
@@ -19,14 +20,25 @@ FROM_FILE = "from {}"
 class Entrant(NamedTuple):
     """A controller on a vehicle. table: of a mission, with all that it knows and its gains. origin: of the gains, in words.
 
-    trained: how they were found; None where they are frozen.
+    trained: how they were found; None where they are frozen. law: what it is.
     """
 
     vehicle: str
     name: str
     table: Content
     origin: str
+    law: type[Controller]
     trained: training.Trained | None = None
+
+    @property
+    def differs(self) -> tuple[str, str, str, str]:
+        """In what it differs from others beside its law: commands, what more it measures, how far it looks ahead, sample
+        times.
+        """
+        law = self.law
+        loops = ", ".join(f"{name} {1e3 * period:g} ms" for name, period in law.rates.items())
+        ahead = f"{max(law.preview):g} s" if law.preview else ""
+        return law.commands.__name__, ", ".join(law.also_measures), ahead, loops
 
 
 class Asked(NamedTuple):
@@ -67,20 +79,22 @@ def entrant(
 ) -> Asked:
     """One of them. Raises UserError."""
     table = study.knowing(vehicle, entry.controller)
-    study.nominal(vehicle, table).plan(study.folder, warn=True)
+    mission = study.nominal(vehicle, table)
+    mission.plan(study.folder, warn=True)
+    law = mission.controller.controller
     if entry.frozen is not None or study.file.tuning is None:
-        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given"), None)
+        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law), None)
     task = training.task(study, vehicle, name, entry, table)
     known = given.get(f"{name} on {vehicle}")
     if known is not None:
         trained = trained_of(known)
         tuned = study.tuned(vehicle, table, trained.values)
-        return Asked(Entrant(vehicle, name, tuned, FROM_FILE.format(study.file.tuning.gains), trained), None)
+        return Asked(Entrant(vehicle, name, tuned, FROM_FILE.format(study.file.tuning.gains), law, trained), None)
     training.check_task(task)
     job = Tune(task, None)
     if local:
         job = job._replace(journal=kept.path(JOURNALS, job.key).absolute())
-    return Asked(Entrant(vehicle, name, table, "tuned"), job)
+    return Asked(Entrant(vehicle, name, table, "tuned", law), job)
 
 
 def with_gains(study: Study, asked: Asked, kept: Kept) -> Entrant:

@@ -26,8 +26,9 @@ class Result(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by their
-    name, vehicle and controller. costs: by vehicle and controller. problems: what could not take part, or went wrong.
+    """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
+    their name, vehicle and controller. costs: by vehicle and controller. problems: what could not take part, or went
+    wrong.
     """
 
     name: str

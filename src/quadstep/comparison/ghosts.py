@@ -35,7 +35,9 @@ def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
         ranked = sorted(found.of(situation), key=lambda one: found.ranked[situation].ranks[one.controller])
         jobs = {job.cell.controller: job for job in flights if job.cell.situation == situation}
         names = [one.controller for one in ranked][: MOST_RIVALS + 1]
-        one = flown(found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown])
+        one = flown(
+            found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
+        )
         shown.append(one)
         links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", f"{one.name}: {' and '.join(names[:2])}"))
     return Shown(build_page(found.name, "", shown), tuple(links))

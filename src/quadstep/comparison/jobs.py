@@ -29,7 +29,10 @@ class Fly(NamedTuple):
     cell: Cell
     seeds: int
 
-    kind = FLIGHTS
+    @property
+    def kind(self) -> str:
+        """Of its file."""
+        return FLIGHTS
 
     @property
     def key(self) -> str:
@@ -57,7 +60,9 @@ class Fly(NamedTuple):
         table = Flyer(campaign, OneThread).fly(FIRST, FIRST + self.seeds)
         values = {name: drawn_column(one).to_pylist() for name, one in draw(campaign.file, table["flight"].to_numpy()).items()}
         rows = [json.dumps({name: column[i] for name, column in values.items()}) for i in range(self.seeds)]
-        whose = dict(zip(("vehicle", "path", "scenario", "controller"), (*self.cell.situation, self.cell.controller), strict=True))
+        whose = dict(
+            zip(("vehicle", "path", "scenario", "controller"), (*self.cell.situation, self.cell.controller), strict=True)
+        )
         columns = {name: pa.array([text] * self.seeds).dictionary_encode() for name, text in whose.items()}
         columns |= {name: table[name] for name in table.column_names if name not in values}
         return parquet(pa.table({**columns, DRAWN: pa.array(rows)}))
@@ -69,7 +74,10 @@ class Tune(NamedTuple):
     task: training.Task
     journal: Path | None
 
-    kind = GAINS
+    @property
+    def kind(self) -> str:
+        """Of its file."""
+        return GAINS
 
     @property
     def key(self) -> str:
@@ -102,7 +110,10 @@ class Bear(NamedTuple):
 
     asked: margins.Raise
 
-    kind = MARGINS
+    @property
+    def kind(self) -> str:
+        """Of its file."""
+        return MARGINS
 
     @property
     def key(self) -> str:

@@ -1,8 +1,9 @@
 """How much of a disturbance a controller bears: it is raised for every flight until that flight fails.
 
-Each flight has draws of its own, the same for every controller. Where the disturbance can be any number, each flight is bisected by
-itself, all flights of a step in one sweep: the 50 % and 5 % points are quantiles of what the flights bore. Where it can only be a
-multiple of something (a latency), all flights share each value, and the two points are bisected by the share that fails.
+Each flight has draws of its own, the same for every controller. Where the disturbance can be any number, each flight is
+bisected by itself, all flights of a step in one sweep: the 50 % and 5 % points are quantiles of what the flights bore. Where
+it can only be a multiple of something (a latency), all flights share each value, and the two points are bisected by the share
+that fails.
 """
 
 import math
@@ -16,6 +17,7 @@ from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.flown import Flyer
+from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, digests
 from quadstep.comparison.schema import MarginEntry
 from quadstep.comparison.spread import ordered_quantile
@@ -62,8 +64,9 @@ class Raise(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """What a controller bears. half, few: where 50 % and 5 % of flights fail, with 95 % intervals; infinite where fewer fail at
-    the end of the range. checked: share of other flights that fail at `half`, None where that is beyond the range. flights: flown.
+    """What a controller bears. half, few: where 50 % and 5 % of flights fail, with 95 % intervals; infinite where fewer fail
+    at the end of the range. checked: share of other flights that fail at `half`, None where that is beyond the range.
+    flights: flown.
     """
 
     half: Estimate
@@ -77,11 +80,13 @@ def raised(study: Study, vehicle: str, name: str, controller: str, table: Conten
     entry = (study.file.margins or {})[name]
     situation = Situation(vehicle, entry.path, entry.scenario)
     found = Raise(
-        vehicle, controller, name, entry, study.content(situation, table), study.draws(entry.scenario), study.source, study.folder,
-        study.file.seed, study.file.precision,
+        vehicle, controller, name, entry, study.content(situation, table), study.draws(entry.scenario), study.source,
+        study.folder, study.file.seed, study.file.precision,
     )  # fmt: skip
     try:
-        campaigns(found)
+        _, campaign = campaigns(found)
+        for end in (entry.low, entry.high if entry.step is None else values_of(entry)[-1]):
+            planner(campaign).plan(dict.fromkeys(entry.keys, end))
     except UserError as error:
         said = str(error).removeprefix(f"{study.source}: ")
         raise UserError(f"{study.source}: margins.{name}: {controller} on {vehicle}: {said}") from None
@@ -211,6 +216,4 @@ def from_json(content: dict[str, Any]) -> Margin:
         return Estimate(value, low, high)
 
     checked = content["checked"]
-    return Margin(
-        estimate(content["half"]), estimate(content["few"]), checked and estimate(checked), content["flights"]
-    )
+    return Margin(estimate(content["half"]), estimate(content["few"]), checked and estimate(checked), content["flights"])

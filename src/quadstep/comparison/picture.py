@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.words import title, unit_of
+from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 
@@ -63,8 +63,8 @@ def draw_result(axes: Any, one: Result, metric: str, height: float, factor: floa
         axes.plot([value, factor * high], [height, height], color="0.65", linewidth=0.8, zorder=1)
     else:
         axes.annotate(
-            f"{100.0 * one.lost.value:.2g} % lost", (value, height), (12, 0), textcoords="offset points", va="center", fontsize=6,
-            arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
+            f"{100.0 * one.lost.value:.2g} % lost", (value, height), (12, 0), textcoords="offset points", va="center",
+            fontsize=6, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
         )  # fmt: skip
     if math.isfinite(low) and math.isfinite(top):
         axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
@@ -76,6 +76,4 @@ def scaled(axes: Any) -> None:
     """A logarithmic axis with plain numbers, where there is anything to be shown."""
     if axes.has_data() and any(len(line.get_xdata()) for line in axes.lines):
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_locator(NullLocator())
+        plain_decades(axes.xaxis)

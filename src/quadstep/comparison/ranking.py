@@ -1,10 +1,10 @@
 """Which of several controllers is better in a situation, from the same flights of each: pairs, ranks, and what is decided.
 
-Every pair is tested by Wilcoxon's signed ranks (1945) of the flights' differences, a lost flight worse than any other, and by the exact
-test of McNemar (1947) of who loses which flights. All tests of one kind in a study are one family, whose p-values are corrected by
-Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Friedman's test (1937) asks whether any controller of a
-situation differs. Pairs, not mean ranks, decide who is better, as mean ranks depend on who else takes part (Benavoli, Corani and
-Mangili 2016).
+Every pair is tested by Wilcoxon's signed ranks (1945) of the flights' differences, a lost flight worse than any other, and by
+the exact test of McNemar (1947) of who loses which flights. All tests of one kind in a study are one family, whose p-values
+are corrected by Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Friedman's test (1937) asks
+whether any controller of a situation differs. Pairs, not mean ranks, decide who is better, as mean ranks depend on who else
+takes part (Benavoli, Corani and Mangili 2016).
 """
 
 import math
@@ -24,10 +24,10 @@ ALPHA = 1.0 - LEVEL
 class Pair(NamedTuple):
     """Two controllers in a situation.
 
-    difference: median of the first's metric less the second's, flight by flight, over those that both complete; NaN without any.
-    better: share of flights in which the first is better, ties counting half. effect: rank-biserial correlation, from -1 where the
-    first is always better to 1. p: of Wilcoxon's test; p_lost: of McNemar's, each corrected by Holm. lost: share that the first
-    loses less that of the second.
+    difference: median of the first's metric less the second's, flight by flight, over those that both complete; NaN without
+    any. better: share of flights in which the first is better, ties counting half. effect: rank-biserial correlation, from -1
+    where the first is always better to 1. p: of Wilcoxon's test; p_lost: of McNemar's, each corrected by Holm. lost: share
+    that the first loses less that of the second.
     """
 
     first: str
@@ -128,7 +128,7 @@ def median_difference(gap: Floats) -> Estimate:
 
 
 def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
-    """All situations of a study with the p-values of every pair corrected, those of tracking and of losses each as a family."""
+    """All situations of a study with the p-values of every pair corrected, tracking and losses each as a family."""
     tracking = iter(holm([pair.p for one in situations for pair in one.pairs]))
     losing = iter(holm([pair.p_lost for one in situations for pair in one.pairs]))
     return [

@@ -26,7 +26,9 @@ def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: S
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
     (out / "figures").mkdir()
     for vehicle, name in drawn.items():
-        draw_vehicle(out / name, found, vehicle, sheet if "svg" in sheet.formats else sheet._replace(formats=(*sheet.formats, "svg")))
+        draw_vehicle(
+            out / name, found, vehicle, sheet if "svg" in sheet.formats else sheet._replace(formats=(*sheet.formats, "svg"))
+        )
     links, missing = write_ghosts(out, found, flights)
     write_json(out / MANIFEST, as_json(found, flights))
     page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing))
@@ -42,9 +44,7 @@ def write_ghosts(out: Path, found: Comparison, flights: Sequence[Fly]) -> tuple[
     return [(f"{PAGE}#flight={flight}{f'&ghost={ghost}' if ghost else ''}", text) for flight, ghost, text in shown.flights], ""
 
 
-def sections(
-    out: Path, found: Comparison, drawn: dict[str, Path], links: list[tuple[str, str]], missing: str
-) -> list[str]:
+def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[tuple[str, str]], missing: str) -> list[str]:
     """The body of report.html."""
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
@@ -59,13 +59,17 @@ def sections(
         body += [
             page.heading(label, identity(label, ())),
             page.figure(out / f"{name}.svg", f"{metric} of every situation and controller, {label}"),
-            page.paragraph(f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."),
+            page.paragraph(
+                f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."
+            ),
             page.table(header, rows),
         ]
     if len(found.controllers) > 1:
         body += [
             page.heading("Who is better than whom", "pairs"),
-            page.paragraph("Situations in which the row's controller is certainly better than the column's / undecided / worse."),
+            page.paragraph(
+                "Situations in which the row's controller is certainly better than the column's / undecided / worse."
+            ),
             page.table(("", *found.controllers), words.wins(found)),
             page.table(
                 ("controller", "mean rank over all situations, from 0, the best, to 1"),
@@ -75,18 +79,20 @@ def sections(
     body += [
         page.heading("Gains and cost", "gains"),
         page.paragraph(
-            "Tuned gains were all found with the same flights, objective and budget, none of which is among the flights above. Gains "
-            "that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario makes of it. Time is that of "
-            "the law alone, as scalar code on one core of this machine."
+            "Tuned gains were all found with the same flights, objective and budget; none of these flights is among those "
+            "above. Gains that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario makes "
+            "of it. Time is that of the law alone, as scalar code on one core of this machine."
         ),
         page.table(tables.WHO_HEADER, tables.who_rows(found)),
+        page.paragraph("What else differs between controllers; all else is the same for all:"),
+        page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
     ]
     if found.margins:
         body += [
             page.heading("Margins", "margins"),
             page.paragraph(
-                "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit. The last column is the "
-                "share, of as many other flights, that fails at the 50 % point."
+                "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit. The last "
+                "column is the share, of as many other flights, that fails at the 50 % point."
             ),
             page.table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]

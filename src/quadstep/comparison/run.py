@@ -21,6 +21,7 @@ from quadstep.comparison.spread import Flown, flown_of
 from quadstep.comparison.study import Cell, Situation, Study
 from quadstep.comparison.training import read_lines
 from quadstep.comparison.workers import work
+from quadstep.control.controller import Controller
 from quadstep.documents import read_json, read_toml
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.mission.check import check
@@ -34,8 +35,8 @@ Done = Callable[[int, int], None]
 
 
 class How(NamedTuple):
-    """engine: what flies. keep_going: whether others go on where one controller cannot. again: tune what the study has gains for.
-    doing, done: told the stage, and flights over and in all. sheet: what figures are drawn on.
+    """engine: what flies. keep_going: whether others go on where one controller cannot. again: tune what the study has gains
+    for. doing, done: told the stage, and flights over and in all. sheet: what figures are drawn on.
     """
 
     engine: CompareEngine = CompareEngine.LANES
@@ -116,12 +117,13 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         asked, problems = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
         for problem in problems:
             run.met(problem)
-        jobs = [one.job for one in asked if one.job]
+        metrics = check_all(study, run, [one.entrant for one in asked])
+        jobs = [one.job for one in asked if one.job and not run.out(*one.job.controller)]
         run.work("tuning", jobs)
         everybody = [with_gains(study, one, run.kept) for one in asked if not run.out(one.entrant.vehicle, one.entrant.name)]
         flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
-        bears = raise_all(study, run, everybody)
-        metrics = reported(study.source, study.file.metrics, flights)
+        bears = raises(study, run, everybody)
+        run.work("raising", bears)
         found = Comparison(
             name=study.file.name,
             source=study.source,
@@ -143,8 +145,8 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         )
         write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
-        there = [(job.kind, job.key) for job in (*jobs, *flights, *bears) if run.kept.find(job.kind, job.key)]
-        run.kept.publish(out, there)
+        every: list[Job] = [*jobs, *flights, *bears]
+        run.kept.publish(out, [(job.kind, job.key) for job in every if run.kept.find(job.kind, job.key)])
     run.kept.remove()
     return Finished(found, folder)
 
@@ -171,7 +173,9 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
     for job in there:
         flown.setdefault(job.cell.situation, {})[job.cell.controller] = read_back(run.kept, job)
     if not there:
-        raise UserError(f"nobody is left to be compared: {run.problems[0].line}" if run.problems else "there is nothing to be flown")
+        raise UserError(
+            f"nobody is left to be compared: {run.problems[0].line}" if run.problems else "there is nothing to be flown"
+        )
     for situation, many in list(flown.items()):
         if all(one.lost.all() for one in many.values()):
             run.met(Problem(None, f"{situation.label or 'the missions'}: no controller completes any of {seeds} flights"))
@@ -193,8 +197,23 @@ def read_back(kept: Kept, job: Fly) -> Flown:
     return found
 
 
-def raise_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
-    """Find all margins."""
+def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
+    """The metrics to report. Looks at every cell and margin before hours of tuning. Raises UserError."""
+    run.how.doing("checking")
+    wanted = cells(study, run, everybody)
+    for cell in wanted:
+        if not run.out(cell.situation.vehicle, cell.controller):
+            try:
+                study.check_cell(cell)
+            except UserError as error:
+                run.met(Problem((cell.situation.vehicle, cell.controller), str(error)))
+    raises(study, run, everybody)
+    left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
+    return reported(study.source, study.file.metrics, left or wanted)
+
+
+def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
+    """The margins to be found."""
     jobs: list[Bear] = []
     for name, entry in (study.file.margins or {}).items():
         for one in everybody:
@@ -203,7 +222,6 @@ def raise_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear
                     jobs.append(Bear(margins.raised(study, one.vehicle, name, one.name, one.table)))
                 except UserError as error:
                     run.met(Problem((one.vehicle, one.name), str(error)))
-    run.work("raising", jobs)
     return jobs
 
 
@@ -218,9 +236,9 @@ def costs(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], cost.Cost]:
     return found
 
 
-def reported(source: str, wanted: Sequence[str], flights: Sequence[Fly]) -> dict[str, str]:
+def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
     """The metrics to report, with units. Raises UserError for one that not all flights have."""
-    known = [job.cell.campaign.thresholds for job in flights]
+    known = [cell.campaign.thresholds for cell in flown]
     common = {name: full for name, full in known[0].items() if all(name in one for one in known)}
     for name in wanted:
         if name not in common:
@@ -255,7 +273,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
     identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
     with publishing(folder, identity, how.overwrite) as out, interruptible(run):
         flights, flown = fly(run, found_cells, seeds)
-        metrics = reported("missions", MISSION_METRICS, flights)
+        metrics = reported("missions", MISSION_METRICS, found_cells)
         found = Comparison(
             name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
             source=", ".join(map(str, paths)),
@@ -266,7 +284,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
             results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
             ranked=ranks(flown, next(iter(metrics))),
             entrants=tuple(
-                Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}")
+                Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", law_of(cell))
                 for cell, path in zip(found_cells, paths, strict=False)
             ),
             margins={},
@@ -293,6 +311,13 @@ def cell_of(name: str, path: Path, seeds: int) -> Cell:
     check_mission(content, str(path), path.parent)
     file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
     return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
+
+
+def law_of(cell: Cell) -> type[Controller]:
+    """Of a cell's mission."""
+    campaign = cell.campaign
+    found: type[Controller] = check_mission(campaign.content, campaign.source, campaign.folder).controller.controller
+    return found
 
 
 def unique(names: Sequence[str]) -> list[str]:

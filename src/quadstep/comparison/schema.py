@@ -1,5 +1,8 @@
-"""A study file: which vehicles, paths and scenarios are flown, under which controllers, how these are tuned, and what is measured."""
+"""A study file: which vehicles, paths and scenarios are flown, under which controllers, how these are tuned, and what is
+measured.
+"""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -40,7 +43,9 @@ class Limited(Section):
 def of_a_mission(keys: dict[str, Any]) -> dict[str, Any]:
     """Refuses what the study itself says. Raises ValueError."""
     for key, why in OF_THE_STUDY.items():
-        if key in keys and not (key == "vehicle" and isinstance(keys[key], dict) and not {"preset", "file"} & keys[key].keys()):
+        if key in keys and not (
+            key == "vehicle" and isinstance(keys[key], dict) and not {"preset", "file"} & keys[key].keys()
+        ):
             raise ValueError(f"{key} cannot be set here: {why}")
     return keys
 
@@ -83,7 +88,7 @@ class ControllerEntry(Limited):
     @model_validator(mode="after")
     def _one_of_both(self) -> "ControllerEntry":
         if not isinstance(self.controller.get("type"), str):
-            raise ValueError("controller.type: missing; it is needed")
+            raise ValueError("controller.type: missing; it is needed")  # noqa: TRY004 (pydantic takes it for an answer)
         if self.frozen is not None and self.ranges is not None:
             raise ValueError("frozen and ranges are both given; gains are either frozen or tuned")
         return self
@@ -100,8 +105,8 @@ class TuningSection(Section):
     """How gains are found, the same for every controller.
 
     flown: the paths and scenarios that are tuned on. seeds: flights of each candidate on each of these. budget: flights a
-    controller and vehicle. objective, aggregate: as in a mission's [tune]; what is minimised is the mean of the aggregates over
-    `flown`. gains: a file of gains that an earlier run found, which are taken as they are.
+    controller and vehicle. objective, aggregate: as in a mission's [tune]; what is minimised is the mean of the aggregates
+    over `flown`. gains: a file of gains that an earlier run found, which are taken as they are.
     """
 
     flown: Annotated[tuple[Place, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_NAMES)]
@@ -174,9 +179,10 @@ class StudyFile(Section):
         twice = [name for name in self.vehicles if self.vehicles.count(name) > 1]
         if twice:
             raise ValueError(f"vehicles: {twice[0]} is named twice")
-        limited = {"paths": self.paths, "scenarios": self.scenarios, "controllers": self.controllers, "margins": self.margins}
+        limited: dict[str, Mapping[str, Limited]] = {"paths": self.paths, "scenarios": self.scenarios}
+        limited |= {"controllers": self.controllers, "margins": self.margins or {}}
         for table, found in limited.items():
-            for name, one in (found or {}).items():
+            for name, one in found.items():
                 known("vehicles", one.vehicles or (), self.vehicles, f"{table}.{name}")
         for name, scenario in self.scenarios.items():
             known("paths", scenario.paths or (), self.paths, f"scenarios.{name}")

@@ -1,7 +1,7 @@
 """What the flights of a cell are like: medians, 95 % quantiles and losses, each with its interval.
 
-A lost flight has no error; it counts as worse than every other. So a quantile is over all flights, and infinite where too many are
-lost: a controller cannot gain by losing its worst flights.
+A lost flight has no error; it counts as worse than every other. So a quantile is over all flights, and infinite where too
+many are lost: a controller cannot gain by losing its worst flights.
 """
 
 import math
@@ -61,7 +61,9 @@ def spread(flown: Flown, name: str) -> Spread:
     """A metric."""
     values = flown.metrics[name][~flown.lost]
     ranked = flown.ranked(name)
-    return Spread(float(values.mean()) if len(values) else math.nan, ordered_quantile(ranked, 0.5), ordered_quantile(ranked, 0.95))
+    return Spread(
+        float(values.mean()) if len(values) else math.nan, ordered_quantile(ranked, 0.5), ordered_quantile(ranked, 0.95)
+    )
 
 
 def losses(flown: Flown) -> Estimate:

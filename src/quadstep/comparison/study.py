@@ -4,7 +4,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from quadstep import files
+from quadstep.campaign.draws import draw
+from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.comparison.schema import EFFORTS, ControllerEntry, StudyFile
 from quadstep.documents import parse_toml, read_toml
@@ -103,8 +107,8 @@ class Study(NamedTuple):
         return check_mission({**mission, "controller": controller}, self.source, self.folder)
 
     def knowing(self, vehicle: str, controller: Content) -> Content:
-        """A controller's table with every number written out that follows from the vehicle: what it knows is the vehicle as its
-        makers know it, whatever a scenario makes of it. Raises UserError.
+        """A controller's table with every number written out that follows from the vehicle: what it knows is the vehicle as
+        its makers know it, whatever a scenario makes of it. Raises UserError.
         """
         mission = self.nominal(vehicle, controller)
         known = filled_in(mission)
@@ -126,6 +130,15 @@ class Study(NamedTuple):
             said = str(error).removeprefix(f"{self.source}: ")
             raise UserError(f"{self.source}: {name} cannot fly {situation.label}: {said}") from None
         return Cell(situation, name, campaign)
+
+    def check_cell(self, cell: Cell) -> None:
+        """Refuses a cell whose first flight cannot be built. Raises UserError."""
+        first = {name: one.at(0) for name, one in draw(cell.campaign.file, np.array([FIRST])).items()}
+        try:
+            planner(cell.campaign).plan(first)
+        except UserError as error:
+            said = str(error).removeprefix(f"{self.source}: ")
+            raise UserError(f"{self.source}: {cell.controller} cannot fly {cell.situation.label}: {said}") from None
 
 
 def campaign_with(study: Study, mission: Content, draws: Content) -> Campaign:
@@ -188,7 +201,8 @@ def check_vehicles(study: Study) -> None:
     for vehicle in study.file.vehicles:
         if vehicle not in preset_names() and not (study.folder / vehicle).exists():
             raise UserError(
-                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; presets: {', '.join(preset_names())}"
+                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; presets: "
+                f"{', '.join(preset_names())}"
             )
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")

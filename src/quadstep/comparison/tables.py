@@ -28,7 +28,11 @@ def cell_rows(found: Comparison) -> Iterator[Row]:
                 row |= {f"{name}_{what}{unit}": estimate.value}
                 row |= {f"{name}_{what}_low{unit}": estimate.low, f"{name}_{what}_high{unit}": estimate.high}
         row["rank"] = ranked.ranks[one.controller]
-        row |= {"energy[J]": one.effort.energy, "rotor_activity[N/s]": one.effort.activity, "saturation": one.effort.saturation}
+        row |= {
+            "energy[J]": one.effort.energy,
+            "rotor_activity[N/s]": one.effort.activity,
+            "saturation": one.effort.saturation,
+        }
         yield {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()}
 
 
@@ -52,7 +56,9 @@ def pair_rows(found: Comparison) -> Iterator[Row]:
                 "p_lost_holm": one.p_lost,
                 "loses_fewer": one.keeper,
             }
-            yield {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()}
+            yield {
+                name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+            }
 
 
 def write_tables(out: Path, found: Comparison) -> None:
@@ -82,18 +88,30 @@ def matrix(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]
     for situation in found.situations:
         if situation.vehicle == vehicle:
             there = {one.controller: short(found, one) for one in found.of(situation)}
-            rows.append([", ".join(filter(None, situation[1:])) or "the missions", *(there.get(name, NOTHING) for name in names)])
+            rows.append(
+                [", ".join(filter(None, situation[1:])) or "the missions", *(there.get(name, NOTHING) for name in names)]
+            )
     return ["", *names], rows
 
 
 def full_rows(found: Comparison, vehicle: str) -> tuple[list[str], list[list[str]]]:
     """Header and rows: every cell of a vehicle with all its intervals."""
     names = [title(full) for full in found.metrics.values()]
-    header = ["situation", "controller", "rank", "lost", *(f"{what} {name}" for name in names for what in ("median", "95 %", "mean"))]
+    header = [
+        "situation",
+        "controller",
+        "rank",
+        "lost",
+        *(f"{what} {name}" for name in names for what in ("median", "95 %", "mean")),
+    ]
     rows = []
     for one in found.results:
         if one.situation.vehicle == vehicle:
-            row = [", ".join(filter(None, one.situation[1:])), one.controller, f"{found.ranked[one.situation].ranks[one.controller]:.2f}"]
+            row = [
+                ", ".join(filter(None, one.situation[1:])),
+                one.controller,
+                f"{found.ranked[one.situation].ranks[one.controller]:.2f}",
+            ]
             row.append(percent(one.lost))
             for name, full in found.metrics.items():
                 spread, factor = one.spreads[name], unit_of(full).factor
@@ -118,7 +136,18 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
 
 
 EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "at the rotors' limits")
-WHO_HEADER = ("vehicle", "controller", "gains", "tuned", "flights", "flights a gain", "ns a sample", "memory [B]", "numbers [B]")
+WHO_HEADER = (
+    "vehicle",
+    "controller",
+    "gains",
+    "tuned",
+    "flights",
+    "flights a gain",
+    "ns a sample",
+    "memory [B]",
+    "numbers [B]",
+)
+DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks ahead", "sample times")
 MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "of others at the first")
 
 
@@ -136,6 +165,11 @@ def who_rows(found: Comparison) -> list[list[str]]:
             costs = [time, str(cost.memory), str(cost.numbers)]
         rows.append([one.vehicle or NOTHING, one.name, one.origin, *tuned, *costs])
     return rows
+
+
+def differing_rows(found: Comparison) -> list[list[str]]:
+    """What is not the same for all controllers beside their laws."""
+    return [[one.vehicle or NOTHING, one.name, *(part or NOTHING for part in one.differs)] for one in found.entrants]
 
 
 def margin_rows(found: Comparison) -> list[list[str]]:
@@ -160,7 +194,11 @@ def beyond(value: float, low: float, high: float) -> str:
 
 # LaTeX
 
-SPECIAL = {char: f"\\{char}" for char in "&%$#_{}"} | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+SPECIAL = {char: f"\\{char}" for char in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
 
 
 def tex(text: str) -> str:
@@ -169,8 +207,9 @@ def tex(text: str) -> str:
 
 
 def latex(found: Comparison) -> str:
-    """A table of every situation and controller: median and 95 % quantile, and what is lost; to be \\input."""
-    parts = [f"% {tex(found.name)}: median (95 % quantile) of {tex(title(found.metrics[found.metric]))}, {found.seeds} flights a cell"]
+    """A table of every situation and controller: median and 95 % quantile, and what is lost."""
+    metric = tex(title(found.metrics[found.metric]))
+    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {found.seeds} flights a cell"]
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = matrix(found, vehicle)
         if vehicle:

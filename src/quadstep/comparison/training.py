@@ -1,7 +1,7 @@
 """Gains found for one controller and vehicle, on the same flights and with the same budget as every other controller's.
 
-The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same for all
-controllers. A generation that was flown is written into a journal, from which an interrupted search goes on.
+The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same
+for all controllers. A generation that was flown is written into a journal, from which an interrupted search goes on.
 """
 
 import json
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.atomic import replace_file
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.schema import digests
 from quadstep.comparison.schema import ControllerEntry
@@ -45,8 +46,9 @@ class Task(NamedTuple):
 
 
 class Trained(NamedTuple):
-    """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights that
-    were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many gains.
+    """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights
+    that were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many
+    gains.
     """
 
     values: dict[str, float]
@@ -78,7 +80,9 @@ def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controll
         "precision": study.file.precision,
         **({} if study.file.score_period is None else {"score_period": study.file.score_period}),
     }
-    missions = tuple({**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations)
+    missions = tuple(
+        {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
+    )
     return Task(vehicle, name, missions, study.source, study.folder, tuning.budget, study.file.seed)
 
 
@@ -89,7 +93,9 @@ def flown_in(study: Study) -> list[tuple[str, str]]:
 
 
 def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
-    """What is searched: as the study says, or every gain that the controller declares, each entry by itself where they differ."""
+    """What is searched: as the study says, or every gain that the controller declares, each entry by itself where they
+    differ.
+    """
     if entry.ranges is not None:
         return {key: {} if one is None else one.model_dump() for key, one in entry.ranges.items()}
     found: dict[str, Content] = {}
@@ -108,8 +114,11 @@ class Journal:
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
-        self.lines = list(read_lines(path)) if path else []
+        self.lines = read_lines(path) if path else []
         self.next = 0
+        if path and path.exists():  # go on after the last whole line
+            text = "".join(json.dumps(one) + "\n" for one in self.lines)
+            replace_file(path, text.encode())
 
     def taken(self, values: Sequence[dict[str, float]]) -> list[Judged] | None:
         """The judgements of the next generation, if it is there and of these candidates."""
@@ -117,7 +126,6 @@ class Journal:
             found = [Judged(*judged) for judged in self.lines[self.next]["judged"]]
             self.next += 1
             return found
-        self.lines, self.next = [], 0
         return None
 
     def add(self, flights: int, values: Sequence[dict[str, float]], judged: Sequence[Judged]) -> None:
@@ -142,8 +150,6 @@ def read_lines(path: Path) -> list[Content]:
         except (ValueError, TypeError, KeyError, RecursionError):
             break
         found.append(one)
-    if path.stat().st_size and found and not text.endswith("\n"):  # go on after the last whole line
-        path.write_text("".join(json.dumps(one) + "\n" for one in found), encoding="utf-8")
     return found
 
 
@@ -202,7 +208,9 @@ def train(asked: Task, journal: Path | None = None) -> Trained:
 
 
 def check_task(asked: Task) -> int:
-    """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises UserError."""
+    """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises
+    UserError.
+    """
     path = Path(asked.source)
     try:
         wanted = [asked_of(path, "", content, asked.folder) for content in asked.missions]
@@ -214,7 +222,7 @@ def check_task(asked: Task) -> int:
     least = seeds * (1 + FEWEST_GENERATIONS * count)
     if asked.budget < least:
         raise UserError(
-            f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; needed "
-            f"are at least {least}: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
+            f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
+            f"needed are at least {least}: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
         )
     return gains

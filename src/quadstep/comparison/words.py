@@ -12,9 +12,10 @@ from quadstep.comparison.study import Situation
 LOST, NOTHING = "lost", "-"
 
 METHOD = (
-    "Every controller flies the same flights of a situation: the same path, wind, noise and draws. A lost flight counts as worse than any "
-    "other. Pairs are tested by Wilcoxon's signed ranks and, for who loses which flights, by McNemar's exact test; the p-values of all "
-    "pairs in all situations are corrected by Holm, so that with 95 % confidence no pair that is called decided is wrong."
+    "Every controller flies the same flights of a situation: the same path, wind, noise and draws. A lost flight counts as "
+    "worse than any other. Pairs are tested by Wilcoxon's signed ranks and, for who loses which flights, by McNemar's exact "
+    "test; the p-values of all pairs in all situations are corrected by Holm, so that with 95 % confidence no pair that is "
+    "called decided is wrong."
 )
 
 
@@ -94,10 +95,13 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
-        return f"{where}: every controller loses at least half of its flights; nothing is said of tracking. {losing(results)}".strip()
+        text = f"{where}: every controller loses at least half of its flights; nothing is said of tracking"
+        return f"{text}. {losing(results)}".strip()
     text = f"{where}: {best} has the least median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
     text += f"{shown(median, unit.factor)} {unit.name}"
-    beaten, better, open_ = [], [], []
+    beaten: list[str] = []
+    better: list[str] = []
+    open_: list[str] = []
     for pair in ranked.pairs:
         if best in (pair.first, pair.second):
             other = pair.second if pair.first == best else pair.first
@@ -107,7 +111,11 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     if open_:
         text += f"; not decided against {listed(open_)}"
     if better:
-        text += f"; flight by flight {listed(better)} is better" if len(better) == 1 else f"; flight by flight {listed(better)} are better"
+        text += (
+            f"; flight by flight {listed(better)} is better"
+            if len(better) == 1
+            else f"; flight by flight {listed(better)} are better"
+        )
     return f"{text}. {losing(results)}".strip()
 
 
@@ -123,7 +131,9 @@ def wins(found: Comparison) -> list[list[str]]:
     for one in found.controllers:
         row = [one]
         for other in found.controllers:
-            pairs = [pair for ranked in found.ranked.values() for pair in ranked.pairs if {pair.first, pair.second} == {one, other}]
+            pairs = [
+                pair for ranked in found.ranked.values() for pair in ranked.pairs if {pair.first, pair.second} == {one, other}
+            ]
             better = sum(pair.winner == one for pair in pairs)
             worse = sum(pair.winner == other for pair in pairs)
             row.append(NOTHING if one == other or not pairs else f"{better} / {len(pairs) - better - worse} / {worse}")

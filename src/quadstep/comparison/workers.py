@@ -21,7 +21,7 @@ Look = Callable[[], None]
 
 
 def work(jobs: Sequence[Job], engine: CompareEngine, look: Look) -> Iterator[tuple[Job, Worked]]:
-    """Jobs as they are done, in any order. look: called while others go on. Raises UserError for a cluster that is not there."""
+    """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
     if not jobs:
         return iter(())
     return on_cluster(jobs) if engine is CompareEngine.RAY else on_cores(jobs, look)
@@ -50,7 +50,8 @@ def on_cluster(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
             return on_worker(told, packed)
 
         task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_job)
-        waiting, going = iter(jobs), {}
+        waiting = iter(jobs)
+        going: dict[Any, Job] = {}
         while True:
             room = max(0, AHEAD * max(1, cores(ray)) - len(going))
             for job in islice(waiting, room):
@@ -66,4 +67,5 @@ def on_worker(told: Any, packed: bytes) -> tuple[bytes, str]:
     """A job, on a node that has all it needs. Raises UserError."""
     refuse_others(f"--engine ray: node {platform.node()}", told)
     job: Job = pickle.loads(packed)
-    return tuple(worked(job))
+    found = worked(job)
+    return found.content, found.wrong

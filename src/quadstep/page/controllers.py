@@ -29,7 +29,12 @@ GHOSTS = {
 
 
 def controllers(
-    mission: Any, plan: FlightPlan, folder: Path, laws: Laws, called: str = "", rivals: Mapping[str, ControllerSection] | None = None
+    mission: Any,
+    plan: FlightPlan,
+    folder: Path,
+    laws: Laws,
+    called: str = "",
+    rivals: Mapping[str, ControllerSection] | None = None,
 ) -> list[Controller]:
     """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page.
 

@@ -29,8 +29,8 @@ class Flown(NamedTuple):
     """A flight to show. mission, plan: None where they are not known; metrics: of the log, as reported.
 
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
-    controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the package's if
-    there are none.
+    controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
+    package's if there are none.
     """
 
     id: str
