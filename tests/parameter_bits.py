@@ -7,12 +7,12 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+from quadstep.comparison.cell import scenario_table
+from quadstep.comparison.flights import mission
 
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
-from quadstep.comparison.cell import scenario_table
-from quadstep.comparison.flights import mission
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml

@@ -37,14 +37,11 @@ class EffortMetric(Metric):
     weight: float = 1.0
     power: float = 1.0
 
-    def of_vehicle(self, vehicle: Any) -> Self:
-        """The metric of a vehicle's flights. Raises ValueError for a vehicle without rotors of its own."""
-        airframe = getattr(vehicle, "airframe", None)
-        if not isinstance(airframe, Airframe):
-            raise ValueError(f"metrics: {self.name}: only of real vehicles; name one in [vehicle]")  # noqa: TRY004 (pydantic)
+    def of_vehicle(self, airframe: Airframe, rotors: int) -> Self:
+        """The metric of a vehicle's flights."""
         rotor = airframe.rotor
-        power = rotor.torque / (rotor.thrust * float(sqrt(rotor.thrust))) / airframe.battery.efficiency
-        return type(self)(len(vehicle.geometry.mounts), float(airframe.mass * airframe.gravity), float(power))
+        power = rotor.torque / (rotor.thrust * sqrt(rotor.thrust)) / airframe.battery.efficiency
+        return type(self)(rotors, float(airframe.mass * airframe.gravity), float(power))
 
 
 @dataclass(frozen=True)

@@ -80,8 +80,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         page.heading("Gains and cost", "gains"),
         page.paragraph(
             "Tuned gains were all found with the same flights, objective and budget; none of these flights is among those "
-            "above. Gains that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario makes "
-            "of it. Time is that of the law alone, as scalar code on one core of this machine."
+            "above. Gains that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario "
+            "makes of it. Time is that of the law alone, as scalar code on one core of this machine."
         ),
         page.table(tables.WHO_HEADER, tables.who_rows(found)),
         page.paragraph("What else differs between controllers; all else is the same for all:"),

@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 from quadstep.flight.eager import always
 from quadstep.flight.log import FlightLog
@@ -50,10 +50,6 @@ class Metric(ABC):
     @abstractmethod
     def value(self, sums: Any) -> Number:
         """The metric, once there is a sample."""
-
-    def of_vehicle(self, vehicle: Any) -> Self:
-        """The metric of flights of a vehicle, as missions build it; most are the same for all."""
-        return self
 
     @property
     def full_name(self) -> str:
