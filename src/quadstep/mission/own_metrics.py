@@ -12,6 +12,7 @@ from quadstep.errors import UserError
 from quadstep.flight.own_metric import Metric
 from quadstep.mission.fields import as_tuple
 from quadstep.mission.own_thing import own_class, the_only
+from quadstep.user_code.installed import METRICS
 
 TAKEN = (
     "flight",
@@ -41,7 +42,7 @@ def own_metric(kind: str, folder: Path) -> Metric:
     """One of them."""
     if kind in EFFORT:
         return EFFORT[kind]()
-    thing = own_class(kind, Metric, folder)
+    thing = own_class(kind, Metric, METRICS, folder)
     if thing is None:
         said = 'names no class of a Python file, such as "my_metrics.py:Overshoot"'
         raise UserError(f"{kind!r:.60}: {said}, and is none of {', '.join(EFFORT)}")
