@@ -92,6 +92,8 @@ class Run:
 
     def keep(self, job: Job, worked: Worked) -> None:
         """Keep what a job gave."""
+        if worked.wrong and self.out(*job.controller):
+            return  # of which enough has been said
         if worked.wrong:
             self.met(Problem(job.controller, f"{job.label}: {worked.wrong}"))
         else:
