@@ -10,11 +10,19 @@ from quadstep.comparison.jobs import Tune
 from quadstep.comparison.kept import JOURNALS, Kept
 from quadstep.comparison.schema import ControllerEntry
 from quadstep.comparison.study import Content, Study
-from quadstep.control.controller import Controller
+from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.control.controller import Command, Controller
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 
 FROM_FILE = "from {}"
+
+COMMANDS = {
+    Command: "thrust and torque",
+    BodyRates: "thrust and body rates",
+    RotorThrusts: "rotor thrusts",
+    RotorSpeeds: "rotor speeds",
+}
 
 
 class Entrant(NamedTuple):
@@ -38,7 +46,7 @@ class Entrant(NamedTuple):
         law = self.law
         loops = ", ".join(f"{name} {1e3 * period:g} ms" for name, period in law.rates.items())
         ahead = f"{max(law.preview):g} s" if law.preview else ""
-        return law.commands.__name__, ", ".join(law.also_measures), ahead, loops
+        return COMMANDS.get(law.commands, law.commands.__name__), ", ".join(law.also_measures), ahead, loops
 
 
 class Asked(NamedTuple):

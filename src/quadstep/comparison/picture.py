@@ -48,7 +48,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.grid(visible=False, axis="y")
         scaled(axes)
         axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
-        figure.legend(loc="outside upper left", ncols=min(4, len(names)), fontsize=8, title=vehicle if sheet.titled else None)
+        figure.legend(loc="outside upper left", ncols=min(4, len(names)), fontsize=8)
         write(figure, path, sheet)
 
 

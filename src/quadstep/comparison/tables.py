@@ -127,7 +127,7 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
         [
             ", ".join(filter(None, one.situation[1:])),
             one.controller,
-            *(f"{value:.3g}" if math.isfinite(value) else NOTHING for value in one.effort[:2]),
+            *(f"{value:.4g}" if math.isfinite(value) else NOTHING for value in one.effort[:2]),
             f"{100.0 * one.effort.saturation:.2g} %" if math.isfinite(one.effort.saturation) else NOTHING,
         ]
         for one in found.results
