@@ -21,6 +21,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
         "thrust_extended_backstepping.ThrustExtendedBackstepping",
+        "state_space_backstepping.StateSpaceBackstepping",
         "dynamic_linearisation.DynamicLinearisation",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
