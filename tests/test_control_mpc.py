@@ -10,11 +10,11 @@ from quadstep import fly
 from quadstep.control.admm import Bounds, idle, iterate
 from quadstep.control.controller import Measured
 from quadstep.control.disturbance_observer import observed
-from quadstep.control.mpc import FREE, STAGE, STAGES, Mpc, chain
-from quadstep.control.riccati import discretised, regulator
+from quadstep.control.mpc import FREE, STAGE, STAGES, chain
+from quadstep.control.sampled_regulator import discretised, regulator
 from quadstep.guidance.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.numbers import Matrix, Vector, matrix, vector
+from quadstep.numbers import Matrix, Vector, vector
 from quadstep.numbers.rotations import IDENTITY, from_rotation_vector, from_yaw_pitch_roll
 from tests.flights import array
 from tests.needs import TINYMPC, needs
@@ -208,7 +208,9 @@ def rebuilt(plan, measured, reference):
     gains = plan.parameters.gains
     w = gains.weights
     lateral, climb, turn = (np.array(list(gains.chains[i].regulator.gain)) for i in (0, 2, 3))
-    e_p, e_v = (np.array(list(a - b)) for a, b in ((measured.position, reference.position), (measured.velocity, reference.velocity)))
+    e_p, e_v = (
+        np.array(list(a - b)) for a, b in ((measured.position, reference.position), (measured.velocity, reference.velocity))
+    )
     c, s = math.cos(reference.yaw), math.sin(reference.yaw)
     e_p, e_v = (np.array([c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]]) for v in (e_p, e_v))
     from scipy.spatial.transform import Rotation
@@ -281,7 +283,9 @@ def test_a_push_is_met_with_lean_and_lift_and_a_twist_with_torque(flown):
 def test_observers_know_gravity_lift_and_the_gyroscopic_torque(flown):
     law, gains = flown.loop.controller, flown.parameters.gains.weights
     rates, lean = vector(1.0, -2.0, 3.0), from_rotation_vector(vector(0.3, 0.0, 0.0))
-    memory = law.start(known(rates=rates), flown.parameters.gains)._replace(torque=vector(0.3, 0.2, 0.1), push=vector(0.1, 0.2, 0.3))
+    memory = law.start(known(rates=rates), flown.parameters.gains)._replace(
+        torque=vector(0.3, 0.2, 0.1), push=vector(0.1, 0.2, 0.3)
+    )
     after = law.observe(memory, known(rates=rates, attitude=lean, torque=vector(0.5, 0.5, 0.5)), gains, 0.002)
     axis = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
     np.testing.assert_allclose(list(after.velocity), 0.002 * (G * axis - [0.0, 0.0, G] + [0.1, 0.2, 0.3]), atol=1e-12)
@@ -298,7 +302,8 @@ def test_bounds_leave_what_the_path_does_not_take(flown):
     memory = law.start(known(), flown.parameters.gains)._replace(push=vector(0.5, 0.0, -1.0))
     turn = math.pi / 2.0
     stages = tuple(
-        HERE._replace(yaw=turn, acceleration=vector(0.1 * k, -0.2 * k, 0.3 * k), snap=vector(k, 2.0 * k, 0.0)) for k in range(STAGES)
+        HERE._replace(yaw=turn, acceleration=vector(0.1 * k, -0.2 * k, 0.3 * k), snap=vector(k, 2.0 * k, 0.0))
+        for k in range(STAGES)
     )
     bounds = law.bounds(memory, stages[0]._replace(ahead=stages[1:]), gains)
     for k in (0, 3, STAGES - 2):

@@ -24,7 +24,12 @@ package("foundation_policy")
 ZERO = vector(0.0, 0.0, 0.0)
 REFERENCE = Reference(vector(1.0, 2.0, 3.0), vector(0.1, -0.2, 0.3), ZERO, 0.0, 0.0)
 MEASURED = Measured(
-    vector(1.3, 1.8, 3.1), vector(0.5, 0.4, -0.1), from_yaw_pitch_roll(vector(0.1, 0.2, -0.3)), vector(0.6, -0.7, 0.8), 26.0, ZERO
+    vector(1.3, 1.8, 3.1),
+    vector(0.5, 0.4, -0.1),
+    from_yaw_pitch_roll(vector(0.1, 0.2, -0.3)),
+    vector(0.6, -0.7, 0.8),
+    26.0,
+    ZERO,
 )
 
 
@@ -90,7 +95,10 @@ def test_a_vehicle_that_spins_the_other_way_round_is_flown_in_a_mirror():
         rates=-1.0 * mirrored(MEASURED.rates),
     )
     model = load_preset("x500").model()
-    usual, other = Raptor.for_vehicle(model), Raptor.for_vehicle(model._replace(mixing=(*model.mixing[:3], -1.0 * model.mixing[3])))
+    usual, other = (
+        Raptor.for_vehicle(model),
+        Raptor.for_vehicle(model._replace(mixing=(*model.mixing[:3], -1.0 * model.mixing[3]))),
+    )
     assert (usual.mirrored, other.mirrored) == (False, True)
     seen, in_mirror = usual.observation(MEASURED, REFERENCE, gains), other.observation(measured, reference, gains)
     np.testing.assert_allclose(list(in_mirror), list(seen), atol=1e-12)
@@ -105,7 +113,12 @@ def test_its_motors_are_those_of_the_vehicles_quarters(vehicle):
     model = load_preset(vehicle).model()
     rotors, mirrored = quarters(model)
     _, about_x, about_y, about_z = model.mixing
-    assert [(about_y[i] < 0.0, about_x[i] > 0.0) for i in rotors] == [(True, False), (False, False), (False, True), (True, True)]
+    assert [(about_y[i] < 0.0, about_x[i] > 0.0) for i in rotors] == [
+        (True, False),
+        (False, False),
+        (False, True),
+        (True, True),
+    ]
     assert not mirrored
     assert about_z[rotors[0]] < 0.0  # the front right one turns counter-clockwise
 
@@ -119,7 +132,7 @@ def test_an_action_stands_for_a_share_of_the_rotors_range():
         assert 2.0 * share - 1.0 == pytest.approx(memory.action[motor])
     seen = Vector((*law.observation(MEASURED, REFERENCE, gains), *memory.action))
     action, neurons = act(gains.policy, seen, memory.neurons)
-    again, after = law.law(memory, MEASURED, REFERENCE, gains, 0.01, 0.01)
+    _, after = law.law(memory, MEASURED, REFERENCE, gains, 0.01, 0.01)
     assert list(after.action) == [min(max(one, -1.0), 1.0) for one in action]
     assert list(after.neurons) == list(neurons) != list(memory.neurons)
 

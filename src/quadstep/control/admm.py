@@ -11,7 +11,7 @@ Q + diag(rho_x) and R + rho_u. An iteration rolls the chain out, cuts what it fi
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from quadstep.control.riccati import Regulator
+from quadstep.control.sampled_regulator import Regulator
 from quadstep.numbers import Matrix, Vector, clip, scan
 
 

@@ -17,7 +17,7 @@ from quadstep.control.disturbance_observer import observed
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.model import Model
 from quadstep.control.projection import project
-from quadstep.control.riccati import discretised, regulator
+from quadstep.control.sampled_regulator import discretised, regulator
 from quadstep.control.wanted_attitude import WantedAttitude, up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, sin, vector
@@ -55,7 +55,9 @@ class MpcWeights(NamedTuple):
         (300.0, 20.0, 4.0, 0.2, 0.0, 0.002), "-", "weights of position, velocity, lean, its two rates and the input",
         parts=LEVEL, zero=True,
     )  # fmt: skip
-    climb: Vector = gain((300.0, 10.0, 0.0, 0.3), "-", "weights of position, velocity, lift and the input", parts=CLIMB, zero=True)
+    climb: Vector = gain(
+        (300.0, 10.0, 0.0, 0.3), "-", "weights of position, velocity, lift and the input", parts=CLIMB, zero=True
+    )
     turn: Vector = gain((4.0, 0.2, 0.0, 0.01), "-", "weights of heading, its two rates and the input", parts=TURN, zero=True)
     penalty: Number = gain(0.1, "-", "rho of ADMM over the weight of what is bounded", symbol="rho", tunable=False)
     most_lean: Number = gain(1.0, "-", "largest level acceleration, of that of gravity")

@@ -76,7 +76,9 @@ def published() -> Policy:
             for one in ("input", "hidden")
         )
         gates = range(0, 3 * UNITS, UNITS)
-        recurrent = (Vector([w for gate in gates for part in (below, beside) for w in part[gate + unit]]) for unit in range(UNITS))
+        recurrent = (
+            Vector([w for gate in gates for part in (below, beside) for w in part[gate + unit]]) for unit in range(UNITS)
+        )
         return Policy(dense(0), Matrix(recurrent), dense(2), Vector(values(1, "initial_hidden_state")))
 
 
@@ -126,7 +128,9 @@ def quarters(model: Model) -> tuple[tuple[int, ...], bool]:
     rotors = tuple(one[0] for one in found if len(one) == 1)
     spins = [about_z[rotor] > 0.0 for rotor in rotors]
     if len(rotors) != 4 or len(places) != 4 or spins not in ([False, True] * 2, [True, False] * 2):
-        raise UserError('controller.type = "raptor": flies four rotors, one in each quarter, neighbours spinning opposite ways')
+        raise UserError(
+            'controller.type = "raptor": flies four rotors, one in each quarter, neighbours spinning opposite ways'
+        )
     return rotors, spins[0]
 
 

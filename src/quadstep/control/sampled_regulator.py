@@ -72,4 +72,3 @@ def regulator(a: Matrix, b: Vector, weights: Sequence[Number], price: Number) ->
     inverse = 1.0 / (price + b @ push)
     gain = inverse * Vector(push @ column for column in a.T)
     return Regulator(a, b, gain, inverse, (a - outer(b, gain)).T)
-
