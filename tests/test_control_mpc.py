@@ -1,4 +1,4 @@
-"""Predictive control against other solvers: Riccati equations, the method of multipliers, TinyMPC; and as a law, term by term."""
+"""Predictive control against other solvers (Riccati equations, the method of multipliers, TinyMPC); the law, term by term."""
 
 import math
 

@@ -149,7 +149,7 @@ def test_the_observer_knows_thrust_gravity_and_lean(gains):
     memory = Mppi().start(known(), gains)._replace(push=vector(0.1, 0.2, 0.3))
     _, after = asked(gains, memory=memory, attitude=lean, thrust=30.0)
     pulled = 30.0 / MASS * np.array([0.0, -math.sin(0.3), math.cos(0.3)]) - [0.0, 0.0, G]
-    np.testing.assert_allclose(list(after.velocity), 0.002 * (pulled + [0.1, 0.2, 0.3]), atol=1e-12)
+    np.testing.assert_allclose(list(after.velocity), 0.002 * (pulled + np.array([0.1, 0.2, 0.3])), atol=1e-12)
     _, after = asked(gains, memory=memory, velocity=vector(0.0, 0.5, 0.0))
     assert list(after.push) == pytest.approx([0.1, 0.2 + 0.002 * 64.0 * 0.5, 0.3])
 

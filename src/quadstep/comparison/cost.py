@@ -51,12 +51,13 @@ class LawAlone(Loop):
         """The controller's."""
         return self.sampled
 
-    def measured(self, state: Structure, sensed: Structure, held: Structure) -> Structure:
+    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
         """The truth."""
         told = self.plant.told(self.plant.truth(state), held)
         if not self.controller.also_measures:
             return told
-        more = {"specific_force": told.velocity, "rotor_speeds": self.plant.rotor_speeds(state), "age": 0.01}
+        speeds = self.plant.rotor_speeds(state)
+        more = {"specific_force": told.velocity, "rotor_speeds": speeds, "age": 0.01, "noise": p.key}
         return told._replace(**{name: more[name] for name in self.controller.also_measures})
 
     def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
@@ -65,7 +66,7 @@ class LawAlone(Loop):
         if self.idle:
             drift = SHIFT * total(flatten(reference))
             return cycle._replace(command=rebuild(cycle.command, iter([one + drift for one in flatten(cycle.command)]))), 0.0
-        asked, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
 
     def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:

@@ -26,8 +26,8 @@ class Chain(NamedTuple):
 class Duals(NamedTuple):
     """What an iteration leaves to the next, for all chains one after the other.
 
-    pulls: d, what the input has beside -K x, a row a stage but the last. inputs: y, scaled duals of the inputs' bounds, as many
-    rows. states: g, of the states' bounds, as many rows; last: of the last stage.
+    pulls: d, what the input has beside -K x, a row a stage but the last. inputs: y, scaled duals of the inputs' bounds, as
+    many rows. states: g, of the states' bounds, as many rows; last: of the last stage.
     """
 
     pulls: Matrix

@@ -1,8 +1,8 @@
 """Model predictive path integral control: perturbed plans flown in the head, and averaged by how well they went.
 
-Williams, Aldrich, Theodorou (2017). A plan is an acceleration beside the path's for each stage of a horizon. `guide` perturbs it
-with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the rotors' reach of
-what the path wants at that stage (`reference.ahead`), weighs the plans by exp(-cost / temperature) and keeps their mean.
+Williams, Aldrich, Theodorou (2017). A plan is an acceleration beside the path's for each stage of a horizon. `guide` perturbs
+it with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the rotors' reach
+of what the path wants at that stage (`reference.ahead`), weighs the plans by exp(-cost / temperature) and keeps their mean.
 `law` makes thrust and torque of the plan's first stage, as in `geometric.py`. The number of samples is fixed: turns of a loop.
 """
 
@@ -87,8 +87,8 @@ class Rollout(NamedTuple):
 
 
 class Mean(NamedTuple):
-    """Of the plans so far. least: their least cost. weight: sum of exp((least - cost) / temperature); perturbations: so weighed
-    too. size: 0 for the first plan, which is the one that there is, then 1.
+    """Of the plans so far. least: their least cost. weight: sum of exp((least - cost) / temperature); perturbations: so
+    weighed too. size: 0 for the first plan, which is the one that there is, then 1.
     """
 
     least: Number

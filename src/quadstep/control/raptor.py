@@ -38,15 +38,6 @@ class Policy(NamedTuple):
     begin: Vector
 
 
-class RaptorGains(NamedTuple):
-    """The policy, and the rotors' range [rad/s] that its -1 to 1 stand for."""
-
-    policy: Policy = given(lambda model: published())
-    slowest: Number = given(lambda model: model.slowest)
-    fastest: Number = given(lambda model: model.fastest)
-    reach: Number = gain(1.0, "m", "largest error of position that it is shown", tunable=False)
-
-
 class RaptorMemory(NamedTuple):
     """neurons: of the recurrent layer. action: what it last asked of its motors, -1 to 1."""
 
@@ -80,6 +71,15 @@ def published() -> Policy:
             Vector([w for gate in gates for part in (below, beside) for w in part[gate + unit]]) for unit in range(UNITS)
         )
         return Policy(dense(0), Matrix(recurrent), dense(2), Vector(values(1, "initial_hidden_state")))
+
+
+class RaptorGains(NamedTuple):
+    """The policy, and the rotors' range [rad/s] that its -1 to 1 stand for."""
+
+    policy: Policy = given(lambda _model: published())
+    slowest: Number = given(lambda model: model.slowest)
+    fastest: Number = given(lambda model: model.fastest)
+    reach: Number = gain(1.0, "m", "largest error of position that it is shown", tunable=False)
 
 
 def affine(row: tuple[Number, ...], inputs: Vector) -> Number:

@@ -23,8 +23,8 @@ Step: TypeAlias = Callable[[C, Rows], tuple[C, Rows]]
 def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, backwards: bool = False) -> tuple[C, Rows]:
     """`carry, made = step(carry, row)` for each row in turn: the last carry, and what was made as matrices, a row a turn.
 
-    carry: a structure of numbers, whose shape stays. rows: what a turn is given a row of. times: how many turns there are where
-    no rows say it. backwards: from the last row to the first; what is made for a row stands in that row either way.
+    carry: a structure of numbers, whose shape stays. rows: what a turn is given a row of. times: how many turns there are
+    where no rows say it. backwards: from the last row to the first; what is made for a row stands in that row either way.
 
     A loop is written where a number in `carry` or `rows` is traced; on Python numbers alone the turns are computed at once. A
     step may take any number from around it and may scan itself. It has no other effect. Raises ValueError where rows differ in
@@ -34,7 +34,7 @@ def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, bac
     >>> scan(lambda last, row: (last + row[0], vector(last)), 0.0, matrix((1.0,), (2.0,), (3.0,)))
     (6.0, Matrix([[0.0], [1.0], [3.0]]))
     """
-    counts = {len(one) for one in matrices(rows)} or {times}
+    counts: set[int | None] = {len(one) for one in matrices(rows)} or {times}
     (count,) = counts if len(counts) == 1 else (None,)
     if not count or times not in (None, count):
         raise ValueError("a scan needs one number of turns, 1 or more")
