@@ -4,7 +4,8 @@ import json
 
 import numpy as np
 
-from quadstep.numbers.script import Record, ScriptTable, constant_text
+from quadstep.numbers.script import ScriptTable, constant_text
+from quadstep.numbers.script_scan import LoopRecord
 from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
 from tests.pages import run_node
@@ -12,7 +13,7 @@ from tests.pages import run_node
 
 def written(law, count, table=None):
     """The law's results as one JavaScript function of an array, after constants that are kept aside."""
-    record = Record()
+    record = LoopRecord()
     numbers = [record.input(f"A[{i}]") for i in range(count)]
     if table is not None:
         numbers.append(ScriptTable(record, "T", table.size))
@@ -26,7 +27,7 @@ def written(law, count, table=None):
     calls = "".join(f"f{i}(A,T);" for i in range(len(functions)))
     sizes = {"K": len(writer.kept), "X": writer.carried, "B": len(outputs)}
     arrays = "".join(f"const {name}=new Float64Array({size});" for name, size in sizes.items())
-    return f"'use strict';{library()}{arrays}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
+    return f"'use strict';{library()}{arrays}{writer.declarations()}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
 
 
 def through_script(law, *columns, table=None):

@@ -7,6 +7,8 @@ import sympy
 from quadstep.numbers import Matrix, Vector, exp, matrix, scan, sin, vector, where
 from quadstep.numbers.noise import Key, normals
 from tests.flights import through_lanes
+from tests.pages import NODE
+from tests.scripts import through_script
 
 RNG = np.random.default_rng(11)
 COLUMNS = RNG.normal(size=(6, 13))
@@ -33,6 +35,8 @@ def agree(law, *columns):
     np.testing.assert_array_equal(looped, np.array(np.broadcast_arrays(*law(scan, *columns))))
     floats = np.array([law(turn_by_turn, *row) for row in np.array(columns).T.tolist()]).T
     np.testing.assert_array_equal(looped, floats)
+    if NODE is not None:
+        np.testing.assert_array_equal(through_script(lambda *numbers: list(law(scan, *numbers)), *columns), floats)
 
 
 def recursion(way, a, b, c, d, e, f, backwards=False):

@@ -39,9 +39,12 @@ def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, bac
     if not count or times not in (None, count):
         raise ValueError("a scan needs one number of turns, 1 or more")
     traced = getattr(functions_of(*flatten((carry, rows))), "scan", None)
-    if traced is not None:
-        result: tuple[C, Rows] = traced(step, carry, rows, count, backwards)
-        return result
+    result: tuple[C, Rows] = (traced or turn_by_turn)(step, carry, rows, count, backwards)
+    return result
+
+
+def turn_by_turn(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+    """A scan without a loop."""
     made: list[Rows] = [()] * count
     shape = len(flatten(carry))
     for place in reversed(range(count)) if backwards else range(count):

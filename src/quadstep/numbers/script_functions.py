@@ -4,6 +4,7 @@ from typing import Any
 
 from quadstep.numbers.elementary import Elementary
 from quadstep.numbers.script import Record, ScriptCondition, ScriptNumber
+from quadstep.numbers.script_scan import scan
 from quadstep.numbers.script_words import ScriptWord
 
 JAVASCRIPT = {
@@ -79,6 +80,8 @@ class ScriptFunctions:
         record = condition.record
         a, b = record.at(yes), record.at(no)
         return yes if a == b else ScriptNumber(record, record.place("where", condition.place, a, b))
+
+    scan = staticmethod(scan)
 
     def word(self, x: ScriptNumber) -> ScriptWord:
         return ScriptWord.of(x)

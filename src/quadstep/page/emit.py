@@ -4,7 +4,8 @@ from typing import Any, NamedTuple, cast
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
-from quadstep.numbers.script import Record, ScriptTable
+from quadstep.numbers.script import ScriptTable
+from quadstep.numbers.script_scan import LoopRecord
 from quadstep.page.elementary import library
 from quadstep.page.writing import Output, Writer
 
@@ -34,7 +35,7 @@ class Section(NamedTuple):
 
 def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
     """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
-    record = Record()
+    record = LoopRecord()
     leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))
     names = [name for name, leaf in leaves.items() if not isinstance(leaf, Table)]
     tables = [name for name, leaf in leaves.items() if isinstance(leaf, Table)]
@@ -96,6 +97,7 @@ def script(writer: Writer, sections: list[Section], size: int, width: int, table
             "(()=>{'use strict';",
             library(),
             f"const C=new Float64Array({size}),K=new Float64Array({len(writer.kept)}),X=new Float64Array({writer.carried});",
+            writer.declarations(),
             *functions,
             "function fly(P,T,S,ticks,R){",
             "const h=ticks.step,log=ticks.log,last=ticks.last;",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record
 from quadstep.numbers.script_functions import JAVASCRIPT
+from quadstep.numbers.script_scan import ARRAY, ITEM, LOOP, STATEMENTS, Loop
 
 DEEPEST = 40
 """Operations within each other before a local is made."""
@@ -41,6 +42,8 @@ class Writer:
 
     def __init__(self, record: Record, fixed: Iterable[str], carry: str = "X", constants: str = "K") -> None:
         self.nodes, self.carry, self.constants = record.nodes, carry, constants
+        self.loops: dict[int, Loop] = getattr(record, "loops", {})
+        self.arrays: dict[str, int] = getattr(record, "arrays", {})
         self.steady = self._steady(set(fixed))
         self.kept: dict[int, int] = {}
         self.carried = 0
@@ -48,8 +51,13 @@ class Writer:
     def _steady(self, fixed: set[str]) -> list[bool]:
         steady: list[bool] = []
         for node in self.nodes:
-            steady.append(node.text in fixed if node.operation == INPUT else all(steady[place] for place in node.operands))
+            known = node.text in fixed if node.operation == INPUT else all(steady[place] for place in node.operands)
+            steady.append(known and node.operation not in STATEMENTS and node.operation != ITEM)
         return steady
+
+    def declarations(self) -> str:
+        """The arrays of loops."""
+        return "".join(f"const {name}=new Float64Array({max(size, 1)});" for name, size in self.arrays.items())
 
     def leaf(self, place: int) -> bool:
         """Whether a number is there without computing: an input, a constant, or computed once a flight."""
@@ -90,14 +98,7 @@ class Writer:
 
     def _layout(self, outputs: list[Output]) -> Layout:
         results = {output.place for output in outputs if not self.leaf(output.place)}
-        uses, needed = self._uses(results)
-        locals_: list[int] = []
-        depth: dict[int, int] = {}
-        for place in needed:
-            depth[place] = 1 + max((depth.get(operand, 0) for operand in self.nodes[place].operands), default=0)
-            if uses[place] > 1 or place in results or depth[place] > DEEPEST:
-                locals_.append(place)
-                depth[place] = 0
+        locals_ = self._locals(results, set())
         known = set(locals_)
         taken = {place: self._taken(place, known) for place in locals_}
         chunks: list[list[int]] = [[]]
@@ -111,9 +112,24 @@ class Writer:
         home = {place: number for number, chunk in enumerate(chunks) for place in chunk}
         crossing = {operand for place in locals_ for operand in taken[place] if home.get(operand, len(chunks)) < home[place]}
         crossing |= {place for place in results if home[place] < len(chunks) - 1}
+        crossing = {place for place in crossing if self.nodes[place].operation not in STATEMENTS}
         return Layout(chunks, {place: f"{self.carry}[{i}]" for i, place in enumerate(sorted(crossing))})
 
-    def _uses(self, results: set[int]) -> tuple[Counter[int], list[int]]:
+    def _locals(self, results: set[int], given: set[int]) -> list[int]:
+        """The numbers that get a name, and statements, in order. given: what has a name already."""
+        uses, needed = self._uses(results, given)
+        named = {operand for place in needed if self.nodes[place].operation == LOOP for operand in self.nodes[place].operands}
+        locals_: list[int] = []
+        depth: dict[int, int] = {}
+        for place in needed:
+            depth[place] = 1 + max((depth.get(operand, 0) for operand in self.nodes[place].operands), default=0)
+            stands = place in results or place in named or self.nodes[place].operation in STATEMENTS
+            if uses[place] > 1 or stands or depth[place] > DEEPEST:
+                locals_.append(place)
+                depth[place] = 0
+        return locals_
+
+    def _uses(self, results: set[int], given: set[int]) -> tuple[Counter[int], list[int]]:
         """How often each number is used, and those to be computed, in order."""
         uses: Counter[int] = Counter()
         needed = set(results)
@@ -121,7 +137,7 @@ class Writer:
             if place in needed:
                 operands = self.nodes[place].operands
                 uses.update(operands)
-                needed.update(operand for operand in operands if not self.leaf(operand))
+                needed.update(operand for operand in operands if not self.leaf(operand) and operand not in given)
         return uses, sorted(needed)
 
     def _taken(self, place: int, known: set[int]) -> list[int]:
@@ -145,7 +161,7 @@ class Writer:
         names: dict[int, str] = {}
         lines = []
         for place, count in sorted(wanted.items()):
-            if place in own:
+            if place in own or self.nodes[place].operation in STATEMENTS:
                 continue
             text = layout.carried.get(place) or self._leaf_text(place)
             if "[" in text and (count > 1 or place in assigned):
@@ -153,12 +169,38 @@ class Writer:
                 text = f"v{place}"
             names[place] = text
         for place in chunk:
-            lines.append(f"const v{place}={self._written(place, names)};")
-            names[place] = f"v{place}"
+            lines.append(self._statement(place, names))
             if place in layout.carried:
                 sign = "+" if self.nodes[place].operation in CONDITIONS else ""
                 lines.append(f"{layout.carried[place]}={sign}v{place};")
         return "".join([*lines, *(f"{output.target}={names[output.place]};" for output in final)])
+
+    def _statement(self, place: int, names: dict[int, str]) -> str:
+        """What computes a local, which has its name from then on."""
+        node = self.nodes[place]
+        names[place] = ""
+        if node.operation == ARRAY:
+            return "".join(f"{node.text}[{i}]={self._named(one, names)};" for i, one in enumerate(node.operands))
+        if node.operation == LOOP:
+            return self._loop(self.loops[place], names)
+        text = f"const v{place}={self._written(place, names)};"
+        names[place] = f"v{place}"
+        return text
+
+    def _loop(self, loop: Loop, names: dict[int, str]) -> str:
+        """A loop around the statements of its step; all that a turn leaves is computed before any of it is written down."""
+        inside = dict(names)
+        results = {place for _, place in loop.results if not self.leaf(place) and place not in names}
+        lines = [f"{loop.state}[{i}]={self._named(place, names)};" for i, place in enumerate(loop.begin)]
+        turns = "{0}={1};{0}>=0;{0}--" if loop.backwards else "{0}=0;{0}<{1};{0}++"
+        lines.append(f"for(let {turns.format(loop.index, loop.count - loop.backwards)}){{")
+        lines += [self._statement(place, inside) for place in self._locals(results, set(names))]
+        lines += [f"{target}={self._named(place, inside)};" for target, place in loop.results]
+        return "".join([*lines, "}"])
+
+    def _named(self, place: int, names: dict[int, str]) -> str:
+        """A number by its name, or written out."""
+        return names.get(place) or (self._leaf_text(place) if self.leaf(place) else self._written(place, names))
 
     def _leaf_text(self, place: int) -> str:
         return f"{self.constants}[{self.kept[place]}]" if place in self.kept else self.nodes[place].text
@@ -166,5 +208,7 @@ class Writer:
     def _written(self, place: int, names: dict[int, str]) -> str:
         """The operation of a number around its operands, those without a name written out in turn."""
         node = self.nodes[place]
-        operands = (names[operand] if operand in names else self._written(operand, names) for operand in node.operands)
+        if node.operation == ITEM:
+            return node.text
+        operands = (self._named(operand, names) for operand in node.operands)
         return JAVASCRIPT[node.operation].format(*operands)

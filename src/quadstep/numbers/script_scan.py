@@ -1,0 +1,129 @@
+"""Scans in scripts: one node of the record stands for a loop, whose step is recorded once.
+
+Carry and rows stand in arrays of the script's own, `L0`, `L1` and so on; rows that stand one after the other in an array, as
+parameters do and what another scan has made, are read there.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped, turn_by_turn
+from quadstep.numbers.script import INPUT, Record, ScriptNumber
+from quadstep.numbers.structure import flatten, rebuild
+
+ARRAY, LOOP, ITEM = "array", "loop", "item"
+"""Operations: an array filled with numbers; a loop; a number read from an array."""
+
+STATEMENTS = frozenset((ARRAY, LOOP))
+
+
+class Loop(NamedTuple):
+    """index: the variable that counts turns. begin: places of the carry before it; results: of the last assignments of a turn,
+    each to the text of its target. state: the array of the carry.
+    """
+
+    index: str
+    count: int
+    backwards: bool
+    state: str
+    begin: tuple[int, ...]
+    results: tuple[tuple[str, int], ...]
+
+
+class LoopRecord(Record):
+    """A record that may hold loops. turning: for each place the loops, by index, in each of whose turns it is another number."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loops: dict[int, Loop] = {}
+        self.arrays: dict[str, int] = {}
+        self.turning: list[frozenset[str]] = []
+
+    def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
+        """As of any record. turning: of this number beside its operands'."""
+        place = super().place(operation, *operands, text=text)
+        if place == len(self.turning):
+            self.turning.append(turning.union(*(self.turning[operand] for operand in operands)))
+        return place
+
+    def array(self, size: int) -> str:
+        """The name of a new array."""
+        name = f"L{len(self.arrays)}"
+        self.arrays[name] = size
+        return name
+
+    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> Any:
+        """A number read from an array. source: what has to be there before."""
+        return ScriptNumber(self, self.place(ITEM, *source, text=text, turning=turning))
+
+    def source(self, rows: Matrix) -> tuple[str, int, tuple[int, ...], frozenset[str]]:
+        """The array that holds a matrix row by row, the first entry's index, what fills it, and what it turns with."""
+        places = [self.at(entry) for entry in flatten(rows)]
+        nodes = [self.nodes[place] for place in places]
+        found = [re.fullmatch(r"(\w+)\[(\d+)\]", node.text) if node.operation in (INPUT, ITEM) else None for node in nodes]
+        first = found[0]
+        turning = frozenset[str]().union(*(self.turning[place] for place in places))
+        if first and all(
+            one and one[1] == first[1] and int(one[2]) == int(first[2]) + i and node.operands == nodes[0].operands
+            for i, (one, node) in enumerate(zip(found, nodes, strict=True))
+        ):
+            return first[1], int(first[2]), nodes[0].operands, turning
+        name = self.array(len(places))
+        return name, 0, (self.place(ARRAY, *places, text=name),), turning
+
+    def around(self, index: str, results: list[int]) -> tuple[set[int], frozenset[str]]:
+        """What a loop takes from around it, and the loops that its turns differ with beside itself."""
+        taken: set[int] = set()
+        seen: set[int] = set()
+        waiting, turning = list(results), set[str]()
+        while waiting:
+            place = waiting.pop()
+            if place in seen:
+                continue
+            seen.add(place)
+            turning |= self.turning[place]
+            if index in self.turning[place]:
+                waiting += self.nodes[place].operands
+            else:
+                taken.add(place)
+        return taken, frozenset(turning - {index})
+
+
+def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -> tuple[Any, Rows]:
+    """See `quadstep.numbers.scan`."""
+    record: Any = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
+    if not isinstance(record, LoopRecord):
+        return turn_by_turn(step, carry, rows, count, backwards)
+    index = f"i{len(record.arrays)}"
+    begin = tuple(record.at(number) for number in flatten(carry))
+    sources = [(*record.source(one), len(one.rows[0])) for one in matrices(rows)]
+    state, own = record.array(len(begin)), frozenset((index,))
+    now = [record.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
+    taken = [
+        Vector(
+            record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning) for column in range(columns)
+        )
+        for name, first, source, turning, columns in sources
+    ]
+    after, made = step(rebuild(carry, iter(now)), shaped(rows, iter(taken)))
+    same_shape(after, len(begin))
+    kept = [(record.array(count * len(one)), list(one)) for one in matrices(made)]
+    results = [
+        (f"{name}[{index}*{len(row)}+{column}]", record.at(number)) for name, row in kept for column, number in enumerate(row)
+    ]
+    results += [(f"{state}[{i}]", record.at(number)) for i, number in enumerate(flatten(after))]
+    around, turning = record.around(index, [place for _, place in results])
+    filled = {place for _, _, source, _, _ in sources for place in source}
+    loop = record.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
+    record.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
+
+    def read(name: str, size: int) -> list[Any]:
+        return [record.item(f"{name}[{i}]", (loop,)) for i in range(size)]
+
+    columns = [
+        Matrix(Vector(line) for line in zip(*[iter(read(name, count * len(row)))] * len(row), strict=True)) for name, row in kept
+    ]
+    return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
