@@ -266,6 +266,23 @@ def test_what_the_path_wants_is_fed_forward(flown):
     )
 
 
+def test_only_the_way_from_the_path_counts(flown):
+    """Place and speed of the path; the body rates that a path's jerk and a turning heading want."""
+    place, speed = vector(3.0, -2.0, 7.0), vector(0.5, 0.4, -0.3)
+    reference = HERE._replace(position=place, velocity=speed)
+    away = {"position": place + SMALL[1]["position"], "velocity": speed + SMALL[2]["velocity"]}
+    there, _ = asked(flown, reference, **away)
+    here, _ = asked(flown, **{name: one - getattr(reference, name) for name, one in away.items()})
+    np.testing.assert_allclose([there.thrust, *there.torque], [here.thrust, *here.torque], rtol=1e-9, atol=1e-12)
+    lateral, turn = (np.array(list(flown.parameters.gains.chains[i].regulator.gain)) for i in (0, 3))
+    jerked, _ = asked(flown, HERE._replace(jerk=vector(2.0, 1.0, 0.0)))
+    np.testing.assert_allclose(list(jerked.torque)[:2], INERTIA[:2] * lateral[3] * [-1.0 / G, 2.0 / G], rtol=1e-6)
+    turning, _ = asked(flown, HERE._replace(yaw_rate=0.5), rates=vector(0.2, 0.0, 0.0))
+    forward = 0.2 * 0.5  # -w x w_d about y, that it is not made yet, and no lean rate of its own
+    assert turning.torque[1] == pytest.approx(0.03 * (1.0 + lateral[4]) * forward, rel=1e-6)
+    assert turning.torque[2] == pytest.approx(0.05 * turn[1] * 0.5, rel=1e-6)
+
+
 def test_a_push_is_met_with_lean_and_lift_and_a_twist_with_torque(flown):
     law, gains = flown.loop.controller, flown.parameters.gains
     fresh = law.start(known(), gains)

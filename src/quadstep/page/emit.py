@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple, cast
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop
+from quadstep.flight.log import SAID
 from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import ScriptTable
 from quadstep.numbers.script_scan import LoopRecord
@@ -63,16 +64,17 @@ def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
     sections.append(Section("move", stored(loop.advance(cycle, numbers, clock("h")))))
 
     fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
-    text = script(Writer(record, fixed), sections, size, len(loop.columns), len(tables), len(loop.tasks))
+    text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks))
     return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), [task.name for task in loop.tasks])
 
 
-def script(writer: Writer, sections: list[Section], size: int, width: int, tables: int, tasks: int) -> str:
+def script(writer: Writer, sections: list[Section], size: int, columns: list[str], tables: int, tasks: int) -> str:
     """The JavaScript expression of a law.
 
     P: parameters. T: tables. S: start. C: the cycle. K: what is computed once a flight. X: numbers between functions. R: rows.
     t, n: time and tick. h, h0, ...: step and the tasks' periods.
     """
+    width, unsaid = len(columns), [place for place, name in enumerate(columns) if name in SAID]
     for section in sections:
         writer.keep_steady(section.outputs)
     common = ("P", *(f"T{number}" for number in range(tables)), "h", *(f"h{number}" for number in range(tasks)), "t", "n")
@@ -108,7 +110,8 @@ def script(writer: Writer, sections: list[Section], size: int, width: int, table
             f"for(;n<=last;n++){{t=n*h;{due}if(n%log===0){{{calls['row']}r+={width}}}if(n<last){{{calls['move']}}}}}",
             "if(n>last)n=last;",
             f"let rows=code!==0?Math.ceil(n/log):r/{width};",
-            f"const broken=R.subarray(0,rows*{width}).findIndex(x=>!Number.isFinite(x));",
+            f"const unsaid={unsaid};",
+            f"const broken=R.subarray(0,rows*{width}).findIndex((x,i)=>!Number.isFinite(x)&&!unsaid.includes(i%{width}));",
             f"if(broken>=0){{if(code===0)code=1;rows=Math.floor(broken/{width})}}",
             "return{code,tick:n,rows}}",
             "return{fly}})()",

@@ -1,0 +1,77 @@
+"""Laws with loops, noise and policies fly alike on every engine, to the bit: arrays, lanes, JavaScript, PTX's program, f32."""
+
+import numpy as np
+import pytest
+
+from quadstep.flight.eager import fly_arrays, fly_floats
+from quadstep.flight.gpu_sweep import GpuSweep
+from quadstep.flight.lanes import fly_lanes
+from quadstep.flight.ptx import ptx
+from quadstep.flight.scored import scored
+from quadstep.flight.sweep import Sweep, places
+from quadstep.mission.read import check_mission
+from tests.fake_driver import installed
+from tests.needs import package
+from tests.pages import flown, fly_page, needs_node, write_page
+from tests.sweeps import table
+
+PATH = {"type": "circle", "radius": 1.0, "period": 4.0, "centre": [0.0, 0.0, 5.0], "ramp": 1.0, "yaw": 0.3}
+LAWS = ("mpc", "mppi", "raptor")
+EVERY = pytest.mark.parametrize("law", LAWS)
+
+
+def mission(law, **content):
+    if law == "raptor":
+        package("foundation_policy")
+    start = {"position": [0.2, -0.1, 5.1], "velocity": [0.3, 0.0, -0.2], "attitude": [0.3, 0.1, -0.1]}
+    simulation = {"duration": 0.05}
+    return check_mission(
+        {
+            "name": law,
+            "vehicle": {"preset": "x500"},
+            "path": PATH,
+            "start": start,
+            "simulation": simulation,
+            "controller": {"type": law},
+            **content,
+        },
+        "test",
+    )
+
+
+@EVERY
+def test_arrays_and_lanes_fly_what_floats_fly(law):
+    plan = mission(law).plan()
+    floats = fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks)
+    (arrays,) = fly_arrays(plan.loop, [plan.parameters], [plan.start], plan.ticks)
+    (lanes,) = fly_lanes(plan.loop, [plan.parameters], [plan.start], plan.ticks)
+    np.testing.assert_array_equal(arrays.rows, floats.rows)
+    np.testing.assert_array_equal(lanes.rows, floats.rows)
+    (single,) = fly_lanes(plan.loop, [plan.parameters], [plan.start], plan.ticks, double=False)
+    np.testing.assert_allclose(single.rows, floats.rows, rtol=1e-3, atol=1e-2)
+
+
+@needs_node
+@EVERY
+def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
+    monkeypatch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 0)
+    given = mission(law)
+    plan = given.plan()
+    (answer,) = fly_page(write_page(tmp_path / "page.html", flown(law, given)), {"flight": law})
+    log = fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks)
+    said = [place for place, name in enumerate(plan.loop.columns) if name in log.columns]  # RAPTOR wants no attitude
+    np.testing.assert_array_equal(answer["values"][:, said], log.rows)
+
+
+@EVERY
+def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
+    driver = installed(monkeypatch)
+    plan = mission(law).plan()
+    loop, ticks = scored(plan.loop, plan.ticks, 0.02)
+    varying = places(plan.start, plan.parameters, ["start.position.0", "parameters.airframe.mass"])
+    rows = np.array([[0.1, 2.0], [0.3, 2.2], [-0.2, 1.9]])
+    wanted = Sweep(loop, ticks, plan.start, plan.parameters, varying, True).fly(rows)
+    got = GpuSweep(loop, ticks, plan.start, plan.parameters, varying, True).fly(rows)
+    np.testing.assert_array_equal(table(got), table(wanted))
+    assert not driver.problems
+    assert ".target sm_90" in ptx(loop, plan.start, plan.parameters, frozenset(varying), double=True)
