@@ -15,6 +15,7 @@ from quadstep.commands import study
 from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.envelope import envelope
+from quadstep.commands.export import export
 from quadstep.commands.fly import fly
 from quadstep.commands.new import new
 from quadstep.commands.page import page
@@ -59,7 +60,7 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, certify, new, verify):
+    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, certify, export, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
