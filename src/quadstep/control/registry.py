@@ -4,6 +4,7 @@ from importlib import import_module
 
 from quadstep.control.controller import Controller, Measured
 from quadstep.control.gain import kept
+from quadstep.control.rate_loop import following_rates
 from quadstep.plants.planar import PlanarState
 from quadstep.vehicle.state import State
 
@@ -32,4 +33,4 @@ def controllers(measures: type) -> dict[str, type[Controller]]:
     for place in BUILT_IN.get(measures, ()):
         module, name = place.split(".")
         found.append(getattr(import_module(f"quadstep.control.{module}"), name))
-    return {law.name: law for law in found}
+    return {law.name: following_rates(law) for law in found}

@@ -75,7 +75,6 @@ class DeclaredMission(Mission):
     def build(self, path: BuiltPath) -> Built:
         numbers = self.vehicle.numbers()
         return Built(
-            periods={"guidance": self.simulation.guidance_period, "control": self.simulation.control_period},
             numbers=partial(PlantParameters, vehicle=numbers, limits=self.limits.numbers()),
             start=partial(self.plant.begin, numbers),
             guided=True,

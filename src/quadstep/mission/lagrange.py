@@ -96,7 +96,6 @@ class LagrangeMission(Mission):
     def build(self, path: BuiltPath) -> Built:
         disturbance, limits = self.disturbance, self.limits
         return Built(
-            periods={"control": self.simulation.control_period},
             numbers=partial(
                 Parameters,
                 vehicle=self.vehicle.build(),
