@@ -6,8 +6,8 @@ from pathlib import Path
 
 from quadstep import Mission
 from quadstep.c99.compiler import BITS, WARNINGS
+from quadstep.c99.subject import exported
 from quadstep.export.c99 import c99_files
-from quadstep.export.subject import exported
 
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
 LINE = {"type": "minimum-jerk", "end": [1.0, 0.5, 2.0], "duration": 6.0}
@@ -18,12 +18,12 @@ def real_mission(controller, vehicle="crazyflie", **more):
     return Mission(vehicle={"preset": vehicle}, path=CIRCLE, controller=controller, **more)
 
 
-def plane_mission(controller):
-    return Mission(vehicle={"type": "planar"}, path=LINE, controller=controller)
+def plane_mission(controller, **more):
+    return Mission(vehicle={"type": "planar"}, path=LINE, controller=controller, **more)
 
 
-def paper_mission(controller):
-    return Mission(path=LINE, controller=controller)
+def paper_mission(controller, **more):
+    return Mission(path=LINE, controller=controller, **more)
 
 
 def written(folder, plan, precise, logged=False):
@@ -34,7 +34,7 @@ def written(folder, plan, precise, logged=False):
     return law
 
 
-def tested(folder, name, compiler, *flags):
+def run_compiled(folder, name, compiler, *flags):
     """What the exported test says, compiled so; its exit code; the compiler's warnings."""
     sources = [f"{name}.c", f"{name}_params.c", f"test_{name}.c"]
     program = folder / "test"

@@ -6,17 +6,19 @@ import re
 import numpy as np
 import pytest
 
-from quadstep import read_mission
+from quadstep import fly, read_mission
 from quadstep.c99.law import recorded
+from quadstep.c99.subject import subject_of
 from quadstep.errors import UserError
-from quadstep.export.subject import subject_of
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import flown_by_c
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, vector
 from quadstep.numbers.c_text import literal
 from quadstep.numbers.single import Single
 from tests.commands import quadstep, write
-from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, tested, written
+from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
-from tests.needs import C_COMPILER, needs
+from tests.needs import C_COMPILER, CORTEX_M, CPPCHECK, needs
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
 PAPER = ["backstepping", "completed-backstepping", "nested-saturation"]
@@ -36,7 +38,7 @@ def test_every_law_gives_the_bits_of_python(tmp_path, name, precise):
     law = written(tmp_path, mission({"type": kind}).plan(), precise)
     for compiler in COMPILERS:
         for level in ("-O0", "-O3"):
-            said, code, warned = tested(tmp_path, law.name, compiler, level)
+            said, code, warned = run_compiled(tmp_path, law.name, compiler, level)
             assert (said, code, warned) == ("80 samples: the same bits\n", 0, "")
 
 
@@ -48,7 +50,7 @@ def test_a_law_of_the_users_own_file_is_exported(tmp_path):
         else:
             plan = real_mission({"type": f"{example(file)}:{own_class(example(file))}"}).plan()
         law = written(tmp_path, plan, False)
-        assert tested(tmp_path, law.name, COMPILERS[0], "-O2")[1] == 0
+        assert run_compiled(tmp_path, law.name, COMPILERS[0], "-O2")[1] == 0
 
 
 def own_class(path):
@@ -63,7 +65,7 @@ def test_the_test_in_c_finds_another_law(tmp_path):
     changed = text.replace("(params->gains.rate[0] * rate_error_0)", "(-(params->gains.rate[0] * rate_error_0))")
     assert changed != text
     source.write_text(changed, encoding="utf-8")
-    said, code, _ = tested(tmp_path, law.name, COMPILERS[0], "-O1")
+    said, code, _ = run_compiled(tmp_path, law.name, COMPILERS[0], "-O1")
     assert code == 1
     assert "command[1]" in said
 
@@ -74,7 +76,7 @@ def test_contraction_breaks_the_bits_and_is_found(tmp_path):
     flags = ("-O2", "-march=haswell", "-ffp-contract=fast")
     if "gcc" not in COMPILERS:
         pytest.skip("clang heeds the pragma")
-    assert tested(tmp_path, law.name, "gcc", *flags)[1] != 0
+    assert run_compiled(tmp_path, law.name, "gcc", *flags)[1] != 0
 
 
 def test_f32_numbers_are_those_of_lanes():
@@ -100,7 +102,7 @@ def test_code_reads_like_its_law(tmp_path):
     functions = recorded(subject_of(real_mission({"type": "rotation-backstepping"}).plan()), False).functions
     text = "\n".join(line for lines in functions.values() for line in lines)
     assert "e2 = rotation_vector(between) # Eq. 27" in text
-    for name in ("airspeed_0", "r1_2", "wanted_rates_1", "filtered_rates_0"):
+    for name in ("airspeed_0", "r1_2", "wanted_rates_1", "e2_0"):
         assert re.search(rf"const real \w*{name}\b", text), name
 
 
@@ -151,8 +153,8 @@ def test_bad_input_is_one_line(tmp_path):
     write(tmp_path, "def law(t, measured, reference):\n    return 1.0, (0.0, 0.0, 0.0)\n", "mine.py")
     opaque = write(tmp_path, TEXT + '[controller]\ntype = "mine.py:law"\n', "opaque.toml")
     assert "has no equations to export" in refused(opaque, "--out", out)
-    large = write(tmp_path, TEXT + '[controller]\ntype = "pid"\nmass = 1e39\n', "large.toml")
-    assert "does not fit f32" in refused(large, "--out", out)
+    large = write(tmp_path, TEXT + '[controller]\ntype = "pid"\nrate_derivative = 1e-60\n', "large.toml")
+    assert "rate_derivative: 1e-60 does not fit f32" in refused(large, "--out", out)
     assert not out.exists()
     out.mkdir()
     (out / "letter.txt").write_text("dear", encoding="utf-8")
@@ -174,3 +176,57 @@ def test_an_export_is_a_whole_folder(tmp_path):
     assert quadstep("export", mission, "--out", tmp_path / "pid").code == 0  # the same again
     other = write(tmp_path, TEXT + '[controller]\ntype = "pid"\nmass = 0.03\n', "other.toml")
     assert quadstep("export", other, "--out", tmp_path / "pid").code == 2
+
+
+# Flown
+
+
+@needs(C_COMPILER)
+@pytest.mark.parametrize("name", ["real pid", "paper backstepping", "plane planar-pd"])
+def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
+    mission, kind = MISSIONS[name]
+    flown = mission({"type": kind}, simulation={"duration": 1.0})
+    lanes, c = fly(flown), fly(flown, engine="c")
+    assert lanes.columns == c.columns
+    assert lanes.outcome is c.outcome
+    np.testing.assert_array_equal(lanes.rows, c.rows)
+
+
+@needs(C_COMPILER)
+def test_a_lost_flight_is_lost_alike():
+    lost = real_mission({"type": "pid"}, start={"rates": [90.0, 0.0, 0.0]}, limits={"rate": 50.0}, simulation={"duration": 1.0})
+    lanes, c = fly(lost), fly(lost, engine="c")
+    assert lanes.outcome is c.outcome is not Outcome.COMPLETED
+    np.testing.assert_array_equal(lanes.rows, c.rows)
+
+
+@needs(C_COMPILER)
+def test_f32_stays_within_two_micrometres_on_the_crazyflie():
+    plan = real_mission({"type": "rotation-backstepping"}, simulation={"duration": 2.0}).plan()
+    single, double = flown_by_c(plan, precise=False), fly(plan)
+    apart = np.abs(single.table("x", "y", "z") - double.table("x", "y", "z")).max()
+    assert 0.0 < apart < 2e-6
+
+
+def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(UserError, match="no-such-compiler that CC names is not on the path"):
+        fly(real_mission({"type": "pid"}), engine="c")
+
+
+# Measured
+
+
+@needs(C_COMPILER, CORTEX_M, CPPCHECK)
+def test_the_data_sheet_is_measured(tmp_path):
+    mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
+    run = quadstep("export", mission, "--out", tmp_path / "pid", "--measure")
+    assert run.code == 0, run.err
+    sheet = (tmp_path / "pid" / "datasheet.md").read_text(encoding="utf-8")
+    assert sheet.count("| golden vectors | the same bits |") == 2  # Cortex-M4F and M7
+    assert sheet.count("| compiler warnings | 0 |") == 2
+    law = re.search(r"instructions of law \| (\d+) at worst", sheet)
+    assert 200 < int(law[1]) < 1000
+    assert "micrometres beside the flight in f64" in sheet
+    assert "not judged yet" not in sheet
+    assert "Not measured" not in sheet

@@ -27,7 +27,9 @@ def compiler() -> list[str]:
     for name in ("cc", "gcc", "clang"):
         if shutil.which(name):
             return [name]
-    raise UserError("no C compiler is here: cc, gcc and clang are not on the path; install one (Debian: gcc), or name it by CC")
+    raise UserError(
+        "no C compiler is here: cc, gcc and clang are not on the path; install one (Debian: gcc), or name it by CC"
+    )
 
 
 def compile_c(folder: Path, arguments: list[str], command: list[str] | None = None) -> str:

@@ -1,6 +1,6 @@
 """sin, cos, exp, sigmoid, log and atan2 in C, written out from those of every engine, whose bits they give."""
 
-from functools import lru_cache
+from functools import lru_cache, reduce
 
 from quadstep.c99.writing import INDENT, Naming, Output, Writer
 from quadstep.numbers.c_text import CSteps
@@ -13,7 +13,8 @@ STEPS = {
     "sqrt": "static inline real qs_sqrt(real x)\n{\n    return {sqrt}(x);\n}",
     "equal": "static inline bool qs_equal(real a, real b)\n{\n    return (a <= b) && (a >= b);\n}",
     "bits": (
-        "static inline {word} qs_bits(real x)\n{\n    {word} bits;\n    (void)memcpy(&bits, &x, sizeof bits);\n    return bits;\n}"
+        "static inline {word} qs_bits(real x)\n{\n    {word} bits;\n"
+        "    (void)memcpy(&bits, &x, sizeof bits);\n    return bits;\n}"
     ),
     "of_bits": (
         "static inline real qs_of_bits({word} bits)\n{\n    real x;\n    (void)memcpy(&x, &bits, sizeof x);\n    return x;\n}"
@@ -59,9 +60,7 @@ def functions(used: frozenset[str], precise: bool) -> str:
     texts = []
     for name, text in STEPS.items():
         if name in wanted:
-            for key, value in KINDS[precise].items():
-                text = text.replace(f"{{{key}}}", value)
-            texts.append(text)
+            texts.append(reduce(lambda said, one: said.replace(f"{{{one[0]}}}", one[1]), KINDS[precise].items(), text))
     texts += [written(name, precise) for name in ARGUMENTS if name in wanted]
     return "\n\n".join(texts)
 

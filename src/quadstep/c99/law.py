@@ -2,32 +2,91 @@
 
 from collections import namedtuple
 from collections.abc import Callable, Mapping
+from functools import partial
+from math import isnan
 from typing import Any, NamedTuple, cast
 
 from quadstep.c99.naming import NamedRecord
-from quadstep.c99.structs import Structure, as_array, fields_of, found
+from quadstep.c99.structs import as_array, fields_of, found
 from quadstep.c99.writing import Output, Writer
 from quadstep.control.controller import Controller
 from quadstep.flight.plant import Plant
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Table, Vector
+from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten
 from quadstep.numbers.rows import Body, RowMatrix, RowVector
 from quadstep.numbers.script import INPUT
 
 KEYWORDS = frozenset(
-    """auto bool break case char const continue default do double else enum extern false float for goto if inline int long
-    register restrict return short signed sizeof static struct switch true typedef union unsigned void volatile while
-    real i t period memory measured reference params command made NAN INFINITY int32_t uint32_t uint64_t y0 y1 yn j0 j1 jn
-    gamma index signgam clock""".split()
+    [
+        "auto",
+        "bool",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "true",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "real",
+        "i",
+        "t",
+        "period",
+        "memory",
+        "measured",
+        "reference",
+        "params",
+        "command",
+        "made",
+        "NAN",
+        "INFINITY",
+        "int32_t",
+        "uint32_t",
+        "uint64_t",
+        "y0",
+        "y1",
+        "yn",
+        "j0",
+        "j1",
+        "jn",
+        "gamma",
+        "index",
+        "signgam",
+        "clock",
+    ]
 )
 """What no local may be called."""
 
 
 class Subject(NamedTuple):
-    """What is exported. parameters: of the flight, without its gains; measured, reference: of the right structure.
-
-    guided: whether the position loop has a rate of its own.
-    """
+    """What is exported. parameters: of the flight, without its gains; measured, reference: of the right structure."""
 
     controller: Controller
     gains: Structure
@@ -35,14 +94,14 @@ class Subject(NamedTuple):
     parameters: Any
     measured: Structure
     reference: Reference
-    guided: bool
 
 
 class Code(NamedTuple):
     """A law in C. functions: the statements of each. reads: what each takes from memory. used: functions of numbers that
     they call.
 
-    memory, vehicle, command, made: structures of what C's structs hold; NamedTuples, perhaps empty.
+    memory, vehicle, command, made: structures of what C's structs hold; NamedTuples, perhaps empty. asked: a command as the
+    law gives it.
     """
 
     functions: Mapping[str, list[str]]
@@ -52,6 +111,7 @@ class Code(NamedTuple):
     vehicle: Structure
     command: Structure
     made: Structure
+    asked: Structure
 
 
 def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
@@ -82,22 +142,22 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     def told(record: NamedRecord) -> tuple[Any, Any, Reference]:
         return (
             found(record, gains, "params->gains"),
-            found(record, subject.measured, "measured->"),
+            subject.measured._replace(**fields_of(found(record, measured_part(subject.measured), "measured->"))),
             cast(Reference, found(record, subject.reference, "reference->")),
         )
 
     def kept(record: NamedRecord) -> Structure:
         value = found(record, memory, "memory->")
-        return value if controller_has_struct(controller, subject) else value[0]  # type: ignore[index]
+        return value if controller_has_struct(controller, subject) else value[0]
 
     def start(record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, _ = told(record)
         return [("memory->", as_struct(controller.start(measured, own), "memory"))]
 
-    def guide(record: NamedRecord) -> list[tuple[str, Structure]]:
+    def slower(loop: str, record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, reference = told(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
-        after = controller.guide(kept(record), measured, reference, own, t, period)
+        after = controller.slower(loop, kept(record), measured, reference, own, t, period)
         return [("memory->", as_struct(after, "memory"))]
 
     def law(record: NamedRecord) -> list[tuple[str, Structure]]:
@@ -115,19 +175,20 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     inputs = write("made", made)
     wanted = [name for name in fields_of(example) if logged or any(begins(text, f"command->{name}") for text in inputs)]
     write("start", start)
-    if subject.guided and type(controller).guide is not Controller.guide:
-        write("guide", guide)
+    for loop in controller.loops():
+        write(loop, partial(slower, loop))
     write("law", law)
     vehicle = pruned(parameters, "params->vehicle", inputs)
-    return Code(functions, reads, frozenset(used), memory, vehicle, only(example, wanted), as_struct(rest, "values"))
+    return Code(functions, reads, frozenset(used), memory, vehicle, only(example, wanted), as_struct(rest, "values"), example)
 
 
 def like(subject: Subject) -> tuple[Structure, Structure]:
     """A command and what is made of it, as floats, by a sample of the law itself."""
     memory = subject.controller.start(subject.measured, subject.gains)
-    if subject.guided:
-        memory = subject.controller.guide(memory, subject.measured, subject.reference, subject.gains, 0.0, 0.01)
-    command, _ = subject.controller.law(memory, subject.measured, subject.reference, subject.gains, 0.0, 0.01)
+    given = subject.measured, subject.reference, subject.gains, 0.0, 0.01
+    for loop in subject.controller.loops():
+        memory = subject.controller.slower(loop, memory, *given)
+    command, _ = subject.controller.law(memory, *given)
     return command, subject.plant.actuate(subject.parameters, command)
 
 
@@ -137,18 +198,24 @@ def controller_has_struct(controller: Controller, subject: Subject) -> bool:
     return hasattr(memory, "_fields") or memory == ()
 
 
+def measured_part(measured: Structure) -> Structure:
+    """What is measured of all that could be."""
+    taken = [name for name, value in fields_of(measured).items() if flatten(value) and not all(map(isnan, flatten(value)))]
+    return only(measured, taken)
+
+
 def as_struct(value: Structure, name: str) -> Structure:
     """A structure with named fields; what has none becomes the only field, of this name."""
     if hasattr(value, "_fields"):
         return value
     if value == ():
-        return namedtuple("Nothing", ())()  # noqa: PYI024 (its fields are not known before)
-    return namedtuple("Named", (name,))(value)  # noqa: PYI024
+        return namedtuple("Nothing", ())()
+    return namedtuple("Named", (name,))(value)
 
 
 def only(value: Structure, names: list[str]) -> Structure:
     """The same with these fields alone."""
-    return namedtuple("Part", names)(*(getattr(value, name) for name in names))  # noqa: PYI024
+    return namedtuple("Part", names)(*(getattr(value, name) for name in names))
 
 
 def begins(text: str, path: str) -> bool:
@@ -163,7 +230,7 @@ def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
         name: field if as_array(field) or not hasattr(field, "_fields") else pruned(field, f"{path}.{name}", inputs)
         for name, field in kept.items()
     }
-    return namedtuple("Vehicle", inner)(**inner)  # noqa: PYI024
+    return namedtuple("Vehicle", inner)(**inner)
 
 
 def store(record: NamedRecord, value: Structure, target: str, outputs: list[Output], arrays: list[Output]) -> None:

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from quadstep.errors import one_line
 from quadstep.c99.writing import Naming
+from quadstep.errors import one_line
 from quadstep.numbers import Matrix, Vector
 from quadstep.numbers.rows import RowMatrix, RowRecord, RowVector
 from quadstep.numbers.script import CONSTANT, INPUT, ScriptCondition, ScriptNumber

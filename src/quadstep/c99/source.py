@@ -1,11 +1,12 @@
 """The files of an exported law: header, source, parameters."""
 
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from quadstep.c99.functions import STEPS, functions
-from quadstep.c99.law import Code, Subject, begins
-from quadstep.c99.structs import Structure, fields_of, has_numbers, initialiser, members
+from quadstep.c99.law import Code, Subject, begins, measured_part
+from quadstep.c99.structs import fields_of, has_numbers, initialiser, members
 from quadstep.c99.words import (
     COMMAND_WORDS,
     MADE_WORDS,
@@ -17,7 +18,7 @@ from quadstep.c99.words import (
     of_gains,
 )
 from quadstep.control.controller import Measured
-from quadstep.numbers import flatten
+from quadstep.numbers import Structure, flatten
 
 STATUS = (
     ("NOT_STARTED", "start() has not been called, or reset() has: the command is zero"),
@@ -30,12 +31,17 @@ STATUS = (
 
 
 class Clocked(NamedTuple):
-    """When samples are due. step [s]; guide, law: every so many steps. last: tick of the flight's end."""
+    """When samples are due. step [s]. every: steps from one sample to the next, of each loop and the law, by name. last: tick
+    of the flight's end.
+    """
 
     step: float
-    guide: int
-    law: int
+    every: Mapping[str, int]
     last: int
+
+    def period(self, loop: str) -> float:
+        """[s]."""
+        return self.step * self.every[loop]
 
 
 class Exported(NamedTuple):
@@ -52,6 +58,10 @@ class Exported(NamedTuple):
     about: tuple[str, ...] = ()
     most_age: float = 0.1
 
+
+def title(exported: Exported) -> str:
+    """What the law is called."""
+    return exported.subject.controller.label or exported.name
 
 
 def c_name(text: str) -> str:
@@ -92,16 +102,27 @@ def header(exported: Exported) -> str:
         f"#ifndef {guard}\n#define {guard}",
         "#include <stdint.h>",
         '#ifdef __cplusplus\nextern "C" {\n#endif',
-        "#ifndef QS_REAL\n#define QS_REAL\n"
-        f"typedef {kind} real;\n#endif",
+        f"#ifndef QS_REAL\n#define QS_REAL\ntypedef {kind} real;\n#endif",
         "/* What the functions return: 0, or a sum of these. */\n" + "\n".join([f"#define {name.upper()}_OK 0u", *steps]),
         struct(f"{name}_params", parameters, "Gains, and what is known of the vehicle. Constant during a flight."),
-        struct(f"{name}_measured", members(subject.measured, from_table(measured_words)), "What the law is told. SI units."),
+        struct(
+            f"{name}_measured",
+            members(measured_part(subject.measured), from_table(measured_words)),
+            "What the law is told. SI units.",
+        ),
         struct(f"{name}_reference", members(subject.reference, from_table(REFERENCE_WORDS)), "The wanted motion. SI units."),
         struct(f"{name}_command", members(code.command, from_table(COMMAND_WORDS)), "What the law asks for."),
-        struct(f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "What the actuators are told, and what they make."),
-        *([struct(f"{name}_memory", members(code.memory, lambda _: ""), "What the law keeps from sample to sample.")] if memory else []),
-        struct(f"{name}_state", state, "All that lives from sample to sample. The caller's; the functions have no other memory."),
+        struct(
+            f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "What the actuators are told, and what they make."
+        ),
+        *(
+            [struct(f"{name}_memory", members(code.memory, lambda _: ""), "What the law keeps from sample to sample.")]
+            if memory
+            else []
+        ),
+        struct(
+            f"{name}_state", state, "All that lives from sample to sample. The caller's; the functions have no other memory."
+        ),
         CLOCK.replace("NAME", name),
         f"/** The gains and the vehicle of the mission. */\nextern const {name}_params {name}_mission;",
         "\n\n".join(f"{said}\n{line};" for _, line, said in prototypes(exported)),
@@ -130,33 +151,38 @@ def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
     name = exported.name
     given = f"const {name}_params *params, {name}_state *state, const {name}_measured *measured"
     sample = f"{given}, const {name}_reference *reference, const {name}_clock *clock"
-    clocked = exported.clocked
-    guide, law = clocked.step * clocked.guide, clocked.step * clocked.law
-    found = [
+    periods = {what: f"{exported.clocked.period(what):g}" for what in (*loops(exported), "law")}
+    return [
         ("reset", f"void {name}_reset({name}_state *state)", "/** Forgets everything: law() gives zero until start(). */"),
-        ("start", f"uint32_t {name}_start({given})", "/** Before the first sample, and after a pause: the memory at this motion. */"),
         (
-            "guide",
-            f"uint32_t {name}_guide({sample})",
-            f"/** The position loop, in the mission every {guide:g} s; where both are due, before law(). */",
+            "start",
+            f"uint32_t {name}_start({given})",
+            "/** Before the first sample, and after a pause: the memory at this motion. */",
+        ),
+        *(
+            (
+                loop,
+                f"uint32_t {name}_{loop}({sample})",
+                f"/** A slower loop, in the mission every {periods[loop]} s; where both are due, before law(). */",
+            )
+            for loop in loops(exported)
         ),
         (
             "law",
             f"uint32_t {name}_law({sample}, {name}_command *command)",
-            f"/** One sample, in the mission every {law:g} s. The command is defined whatever is returned. */",
+            f"/** One sample, in the mission every {periods['law']} s. The command is defined whatever is returned. */",
         ),
         (
             "made",
             f"uint32_t {name}_made(const {name}_params *params, const {name}_command *command, {name}_actuators *made)",
-            "/** What the actuators are to be told, within their limits, and what they then make. Feed thrust and torque back. */",
+            "/** What the actuators are to be told, within their limits, and what they make: feed it back. */",
         ),
     ]
-    return [one for one in found if one[0] != "guide" or guided(exported)]
 
 
-def guided(exported: Exported) -> bool:
-    """Whether the law has a position loop of its own."""
-    return "guide" in exported.code.functions
+def loops(exported: Exported) -> tuple[str, ...]:
+    """The law's slower loops."""
+    return exported.subject.controller.loops()
 
 
 def source(exported: Exported) -> str:
@@ -165,7 +191,7 @@ def source(exported: Exported) -> str:
     used = frozenset(("bits", *(word for word in code.used if word in STEPS), *named(code.used)))
     raw = {what: f"static void {what}_step" for what in code.functions}
     parts = [
-        head(exported, f"{exported.subject.controller.label or name}: a control law in C99. Nothing here is to be edited."),
+        head(exported, f"{title(exported)}: a control law in C99. Nothing here is to be edited."),
         f'#include "{name}.h"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <string.h>',
         PRAGMAS,
         functions(used, exported.precise),
@@ -174,7 +200,8 @@ def source(exported: Exported) -> str:
     for what, lines in code.functions.items():
         body = "\n".join(f"    {line}" for line in lines)
         arguments = step_arguments(exported, what)
-        unused = [one for one in arguments if not re.search(rf"\b{one.rsplit('*')[-1].split()[-1]}\b", body)]
+        said = re.sub(r"/\*.*?\*/", "", body, flags=re.S)
+        unused = [one for one in arguments if not re.search(rf"\b{one.rsplit('*')[-1].split()[-1]}\b", said)]
         voids = "".join(f"    (void){one.rsplit('*')[-1].split()[-1]};\n" for one in unused)
         parts.append(f"{raw[what]}({', '.join(arguments) or 'void'})\n{{\n{voids}{body}\n}}")
     parts += guards(exported)
@@ -203,7 +230,7 @@ PRAGMAS = """/*
 
 def finite(precise: bool) -> str:
     """Whether the numbers of a struct are all finite."""
-    word, most = ("uint64_t", "0x7FF0000000000000u") if precise else ("uint32_t", "0x7F800000u")
+    most = "0x7FF0000000000000u" if precise else "0x7F800000u"
     return (
         "/* Whether these numbers are all finite. */\n"
         "static bool qs_finite(const real *numbers, size_t count)\n{\n"
@@ -233,6 +260,7 @@ def guards(exported: Exported) -> list[str]:
     name, upper = exported.name, exported.name.upper()
     memory = "&state->memory, " if has_numbers(exported.code.memory) else ""
     lines = {what: line for what, line, _ in prototypes(exported)}
+
     def refuse(what: str) -> str:
         checks = " && ".join(spans(exported, what))
         not_finite = f"    else if (!({checks}))\n    {{\n        status |= {upper}_NOT_FINITE;\n    }}\n" if checks else ""
@@ -245,19 +273,27 @@ def guards(exported: Exported) -> list[str]:
     call = "params, {memory}measured, reference, ((real)clock->tick) * clock->step, clock->period".replace("{memory}", memory)
     made = saturated(exported)
     texts = {
-        "reset": "    const {name}_command nothing = {0};\n    state->held = nothing;\n    state->ready = 0u;\n".replace("{name}", name),
+        "reset": "    const {name}_command nothing = {0};\n    state->held = nothing;\n    state->ready = 0u;\n".replace(
+            "{name}", name
+        ),
         "start": (
             f"    uint32_t status = {upper}_OK;\n    {name}_reset(state);\n"
-            f"    if ({' && '.join(spans(exported, 'start')) or 'true'})\n    {{\n        start_step(params, {memory}measured);\n        state->ready = 1u;\n    }}\n"
+            f"    if ({' && '.join(spans(exported, 'start')) or 'true'})\n    {{\n"
+            f"        start_step(params, {memory}measured);\n        state->ready = 1u;\n    }}\n"
             f"    else\n    {{\n        status = {upper}_NOT_FINITE;\n    }}\n    return status;\n"
         ),
-        "guide": (
-            f"    uint32_t status = {upper}_OK;\n{refuse('guide')}    else\n    {{\n        guide_step({call});\n    }}\n    return status;\n"
-        ),
+        **{
+            loop: (
+                f"    uint32_t status = {upper}_OK;\n{refuse(loop)}"
+                f"    else\n    {{\n        {loop}_step({call});\n    }}\n    return status;\n"
+            )
+            for loop in loops(exported)
+        },
         "law": (
             f"    uint32_t status = {upper}_OK;\n{refuse('law')}    else\n    {{\n        law_step({call}, command);\n"
             f"        if ({asked_finite(exported)})\n        {{\n            state->held = *command;\n        }}\n"
-            f"        else\n        {{\n            status |= {upper}_DIVERGED;\n            state->ready = 0u;\n        }}\n    }}\n"
+            f"        else\n        {{\n            status |= {upper}_DIVERGED;\n"
+            "            state->ready = 0u;\n        }\n    }\n"
             f"    if (status != {upper}_OK)\n    {{\n        *command = state->held;\n    }}\n    return status;\n"
         ),
         "made": f"    made_step(params, command, made);\n    return {made};\n",
@@ -269,7 +305,10 @@ def spans(exported: Exported, what: str) -> list[str]:
     """That every number is finite which a function takes from what it is told."""
     reads = exported.code.reads.get(what, ())
     texts = []
-    for pointer, structure in (("measured", exported.subject.measured), ("reference", exported.subject.reference)):
+    for pointer, structure in (
+        ("measured", measured_part(exported.subject.measured)),
+        ("reference", exported.subject.reference),
+    ):
         taken = [name for name in fields_of(structure) if any(begins(text, f"{pointer}->{name}") for text in reads)]
         texts += runs(pointer, structure, taken)
     return texts
@@ -308,9 +347,12 @@ def saturated(exported: Exported) -> str:
     pairs = []
     for field in asked:
         if field in given and field in ASKED:
-            count = len(asked[field]) if hasattr(asked[field], "__len__") else 0  # type: ignore[arg-type]
+            count = len(asked[field]) if hasattr(asked[field], "__len__") else 0
             places = [f"[{i}]" for i in range(count)] if count else [""]
-            pairs += [f"(made->{field}{place} < command->{field}{place}) || (made->{field}{place} > command->{field}{place})" for place in places]
+            pairs += [
+                f"(made->{field}{place} < command->{field}{place}) || (made->{field}{place} > command->{field}{place})"
+                for place in places
+            ]
     if not pairs:
         return f"{upper}_OK"
     return f"({' || '.join(pairs)}) ? {upper}_SATURATED : {upper}_OK"
@@ -324,17 +366,18 @@ def parameters(exported: Exported) -> str:
         *part(".vehicle =", initialiser(exported.code.vehicle, exported.precise, depth=2)),
         f"    .most_age = {exported.most_age!r}{'' if exported.precise else 'f'},",
     ]
-    return "\n\n".join(
-        [
-            head(exported, "The mission's gains and vehicle."),
-            f'#include "{name}.h"\n\n#include <math.h>',
-            "\n".join([f"const {name}_params {name}_mission =", "{", *inner, "};"]),
-        ]
-    ) + "\n"
+    return (
+        "\n\n".join(
+            [
+                head(exported, "The mission's gains and vehicle."),
+                f'#include "{name}.h"\n\n#include <math.h>',
+                "\n".join([f"const {name}_params {name}_mission =", "{", *inner, "};"]),
+            ]
+        )
+        + "\n"
+    )
 
 
 def part(start: str, lines: list[str]) -> list[str]:
     """A member that is a struct."""
     return [f"    {start}", "    {", *lines, "    },"] if lines else []
-
-

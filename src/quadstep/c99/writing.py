@@ -242,14 +242,14 @@ class Writer:
         uses: Counter[int] = Counter(results)
         inside = set(results)
         for place in range(max(results), -1, -1):
-            if place in inside and body.index in self.record.turning[place]:
+            if place in inside and body.counter in self.record.turning[place]:
                 uses.update(self.nodes[place].operands)
                 inside.update(self.nodes[place].operands)
         outside = set(self.given)
         lines = []
         for place in sorted(inside):
             once = uses[place] == 1 and place not in self.naming.names
-            if body.index not in self.record.turning[place] or (once and not self._long(place)):
+            if body.counter not in self.record.turning[place] or (once and not self._long(place)):
                 continue
             if self.nodes[place].operation == "item" and uses[place] == 1:
                 continue

@@ -23,7 +23,8 @@ def export(
     measure: Annotated[
         bool,
         typer.Option(
-            "--measure", help="Measure flash, stack and instructions on Cortex-M4F and M7, MISRA deviations, and the f32 error."
+            "--measure",
+            help="Measure flash, stack and instructions on Cortex-M4F and M7, MISRA deviations, and the f32 error.",
         ),
     ] = False,
     overwrite: OverwriteOption = False,

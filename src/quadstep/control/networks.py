@@ -31,7 +31,6 @@ def basis(net: Net, inputs: Iterable[Number]) -> Vector:
     """mu(chi), the N neurons' outputs: sigmoid of the weighted inputs and a bias."""
     chi = tuple(inputs)
 
-
     def neuron(row: Vector) -> Number:
         return sigmoid(total([row[-1], *[w * x for w, x in zip(row, chi, strict=False)]]))
 

@@ -1,7 +1,7 @@
 """What a law takes on Cortex-M4F and M7: sizes from the compiler, instructions counted exactly by QEMU.
 
-QEMU runs each instruction in one tick of its clock (`-icount shift=0`), and SysTick counts 25 MHz of its 1 GHz: 40 instructions
-a count. So a call is timed many times over and the counts are divided; the remainder is below one instruction.
+QEMU runs each instruction in one tick of its clock (`-icount shift=0`), and SysTick counts 25 MHz of its 1 GHz, so every 40
+instructions. A call is therefore timed many times over and the counts are divided; the remainder is below one instruction.
 """
 
 import re
@@ -11,9 +11,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.c99.compiler import compile_c
-from quadstep.c99.source import Exported, guided
+from quadstep.c99.source import Exported, loops
+from quadstep.c99.structs import has_numbers
+from quadstep.c99.templates import filled
 from quadstep.errors import UserError
 from quadstep.numbers import flatten
+
+TEMPLATES = Path(__file__).parent / "templates"
 
 COMPILER, MACHINE = "arm-none-eabi-gcc", "qemu-system-arm"
 
@@ -86,8 +90,8 @@ def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
     counted = None
     if shutil.which(MACHINE):
         (build / "count.c").write_text(counting(exported), encoding="utf-8")
-        (build / "startup.c").write_text(STARTUP, encoding="utf-8")
-        (build / "memory.ld").write_text(LINKER, encoding="utf-8")
+        shutil.copy(TEMPLATES / "startup.c", build)
+        shutil.copy(TEMPLATES / "memory.ld", build)
         objects = [f"{name}.o", f"{name}_params.o"]
         quiet = [*flags, "-nostartfiles", "--specs=nosys.specs", "-T", "memory.ld", "-w"]
         compile_c(build, [*quiet, "startup.c", "count.c", *objects, "-lm", "-o", "count.elf"], [COMPILER])
@@ -125,7 +129,7 @@ def parsed(said: str) -> Counted:
     words = dict(re.findall(r"^(\w+) (-?\d+)$", said, re.M))
     if "differences" not in words:
         raise UserError(f"{MACHINE} gave no counts: {said or 'nothing'}")
-    names = sorted({name.split("_")[0] for name in words if "_" in name})
+    names = sorted({name.removesuffix("_worst") for name in words if name.endswith("_worst")})
     average = {name: int(words[f"{name}_average"]) for name in names}
     return Counted(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")
 
@@ -137,17 +141,17 @@ def counting(exported: Exported) -> str:
         "law": f"{name}_law(&{name}_mission, &work, &measured, &reference, &clock, &command)",
         "made": f"{name}_made(&{name}_mission, &command, &made)",
     }
-    if guided(exported):
-        calls = {"guide": f"{name}_guide(&{name}_mission, &work, &measured, &reference, &clock)", **calls}
+    given = f"&{name}_mission, &work, &measured, &reference, &clock"
+    calls = {**{loop: f"{name}_{loop}({given})" for loop in loops(exported)}, **calls}
     numbers = {what: place for place, what in enumerate(calls)}
     body = []
     for what, call in calls.items():
-        period = "golden_guide_period" if what == "guide" else "golden_law_period"
+        period = f"golden_{'law' if what == 'made' else what}_period"
         body += [
             f"        clock.period = {period};",
             f"        work = state; reading = SYST[2]; for (int k = 0; k < REPEATS; ++k) {{ work = state; (void){call}; }}",
             "        with = (reading - SYST[2]) & 0xFFFFFFu;",
-            "        reading = SYST[2]; for (int k = 0; k < REPEATS; ++k) { spare = state; __asm volatile(\"\" ::: \"memory\"); }",
+            '        reading = SYST[2]; for (int k = 0; k < REPEATS; ++k) { spare = state; __asm volatile("" ::: "memory"); }',
             f"        note({numbers[what]}, with - ((reading - SYST[2]) & 0xFFFFFFu));",
         ]
         if what != "made":
@@ -157,101 +161,11 @@ def counting(exported: Exported) -> str:
         for what, place in numbers.items()
         for kind, expression in (("average", "total[{}] / GOLDEN_SAMPLES"), ("worst", "worst[{}]"))
     ]
-    text = COUNT.replace("NAME", name).replace("BODY", "\n".join(body)).replace("PRINTS", "\n".join(prints))
     memory = "differences += differing(&state.memory, golden_memory[0], sizeof golden_memory[0]);"
-    return text.replace("MEMORY", memory if hasattr(exported.code.memory, "_fields") and exported.code.memory else "")  # type: ignore[truthy-bool]
-
-
-STARTUP = """#include <stdint.h>
-extern uint32_t __stack, __bss_start, __bss_end;
-int main(void);
-static void leave(void)
-{
-    register int r0 __asm("r0") = 0x18; register int r1 __asm("r1") = 0x20026;
-    __asm volatile("bkpt 0xAB" :: "r"(r0), "r"(r1) : "memory");
-    for (;;) {}
-}
-void Reset(void)
-{
-    *(volatile uint32_t *)0xE000ED88 |= 0xF00000;
-    __asm volatile("dsb\\nisb");
-    for (uint32_t *p = &__bss_start; p < &__bss_end; ++p) *p = 0;
-    main();
-    leave();
-}
-void Fault(void) { leave(); }
-__attribute__((section(".vectors"), used)) const void *const vectors[16] = {&__stack, Reset, Fault, Fault, Fault, Fault, Fault};
-"""
-
-LINKER = """MEMORY { FLASH (rx) : ORIGIN = 0, LENGTH = 4M  RAM (rwx) : ORIGIN = 0x20000000, LENGTH = 4M }
-ENTRY(Reset)
-SECTIONS {
-  .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) . = ALIGN(4); } > FLASH
-  .ARM.exidx : { *(.ARM.exidx*) } > FLASH
-  .data : { *(.data*) } > RAM AT > FLASH
-  .bss : { __bss_start = .; *(.bss*) *(COMMON) . = ALIGN(4); __bss_end = .; end = .; } > RAM
-  __stack = ORIGIN(RAM) + 1M;
-}
-"""
-
-COUNT = """#include "NAME.h"
-#include <string.h>
-#include "NAME_golden.h"
-#define SYST ((volatile uint32_t *)0xE000E010)
-#define REPEATS 40
-static NAME_state state, work, spare;
-static NAME_measured measured;
-static NAME_reference reference;
-static NAME_command command;
-static NAME_actuators made;
-static uint32_t total[3], worst[3];
-static void put(const char *text)
-{
-    register int r0 __asm("r0") = 4; register const char *r1 __asm("r1") = text;
-    __asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
-}
-static void say(const char *what, uint32_t value)
-{
-    char text[16]; int i = 15; text[i] = 0;
-    do { text[--i] = (char)('0' + value % 10u); value /= 10u; } while (value);
-    put(what); put(" "); put(&text[i]); put("\\n");
-}
-static void note(int which, uint32_t counts)
-{
-    const uint32_t instructions = counts * 40u / REPEATS;
-    total[which] += instructions;
-    if (instructions > worst[which]) worst[which] = instructions;
-}
-static uint32_t differing(const void *found, const real *wanted, unsigned size)
-{
-    uint32_t different = 0;
-    for (unsigned i = 0; i < size / sizeof(real); ++i)
-    {
-        real a; memcpy(&a, (const char *)found + i * sizeof(real), sizeof a);
-        different += memcmp(&a, &wanted[i], sizeof a) != 0 && !(a == 0 && wanted[i] == 0);
+    words = {
+        "NAME": name,
+        "BODY": "\n".join(body),
+        "PRINTS": "\n".join(prints),
+        "MEMORY": memory if has_numbers(exported.code.memory) else "",
     }
-    return different;
-}
-int main(void)
-{
-    SYST[1] = 0xFFFFFF; SYST[2] = 0; SYST[0] = 5;
-    uint32_t differences = 0, reading, with;
-    NAME_clock clock = {0};
-    clock.step = golden_step;
-    memcpy(&measured, golden_start[0], sizeof measured);
-    (void)NAME_start(&NAME_mission, &state, &measured);
-    for (int i = 0; i < GOLDEN_SAMPLES; ++i)
-    {
-        memcpy(&measured, golden_measured[i], sizeof measured);
-        memcpy(&reference, golden_reference[i], sizeof reference);
-        clock.tick = golden_tick[i];
-BODY
-        differences += differing(&command, golden_command[i], sizeof golden_command[i]);
-        differences += differing(&made, golden_made[i], sizeof golden_made[i]);
-    }
-    MEMORY
-PRINTS
-    say("differences", differences);
-    return 0;
-}
-"""
+    return filled(TEMPLATES / "count.c", words)

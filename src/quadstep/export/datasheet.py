@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.c99.compiler import BITS
-from quadstep.c99.source import STATUS, Exported, guided
+from quadstep.c99.source import STATUS, Exported, loops
 from quadstep.export.arm import OnArm, state_size
 from quadstep.export.misra import REASONS
 from quadstep.numbers import Table, flatten
@@ -13,9 +13,9 @@ CLOCKS = {"Cortex-M4F": (168e6, 0.7), "Cortex-M7": (216e6, 1.0)}
 """Clock [Hz] of usual flight computers, and instructions a cycle that their shares are reckoned with."""
 
 LICENCE = (
-    "The files that quadstep generates here are yours: its authors claim no rights in them, and its licence (MIT) does not extend "
-    "to them. What you link them with may bind the whole: the firmware of the Crazyflie and ArduPilot are under the GPL, "
-    "version 3, PX4 is under the BSD licence."
+    "The files that quadstep generates here are yours: its authors claim no rights in them, and its licence (MIT) does "
+    "not extend to them. What you link them with may bind the whole: the firmware of the Crazyflie and ArduPilot are under "
+    "the GPL, version 3, PX4 is under the BSD licence."
 )
 
 
@@ -30,7 +30,9 @@ class Facts(NamedTuple):
 
     def lines(self) -> tuple[str, ...]:
         """For the head of each file."""
-        return (f"Written by quadstep {self.version} from the mission {ascii_of(self.name)} ({self.mission}), gains {self.gains}.",)
+        return (
+            f"Written by quadstep {self.version} from the mission {ascii_of(self.name)} ({self.mission}), gains {self.gains}.",
+        )
 
 
 class Measured(NamedTuple):
@@ -58,7 +60,7 @@ def datasheet(exported: Exported, facts: Facts, measured: Measured = NOTHING) ->
         f"# {exported.subject.controller.label or exported.name}: data sheet",
         origin(exported, facts),
         "## What it takes",
-        memory(exported, measured),
+        memory(exported),
         *processors(exported, measured),
         *([closed_loop(measured.apart)] if measured.apart else []),
         "## How it is called",
@@ -94,7 +96,7 @@ def origin(exported: Exported, facts: Facts) -> str:
     return table(("", ""), rows)
 
 
-def memory(exported: Exported, measured: Measured) -> str:
+def memory(exported: Exported) -> str:
     """RAM and parameters, counted from the structs."""
     size = 8 if exported.precise else 4
     leaves = flatten((exported.subject.gains, exported.code.vehicle))
@@ -127,31 +129,36 @@ def instructions(exported: Exported, found: OnArm, clock: float, pace: float) ->
     """Rows of the instructions of each function and their share of its period."""
     assert found.counted
     clocked = exported.clocked
-    periods = {"law": clocked.step * clocked.law, "made": clocked.step * clocked.law, "guide": clocked.step * clocked.guide}
+    periods = {"made": clocked.period("law"), **{name: clocked.period(name) for name in clocked.every}}
     rows = []
     for name, worst in found.counted.worst.items():
         share = worst / pace / clock / periods[name]
-        said = f"{worst} at worst, {found.counted.average[name]} on average; {100.0 * share:.2g} % of {1e3 * periods[name]:g} ms"
+        said = (
+            f"{worst} at worst, {found.counted.average[name]} on average; {100.0 * share:.2g} % of {1e3 * periods[name]:g} ms"
+        )
         rows.append((f"instructions of {name}", f"{said} at {1e-6 * clock:g} MHz and {pace:g} a cycle"))
     due = sum(worst for name, worst in found.counted.worst.items() if name != "made")
-    rows.append(("law and guide both due", f"{due} instructions, {100.0 * due / pace / clock / 1e-3:.2g} % of 1 ms"))
+    rows.append(("all but made due at once", f"{due} instructions, {100.0 * due / pace / clock / 1e-3:.2g} % of 1 ms"))
     return rows
 
 
 def closed_loop(apart: tuple[float, float]) -> str:
     """How far f32 leads."""
     distance, seconds = apart
-    return f"In closed loop over {seconds:g} s, this code in f32 flies at most {1e6 * distance:.3g} micrometres beside the flight in f64."
+    beside = f"at most {1e6 * distance:.3g} micrometres beside the flight in f64"
+    return f"In closed loop over {seconds:g} s, this code in f32 flies {beside}."
 
 
 def calls(exported: Exported) -> str:
     """The order of calls."""
     name = exported.name
-    guide = f"    {name}_guide(&{name}_mission, &state, &measured, &reference, &clock);     /* where it is due */\n"
+    given = f"&{name}_mission, &state, &measured, &reference, &clock"
+    slower = "".join(f"    {name}_{loop}({given});     /* where it is due */\n" for loop in loops(exported))
     return (
-        f"```c\n{name}_state state;\n{name}_reset(&state);\n{name}_start(&{name}_mission, &state, &measured);  /* when it takes over */\n"
+        f"```c\n{name}_state state;\n{name}_reset(&state);\n"
+        f"{name}_start(&{name}_mission, &state, &measured);  /* when it takes over */\n"
         "for each sample\n{\n"
-        f"{guide if guided(exported) else ''}"
+        f"{slower}"
         f"    status = {name}_law(&{name}_mission, &state, &measured, &reference, &clock, &command);\n"
         f"    {name}_made(&{name}_mission, &command, &made);\n"
         "    /* what the next sample is told, if the law measures them */\n"
@@ -164,9 +171,9 @@ def guarantees() -> str:
     bits = "\n".join(f"- `{word}`: {said}" for word, said in STATUS)
     return (
         "The command is defined whatever happens. Status bits:\n\n"
-        f"{bits}\n\nNo recursion, no I/O, no heap, no globals but the constant parameters; every loop has a constant number of "
-        f"turns, so time is bounded. The bits are those of quadstep's flights where each operation is rounded by itself: compile "
-        f"with `{BITS[0]}` and without -ffast-math (the CMake file does; `test_*.c` finds out)."
+        f"{bits}\n\nNo recursion, no I/O, no heap, no globals but the constant parameters; every loop has a constant number "
+        "of turns, so time is bounded. The bits are those of quadstep's flights where each operation is rounded by itself: "
+        f"compile with `{BITS[0]}` and without -ffast-math (the CMake file does; `test_*.c` finds out)."
     )
 
 

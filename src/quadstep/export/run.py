@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 from quadstep import __version__
 from quadstep.c99.source import Exported
+from quadstep.c99.subject import exported
 from quadstep.errors import UserError
-from quadstep.export.c99 import c99_files
 from quadstep.export.arm import state_size
+from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
 from quadstep.export.measure import measurements
-from quadstep.export.subject import exported
 from quadstep.files import TOML, read_bytes
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.read import plan_mission, read_mission
@@ -80,7 +80,9 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
             place.write_text(text, encoding="utf-8")
         found = measurements(law, plan, out, told) if request.measure else NOTHING
         (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
-        write_json(out / MANIFEST, {"name": mission.name, "target": request.target.value, "precision": kind, **facts._asdict()})
+        write_json(
+            out / MANIFEST, {"name": mission.name, "target": request.target.value, "precision": kind, **facts._asdict()}
+        )
     return Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
 
 
@@ -91,7 +93,7 @@ def summary(law: Exported, found: Measured) -> list[str]:
     for processor, one in found.arm.items():
         counts = one.counted.worst if one.counted else {}
         due = sum(count for name, count in counts.items() if name != "made")
-        said = f"; law and guide at most {due} instructions" if due else ""
+        said = f"; all loops due at once take at most {due} instructions" if due else ""
         lines.append(f"{processor}: {one.sizes.code} bytes of code, {max(one.sizes.stack.values())} of stack{said}.")
     if found.apart:
         lines.append(f"f32 flies at most {1e6 * found.apart[0]:.3g} micrometres beside f64 over {found.apart[1]:g} s.")

@@ -21,13 +21,13 @@ INDEX = "i"
 
 
 class Body(NamedTuple):
-    """One turn of a loop, as places in the record. stored: of a row of the array that it makes; empty for none.
+    """One turn of a loop, as places in the record. counter: its row.
 
-    added: what each running sum takes in, term by term.
+    stored: of a row of the array that it makes; empty for none. added: what each running sum takes in, term by term.
     """
 
     rows: int
-    index: str
+    counter: str
     stored: tuple[int, ...] = ()
     added: tuple[tuple[int, ...], ...] = ()
 
@@ -64,8 +64,10 @@ class RowRecord(Record):
         """The place of a loop, after everything that it takes from around it."""
         taken = self.around(body)
         if any(self.turning[place] for place in taken):
-            raise TypeError("a loop over rows within another one cannot be written down; take the products one after the other")
-        place = self.place("loop", *sorted(taken), text=body.index)
+            raise TypeError(
+                "a loop over rows within another one cannot be written down; take the products one after the other"
+            )
+        place = self.place("loop", *sorted(taken), text=body.counter)
         self.loops[place] = body
         return place
 
@@ -79,7 +81,7 @@ class RowRecord(Record):
             if place in seen:
                 continue
             seen.add(place)
-            if body.index in self.turning[place]:
+            if body.counter in self.turning[place]:
                 waiting += self.nodes[place].operands
             else:
                 taken.add(place)
@@ -253,5 +255,3 @@ class Turned(Matrix):
         factor = other.entry(index)
         added = tuple((record.at(entry * factor),) for entry in self.of.row(index))
         return Vector(cast(list[Number], record.sums(record.loop(Body(self.of.shape[0], index, added=added)))))
-
-

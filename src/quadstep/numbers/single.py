@@ -129,8 +129,9 @@ class Singles(Elementary):
     def sqrt(self, x: Single) -> Single:
         return Single(np.sqrt(x.value))
 
-    def where(self, condition: bool, yes: Single | float, no: Single | float) -> Single | float:
-        return yes if condition else no
+    def where(self, condition: bool, yes: Single | float, no: Single | float) -> Single:
+        chosen = yes if condition else no
+        return chosen if isinstance(chosen, Single) else Single(chosen)
 
     def word(self, x: Single) -> int:
         return int(x.value)
