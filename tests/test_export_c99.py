@@ -194,7 +194,9 @@ def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
 
 @needs(C_COMPILER)
 def test_a_lost_flight_is_lost_alike():
-    lost = real_mission({"type": "pid"}, start={"rates": [90.0, 0.0, 0.0]}, limits={"rate": 50.0}, simulation={"duration": 1.0})
+    lost = real_mission(
+        {"type": "pid"}, start={"rates": [90.0, 0.0, 0.0]}, limits={"rate": 50.0}, simulation={"duration": 1.0}
+    )
     lanes, c = fly(lost), fly(lost, engine="c")
     assert lanes.outcome is c.outcome is not Outcome.COMPLETED
     np.testing.assert_array_equal(lanes.rows, c.rows)

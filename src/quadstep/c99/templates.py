@@ -6,6 +6,7 @@ from pathlib import Path
 
 
 def filled(path: Path, words: Mapping[str, str]) -> str:
-    """A template with each of these words replaced, where it stands by itself or within a name."""
+    """A template with each of these words replaced, where it stands by itself or begins a name."""
     text = path.read_text(encoding="utf-8")
-    return re.sub("|".join(map(re.escape, sorted(words, key=len, reverse=True))), lambda found: words[found[0]], text)
+    known = "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+    return re.sub(rf"\b(?:{known})", lambda found: words[found[0]], text)

@@ -15,7 +15,13 @@ def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
     """Name and text of every file but the data sheet. Raises UserError for a number that does not fit f32."""
     name = exported.name
     vectors = golden(exported, lambda t: plan.loop.wanted(t, plan.parameters))
-    words = {"LABEL": title(exported), "NAME": name, "BITS": " ".join(BITS), "WARNINGS": " ".join(WARNINGS)}
+    words = {
+        "LABEL": title(exported),
+        "NAME": name,
+        "test_NAME": f"test_{name}",
+        "BITS": " ".join(BITS),
+        "WARNINGS": " ".join(WARNINGS),
+    }
     return {
         f"{name}.h": header(exported),
         f"{name}.c": source(exported),

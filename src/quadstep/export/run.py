@@ -13,6 +13,7 @@ from quadstep.errors import UserError
 from quadstep.export.arm import state_size
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
+from quadstep.export.firmware import firmware_files
 from quadstep.export.measure import measurements
 from quadstep.files import TOML, read_bytes
 from quadstep.flight.engines import FlightPlan
@@ -28,6 +29,9 @@ class Target(StrEnum):
     """What the law is exported for."""
 
     C99 = "c99"
+    CRAZYFLIE = "crazyflie"
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
 
 
 class Request(NamedTuple):
@@ -69,6 +73,8 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
     try:
         law = exported(plan, request.precise, facts.lines())
         files = c99_files(law, plan)
+        if request.target is not Target.C99:
+            files = firmware_files(request.target, law, files)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     kind = "f64" if request.precise else "f32"
