@@ -20,6 +20,9 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "lqr.Lqr",
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
+        "thrust_extended_backstepping.ThrustExtendedBackstepping",
+        "state_space_backstepping.StateSpaceBackstepping",
+        "dynamic_linearisation.DynamicLinearisation",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }

@@ -5,8 +5,6 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from functools import cache
-from importlib.metadata import entry_points
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -23,11 +21,9 @@ from quadstep.errors import UserError
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
 from quadstep.user_code.blame import blamed, user_error
+from quadstep.user_code.installed import CONTROLLERS, own_place
 from quadstep.user_code.loading import load
-from quadstep.user_code.places import Place, place
-
-GROUP = "quadstep.controllers"
-"""Of the entry points by which installed packages bring controllers."""
+from quadstep.user_code.places import Place
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
@@ -58,7 +54,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
 
     measures: what the vehicle tells its controllers. folder: the mission's.
     """
-    found = place(kind) or installed(kind)
+    found = own_place(kind, CONTROLLERS)
     if found is None:
         return None
     law = as_controller(load(found, folder), found)
@@ -144,18 +140,6 @@ def check_gain(one: Gain) -> None:
     for value in values:
         if not isinstance(value, Real) or not math.isfinite(value) or value < 0.0:
             raise ValueError(f"{one.key}: its default should be made of finite numbers of at least 0, not {value!r:.60}")
-
-
-def installed(kind: str) -> Place | None:
-    """The entry point of this name: installed code, whatever is beside the mission."""
-    return all_installed().get(kind)
-
-
-@cache
-def all_installed() -> dict[str, Place]:
-    """The entry points by name. To look for them takes longer than to check a mission, so it is done once."""
-    found = {one.name: place(one.value) for one in entry_points(group=GROUP)}
-    return {name: one._replace(entry=True) for name, one in found.items() if one}
 
 
 def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:

@@ -150,6 +150,15 @@ class Mission(Section):
         """
         return Path()
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _placed(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission of a file comes with a folder; those below it look up what it names there."""
+        made = handler(content)
+        if info.context is not None:
+            made.__dict__["folder"] = info.context["folder"]
+        return made
+
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
         """What is flown along a path. Raises UserError."""
@@ -197,15 +206,13 @@ class Mission(Section):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _checked(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """A mission of a file, which comes with a folder and whose reader explains its errors; or one given in Python.
+    def _explained(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission given in Python; the reader of a file explains its errors itself.
 
         It stands below the other validators, since it explains what those above it say.
         """
         if info.context is not None:
-            made = handler(content)
-            made.__dict__["folder"] = info.context["folder"]
-            return made
+            return handler(content)
         try:
             return handler(plain(content))
         except (ValidationError, UserError) as error:
