@@ -11,7 +11,7 @@ from quadstep.errors import UserError
 
 EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
-    "sympy": "verify", "mpmath": "verify", "rotorpy": "rotorpy", "pandas": "pandas",
+    "sympy": "verify", "mpmath": "verify", "pymavlink": "mavlink", "rotorpy": "rotorpy", "pandas": "pandas",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
 
