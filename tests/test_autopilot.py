@@ -1,6 +1,7 @@
 """Flights under an autopilot, here fake ones that speak the protocols of PX4 and ArduPilot."""
 
 import socket
+import threading
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from quadstep.autopilot.ardupilot import ArduPilot
 from quadstep.autopilot.px4 import Px4
 from quadstep.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission
+from quadstep.numbers import Vector
+from quadstep.numbers.rotations import rotation_matrix
 from tests.autopilots import FakeArduPilot, FakePx4, Hover, free_port
 from tests.commands import quadstep, strict_json, without_figures, write
 from tests.needs import package
@@ -124,3 +127,85 @@ def test_bad_connections_are_one_line(tmp_path):
     assert not (tmp_path / "out").exists()
     assert address("", 9002) == ("127.0.0.1", 9002)
     assert address("0.0.0.0:1", 9002) == ("0.0.0.0", 1)
+
+
+# Setpoints
+
+ORBIT = """
+[vehicle]
+preset = "x500"
+[path]
+type = "circle"
+centre = [0.0, 0.0, 5.0]
+radius = 2.0
+period = 6.0
+[simulation]
+duration = 0.5
+"""
+
+
+def listening(port):
+    """A vehicle that says it is there, over UDP."""
+    from pymavlink import mavutil
+
+    vehicle = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=7)
+    stop = threading.Event()
+
+    def beat():
+        while not stop.is_set():
+            vehicle.mav.heartbeat_send(2, 12, 0, 0, 0)
+            stop.wait(0.05)
+
+    threading.Thread(target=beat, daemon=True).start()
+    return vehicle, stop
+
+
+@pytest.mark.parametrize("kind", ["position", "attitude", "rates"])
+def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
+    mission, port = write(tmp_path, ORBIT), free_port()
+    vehicle, stop = listening(port)
+    run = quadstep("serve-setpoints", mission, "--connect", f"udpin:127.0.0.1:{port}", "--kind", kind, "--rate", "40")
+    stop.set()
+    assert run.code == 0, run.err
+    assert "arming and the change to offboard or guided mode are yours" in run.err
+    assert "Sent 21 setpoints over 0.5 s." in run.out
+    heard = []
+    while (message := vehicle.recv_match(blocking=True, timeout=0.3)) is not None:
+        heard.append(message)
+    vehicle.close()
+    wanted = "SET_POSITION_TARGET_LOCAL_NED" if kind == "position" else "SET_ATTITUDE_TARGET"
+    assert {one.get_type() for one in heard} == {wanted}
+    assert len(heard) == 21
+    assert {one.target_system for one in heard} == {7}
+    first, last = heard[0], heard[-1]
+    plan = plan_mission(read_mission(mission), mission)
+    if kind == "position":
+        reference = plan.loop.path.reference(0.5, plan.parameters.path)
+        x, y, z = reference.position
+        assert (last.x, last.y, last.z) == pytest.approx((x, -y, -z), abs=1e-5)
+        assert last.yaw == pytest.approx(-reference.yaw, abs=1e-5)
+        assert last.type_mask == 0
+    else:
+        mass, gravity = plan.parameters.airframe.mass, plan.parameters.airframe.gravity
+        full = 4 * plan.parameters.allocation.most
+        x, y, z = plan.loop.path.reference(0.5, plan.parameters.path).acceleration
+        pull = np.array([x, -y, -(z + gravity)])  # north, east, down
+        assert last.thrust == pytest.approx(mass * np.linalg.norm(pull) / full, rel=1e-5)
+        down = np.array(list(rotation_matrix(Vector(last.q)) @ Vector((0.0, 0.0, 1.0))))
+        np.testing.assert_allclose(down, -pull / np.linalg.norm(pull), atol=1e-5)
+        assert first.type_mask == (7 if kind == "attitude" else 128)
+
+
+def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
+    monkeypatch.setattr("quadstep.autopilot.setpoints.HEARTBEAT_WAIT", 0.2)
+    mission = write(tmp_path, ORBIT)
+    for arguments, said in (
+        (("--kind", "jerk"), "--kind jerk: is not known; allowed: position, attitude, rates"),
+        (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
+        (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no vehicle was heard in 0.2 s"),
+        (("--connect", "nonsense:"), "cannot be opened"),
+    ):
+        run = quadstep("serve-setpoints", mission, *arguments)
+        assert run.code == 2
+        assert said in run.err
+        assert "Traceback" not in run.err

@@ -21,6 +21,7 @@ from quadstep.commands.new import new
 from quadstep.commands.page import page
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
+from quadstep.commands.serve_setpoints import serve_setpoints
 from quadstep.commands.tune import tune
 from quadstep.commands.vehicles import vehicles
 from quadstep.commands.verify import verify
@@ -60,7 +61,21 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, certify, export, new, verify):
+    for command in (
+        reproduce,
+        fly,
+        page,
+        serve,
+        campaign,
+        envelope,
+        tune,
+        vehicles,
+        certify,
+        export,
+        serve_setpoints,
+        new,
+        verify,
+    ):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)

@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar, NamedTuple, Self
 
+import numpy as np
+
 from quadstep.autopilot import ardupilot, px4
 from quadstep.autopilot.address import address
 from quadstep.autopilot.ardupilot import ArduPilot
-from quadstep.autopilot.link import Link, Piloted
+from quadstep.autopilot.link import Link, Piloted, sample_of
 from quadstep.autopilot.px4 import Px4
 from quadstep.control.commands import RotorSpeeds
 from quadstep.control.controller import Measured
 from quadstep.control.model import Model
 from quadstep.control.opaque import NoGains, Opaque
 from quadstep.errors import UserError
+from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
@@ -65,13 +68,23 @@ class PilotedLaw(Opaque):
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: Structure, t: Number, period: Number
     ) -> tuple[Structure, tuple[()]]:
         """One sample."""
-        motion = (measured.position, measured.velocity, measured.attitude, measured.rates, measured.specific_force)
-        inputs = [t, *(entry for vector in motion for entry in vector)]
-        return RotorSpeeds(Vector(call(gains.handle, inputs, self.rotors))), memory
+        return RotorSpeeds(Vector(call(gains.handle, sensed(t, measured), self.rotors))), memory
 
     def landed(self, gains: Structure) -> None:
         """Raises what the link raised."""
         raise_pending(int(gains.handle))
+
+
+def sensed(t: Number, measured: Measured) -> list[Number]:
+    """What an autopilot is told, in our axes."""
+    motion = (measured.position, measured.velocity, measured.attitude, measured.rates, measured.specific_force)
+    return [t, *(entry for vector in motion for entry in vector)]
+
+
+def meet(link: Link, plan: FlightPlan) -> None:
+    """Wait for the autopilot, with the vehicle at the start of its flight. Raises UserError where none comes."""
+    loop = plan.loop
+    link.meet(sample_of(np.array(sensed(0.0, loop.told(loop.start(plan.start, plan.parameters))))))
 
 
 def opened(autopilot: str, connect: str | None) -> Link:

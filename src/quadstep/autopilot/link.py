@@ -62,7 +62,7 @@ class Piloted:
     def __init__(self, link: Link, rotors: int, fastest: float) -> None:
         self.link, self.rotors, self.fastest = link, rotors, fastest
         self.lost = ""
-        self._met, self._asked, self._answer = False, b"", [0.0]
+        self._asked, self._answer = b"", [0.0]
 
     def __call__(self, inputs: NDArray[np.float64]) -> list[float]:
         question = inputs.tobytes()
@@ -70,9 +70,6 @@ class Piloted:
             return self._answer
         sample = sample_of(inputs)
         self._asked = question
-        if not self._met:
-            self.link.meet(sample)
-            self._met = True
         try:
             outputs = [] if self.lost else self.link.exchange(sample)
         except Lost as error:

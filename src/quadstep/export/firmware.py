@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from quadstep.airframe.allocation import allocate
+from quadstep.airframe.geometry import Geometry
 from quadstep.c99.source import Exported, loops, title
 from quadstep.c99.templates import filled
 from quadstep.control.controller import Measured
@@ -39,6 +40,13 @@ def firmware_files(target: str, exported: Exported, files: dict[str, str]) -> di
     words = {**common(exported), **OWN[target](exported)}
     own = {path.name: filled(path, words) for path in sorted(folder.iterdir())}
     return {**{name: text for name, text in files.items() if name != "CMakeLists.txt"}, **own}
+
+
+def geometry_of(exported: Exported) -> Geometry:
+    """Where its rotors are."""
+    plant = exported.subject.plant
+    assert isinstance(plant, Multirotor)
+    return plant.geometry
 
 
 def common(exported: Exported) -> dict[str, str]:
@@ -95,7 +103,7 @@ def every_so_many(exported: Exported, indent: str, state: str, tick: str) -> str
 def px4(exported: Exported) -> dict[str, str]:
     """Its motors, and the law at each sample of the gyro."""
     parameters = exported.subject.parameters
-    count = len(exported.subject.plant.geometry.mounts)
+    count = len(geometry_of(exported).mounts)
     return {
         "ROTOR_COUNT": str(count),
         "MOTOR_ORDER": ", ".join(map(str, range(count))),
@@ -108,7 +116,7 @@ def px4(exported: Exported) -> dict[str, str]:
 
 def ardupilot(exported: Exported) -> dict[str, str]:
     """The torque of a full mixer input at hover."""
-    parameters, geometry = exported.subject.parameters, exported.subject.plant.geometry
+    parameters, geometry = exported.subject.parameters, geometry_of(exported)
     weight = float(parameters.airframe.mass * parameters.airframe.gravity)
     full = []
     for axis in range(3):

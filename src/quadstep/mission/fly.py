@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from quadstep import __version__
-from quadstep.autopilot.flight import under
+from quadstep.autopilot.flight import meet, under
 from quadstep.autopilot.link import Link
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
@@ -81,7 +81,8 @@ def fly_mission(
         return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
     with under(link(), mission) as (flown_mission, piloted):
         plan = plan_mission(flown_mission, path)
-        told("waiting for the autopilot", 0, 0)
+        told("waiting for the autopilot", 0, 1)
+        meet(piloted.link, plan)
         summary = fly_planned(flown_mission, plan, beside, folder, engine, overwrite, told, required, sheet)
     return summary._replace(ending=f"{piloted.lost}. The log up to then is kept.") if piloted.lost else summary
 
