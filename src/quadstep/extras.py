@@ -5,7 +5,9 @@ import re
 import shlex
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires
+from types import ModuleType
 
 from quadstep.errors import UserError
 
@@ -32,6 +34,12 @@ def needed_by(command: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise missing_extra(command, error) from None
+
+
+def optional(command: str, module: str) -> ModuleType:
+    """A module of an extra. Raises UserError, saying what to install, where it is absent."""
+    with needed_by(command):
+        return import_module(module)
 
 
 def requirements(extra: str) -> list[str]:

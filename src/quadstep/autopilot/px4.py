@@ -10,7 +10,7 @@ from typing import Protocol, cast
 from quadstep.autopilot.address import Address
 from quadstep.autopilot.link import FIRST_WAIT, WAIT, Lost, Sample
 from quadstep.errors import UserError
-from quadstep.extras import needed_by
+from quadstep.extras import optional
 
 PORT = 4560
 
@@ -43,10 +43,8 @@ class Px4:
     """A link to PX4. Raises UserError where the port is in use, and where pymavlink is not installed."""
 
     def __init__(self, where: Address, first_wait: float = FIRST_WAIT, wait: float = WAIT) -> None:
-        with needed_by("`quadstep fly --autopilot px4`"):
-            from pymavlink.dialects.v20 import common  # noqa: PLC0415 (optional)
+        common = optional("`quadstep fly --autopilot px4`", "pymavlink.dialects.v20.common")
         self.where, self.first_wait, self.wait = where, first_wait, wait
-        self.common = common
         self.mav = common.MAVLink(self, srcSystem=1, srcComponent=51)
         self.mav.robust_parsing = True
         self.peer: socket.socket | None = None

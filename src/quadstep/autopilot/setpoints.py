@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 from quadstep.control.wanted_attitude import wanted_attitude
 from quadstep.errors import UserError
-from quadstep.extras import needed_by
+from quadstep.extras import optional
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import vector
@@ -82,8 +82,7 @@ def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callabl
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
     if not SLOWEST <= rate <= FASTEST:
         raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
-    with needed_by("`quadstep serve-setpoints`"):
-        from pymavlink import mavutil  # noqa: PLC0415 (optional)
+    mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
     try:
         link = mavutil.mavlink_connection(connect, source_system=255)
     except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
