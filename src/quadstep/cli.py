@@ -16,11 +16,13 @@ from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.compare import compare
 from quadstep.commands.envelope import envelope
+from quadstep.commands.export import export
 from quadstep.commands.fly import fly
 from quadstep.commands.new import new
 from quadstep.commands.page import page
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
+from quadstep.commands.serve_setpoints import serve_setpoints
 from quadstep.commands.tune import tune
 from quadstep.commands.vehicles import vehicles
 from quadstep.commands.verify import verify
@@ -60,7 +62,22 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles, certify, new, verify):
+    for command in (
+        reproduce,
+        fly,
+        page,
+        serve,
+        campaign,
+        envelope,
+        tune,
+        compare,
+        vehicles,
+        certify,
+        export,
+        serve_setpoints,
+        new,
+        verify,
+    ):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
