@@ -1,0 +1,267 @@
+"""Prediction of a logged flight by the laws that fly, from measured states and the commands alone.
+
+Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which also
+tells the torque and force that the laws do not explain. From the start on it sees commands and voltage only. This is the model
+in innovations form whose gains are found with the vehicle's numbers (Ljung, "System Identification", 1999, 7.2 and 7.4).
+
+All predictions fly at once, each a flight of its own in the engine.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from quadstep.airframe.geometry import Effects, Geometry
+from quadstep.airframe.motion import AirframeState
+from quadstep.airframe.plant import Airframe, derivative
+from quadstep.airframe.rigid_body import MassProperties, renormalised
+from quadstep.flight.closed_loop import Clock, Task
+from quadstep.flight.integrator import runge_kutta_4
+from quadstep.numbers import Number, Table, Vector, exp, log, matrix, maximum, vector, where
+from quadstep.numbers.functions import number, word
+from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
+
+STILL = vector(0.0, 0.0, 0.0)
+STANDING = 1e-3
+"""A command below this share counts as this much."""
+
+
+class Curve(NamedTuple):
+    """From command and voltage to rotor speed: w = speed c^exponent (V / nominal)^voltage_exponent.
+
+    c: share of the full command. speed [rad/s] at the full command and the nominal voltage [V]. delay [s]: of the command.
+    """
+
+    speed: Number
+    exponent: Number
+    voltage_exponent: Number
+    nominal: Number
+    delay: Number
+
+
+class Observer(NamedTuple):
+    """How a prediction takes up what was measured, and how what the laws do not explain lives on. Pairs: x and y alike, then z.
+
+    rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
+    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates and in
+    velocity; torque_fade, force_fade [1/s]: how they fade. trend: the same of a torque that stays. leak [1/s]: how the rates
+    return to rest, and spring [1/s^2]: how the vehicle returns to level; the commands of a vehicle under control answer to
+    disturbances that a prediction cannot see.
+    """
+
+    rates: Vector
+    attitude: Vector
+    velocity: Vector
+    torque: Vector
+    torque_fade: Vector
+    trend: Vector
+    force: Vector
+    force_fade: Vector
+    leak: Vector
+    spring: Number
+
+
+class Rows(NamedTuple):
+    """Rows of logs, one log after the other; each number a table.
+
+    motors: commands. measured: 1 where the state was measured, else 0.
+    """
+
+    motors: tuple[Table, ...]
+    voltage: Table
+    position: tuple[Table, ...]
+    velocity: tuple[Table, ...]
+    attitude: tuple[Table, ...]
+    rates: tuple[Table, ...]
+    measured: Table
+
+
+class PredictorParameters(NamedTuple):
+    """Every number of a prediction.
+
+    offset: centre of gravity in body axes [m]. tilt: turn about body x and y [rad] from the measured axes to those of the
+    rotors. first: row that it begins at. history: rows from there to its start.
+    """
+
+    airframe: Airframe
+    offset: Vector
+    tilt: Vector
+    curve: Curve
+    observer: Observer
+    rows: Rows
+    first: Number
+    history: Number
+
+
+class Unexplained(NamedTuple):
+    """torque, trend: angular accelerations [rad/s^2]; force: acceleration [m/s^2]; body axes."""
+
+    torque: Vector
+    trend: Vector
+    force: Vector
+
+
+class Prediction(NamedTuple):
+    """What a prediction leaves: the state at each horizon (position, velocity, attitude, rates), and what was unexplained at
+    its start.
+    """
+
+    states: tuple[Vector, ...]
+    unexplained: Unexplained
+
+
+class Predicting(NamedTuple):
+    """The cycle. wanted: rotor speeds [rad/s] of the step to come."""
+
+    state: AirframeState
+    unexplained: Unexplained
+    wanted: Vector
+    score: Prediction
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """A closed loop for the engines. horizons: samples after the start at which states are kept. speeds: whether the logs
+    hold rotor speeds instead of commands.
+    """
+
+    geometry: Geometry
+    effects: Effects
+    horizons: tuple[int, ...]
+    speeds: bool = False
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """No rows are written."""
+        return {}
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """One: take in a row."""
+        return (Task("row", self.row_taken),)
+
+    def row(self, cycle: Predicting, parameters: PredictorParameters, time: Number) -> list[Number]:
+        """No rows are written."""
+        return []
+
+    def start(self, start: Any, p: PredictorParameters) -> Predicting:
+        """The state of the first row; its rotors turn as told."""
+        state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
+        whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
+        none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
+        kept = Vector([0.0 * p.first] * 13)
+        return Predicting(whole, none, speeds, Prediction((kept,) * len(self.horizons), none))
+
+    def measured(self, p: PredictorParameters, row: Number) -> tuple[Vector, Vector, Vector, Vector]:
+        """Position, velocity, attitude and rates as measured in a row, in the rotors' axes."""
+        rows = p.rows
+        place, speed, attitude, rates = (
+            Vector(one.at(row) for one in tables) for tables in (rows.position, rows.velocity, rows.attitude, rows.rates)
+        )
+        turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
+        return place, speed, multiply(attitude, turn), rotation_matrix(turn).T @ rates
+
+    def told(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
+        """Rotor speeds [rad/s] that the commands ask for, `ahead` rows past a row; commands between rows lie on a line."""
+        place = row + ahead
+        low = number(word(maximum(place, 0.0)))
+        share = place - low
+        voltage = p.rows.voltage.at(row)
+        shift = p.curve.voltage_exponent * log(voltage / p.curve.nominal)
+        found = []
+        for table in p.rows.motors:
+            command = (1.0 - share) * table.at(low) + share * table.at(low + 1.0)
+            if self.speeds:
+                found.append(p.curve.speed * command)
+                continue
+            found.append(p.curve.speed * exp(p.curve.exponent * log(maximum(command, STANDING)) + shift))
+        return Vector(found)
+
+    def row_taken(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> tuple[Predicting, Number]:
+        """Correct the state by a row, up to the start; keep it, at a horizon."""
+        row = p.first + clock.tick
+        known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
+        state, unexplained = self.corrected(cycle, p, row, known)
+        since = clock.tick - p.history
+        after = flat(self.shown(p, state))
+        states = tuple(
+            Vector(where(since == float(horizon), new, old) for new, old in zip(after, kept, strict=True))
+            for horizon, kept in zip(self.horizons, cycle.score.states, strict=True)
+        )
+        at_start = Unexplained(
+            *(
+                Vector(where(since == 0.0, new, old) for new, old in zip(now, kept, strict=True))
+                for now, kept in zip(unexplained, cycle.score.unexplained, strict=True)
+            )
+        )
+        wanted = self.told(p, row, 0.5 - p.curve.delay / clock.period)
+        return Predicting(state, unexplained, wanted, Prediction(states, at_start)), 0.0
+
+    def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
+        """Position, velocity, attitude and rates in the axes that are measured."""
+        turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
+        attitude = multiply(state.attitude, conjugate(turn))
+        return state.position, state.velocity, attitude, rotation_matrix(turn) @ state.rates
+
+    def corrected(
+        self, cycle: Predicting, p: PredictorParameters, row: Number, known: Number
+    ) -> tuple[AirframeState, Unexplained]:
+        """State and unexplained forces after a row, where known is 1; as they are, where it is 0."""
+        state, before, gains = cycle.state, cycle.unexplained, p.observer
+        position, velocity, attitude, rates = self.measured(p, row)
+        turning, moving = rates - state.rates, velocity - state.velocity
+        turned = rotation_vector(multiply(conjugate(state.attitude), attitude))
+        felt = rotation_matrix(state.attitude).T @ moving
+        state = state._replace(
+            position=state.position + known * (position - state.position),
+            velocity=state.velocity + known * (by_axis(gains.velocity) * moving),
+            attitude=multiply(state.attitude, from_rotation_vector(known * (by_axis(gains.attitude) * turned))),
+            rates=state.rates + known * (by_axis(gains.rates) * turning),
+        )
+        unexplained = Unexplained(
+            before.torque + known * (by_axis(gains.torque) * turning),
+            before.trend + known * (by_axis(gains.trend) * turning),
+            before.force + known * (by_axis(gains.force) * felt),
+        )
+        return state, unexplained
+
+    def advance(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> Predicting:
+        """One sample of the laws."""
+        airframe, unexplained, gains = p.airframe, cycle.unexplained, p.observer
+        x, y, z = airframe.inertia
+        inertia = matrix((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+        properties = MassProperties(airframe.mass, p.offset, inertia)
+        shares = Vector([1.0] * len(self.geometry.mounts))
+        push = unexplained.torque + unexplained.trend
+
+        def rate(state: AirframeState) -> AirframeState:
+            change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
+            rotation = rotation_matrix(state.attitude)
+            up = rotation.rows[2]
+            turning = change.rates + push - by_axis(gains.leak) * state.rates + gains.spring * vector(-up[1], up[0], 0.0)
+            force: Vector = rotation @ unexplained.force
+            return change._replace(rates=turning, velocity=change.velocity + force)
+
+        state = renormalised(runge_kutta_4(rate, cycle.state, clock.period))
+        torque_kept, force_kept = (fading(fade, clock.period) for fade in (gains.torque_fade, gains.force_fade))
+        after = Unexplained(
+            torque_kept * unexplained.torque,
+            unexplained.trend,
+            force_kept * unexplained.force,
+        )
+        return cycle._replace(state=state, unexplained=after)
+
+
+def by_axis(pair: Vector) -> Vector:
+    """A pair, for x and y alike and for z, as one number an axis."""
+    return vector(pair[0], pair[0], pair[1])
+
+
+def fading(fade: Vector, period: Number) -> Vector:
+    """What is left of a disturbance after a sample."""
+    return by_axis(Vector(exp(-period * one) for one in fade))
+
+
+def flat(parts: tuple[Vector, ...]) -> Vector:
+    """The numbers of several vectors, one after the other."""
+    return Vector(entry for part in parts for entry in part)
