@@ -40,13 +40,15 @@ class Curve(NamedTuple):
 
 
 class Observer(NamedTuple):
-    """How a prediction takes up what was measured, and how what the laws do not explain lives on. Pairs: x and y alike, then z.
+    """How a prediction takes up what was measured, and how it goes on without. Pairs: x and y alike, then z.
 
     rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
-    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates and in
-    velocity; torque_fade, force_fade [1/s]: how they fade. trend: the same of a torque that stays. leak [1/s]: how the rates
-    return to rest, and spring [1/s^2]: how the vehicle returns to level; the commands of a vehicle under control answer to
-    disturbances that a prediction cannot see.
+    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s] and
+    in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that stays.
+
+    The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
+    part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to level (spring
+    [1/s^2]). With 1, 0, 0, 0 a prediction is the vehicle alone.
     """
 
     rates: Vector
@@ -57,8 +59,10 @@ class Observer(NamedTuple):
     trend: Vector
     force: Vector
     force_fade: Vector
+    authority: Vector
     leak: Vector
     spring: Number
+    delay: Number
 
 
 class Rows(NamedTuple):
@@ -181,7 +185,7 @@ class Predictor:
         """Correct the state by a row, up to the start; keep it, at a horizon."""
         row = p.first + clock.tick
         known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
-        state, unexplained = self.corrected(cycle, p, row, known)
+        state, unexplained = self.corrected(cycle, p, row, known, p.rows.measured.at(row - 1.0))
         since = clock.tick - p.history
         after = flat(self.shown(p, state))
         states = tuple(
@@ -194,7 +198,7 @@ class Predictor:
                 for now, kept in zip(unexplained, cycle.score.unexplained, strict=True)
             )
         )
-        wanted = self.told(p, row, 0.5 - p.curve.delay / clock.period)
+        wanted = self.told(p, row, 0.5 - (p.curve.delay + p.observer.delay) / clock.period)
         return Predicting(state, unexplained, wanted, Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
@@ -204,24 +208,33 @@ class Predictor:
         return state.position, state.velocity, attitude, rotation_matrix(turn) @ state.rates
 
     def corrected(
-        self, cycle: Predicting, p: PredictorParameters, row: Number, known: Number
+        self, cycle: Predicting, p: PredictorParameters, row: Number, known: Number, before: Number
     ) -> tuple[AirframeState, Unexplained]:
-        """State and unexplained forces after a row, where known is 1; as they are, where it is 0."""
-        state, before, gains = cycle.state, cycle.unexplained, p.observer
+        """State and unexplained forces after a row, where known is 1; as they are, where it is 0.
+
+        before: whether the row before was measured. Where it was not, the state is what was measured, and the difference from
+        it, which has gathered over several samples, says nothing of forces.
+        """
+        state, told, gains = cycle.state, cycle.unexplained, p.observer
         position, velocity, attitude, rates = self.measured(p, row)
         turning, moving = rates - state.rates, velocity - state.velocity
         turned = rotation_vector(multiply(conjugate(state.attitude), attitude))
         felt = rotation_matrix(state.attitude).T @ moving
+
+        def share(pair: Vector) -> Vector:
+            return known * by_axis(Vector(where(before > 0.0, one, 1.0) for one in pair))
+
+        learning = known * before
         state = state._replace(
             position=state.position + known * (position - state.position),
-            velocity=state.velocity + known * (by_axis(gains.velocity) * moving),
-            attitude=multiply(state.attitude, from_rotation_vector(known * (by_axis(gains.attitude) * turned))),
-            rates=state.rates + known * (by_axis(gains.rates) * turning),
+            velocity=state.velocity + share(gains.velocity) * moving,
+            attitude=multiply(state.attitude, from_rotation_vector(share(gains.attitude) * turned)),
+            rates=state.rates + share(gains.rates) * turning,
         )
         unexplained = Unexplained(
-            before.torque + known * (by_axis(gains.torque) * turning),
-            before.trend + known * (by_axis(gains.trend) * turning),
-            before.force + known * (by_axis(gains.force) * felt),
+            told.torque + learning * (by_axis(gains.torque) * turning),
+            told.trend + learning * (by_axis(gains.trend) * turning),
+            told.force + learning * (by_axis(gains.force) * felt),
         )
         return state, unexplained
 
@@ -238,7 +251,7 @@ class Predictor:
             change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
             rotation = rotation_matrix(state.attitude)
             up = rotation.rows[2]
-            turning = change.rates + push - by_axis(gains.leak) * state.rates + gains.spring * vector(-up[1], up[0], 0.0)
+            turning = by_axis(gains.authority) * change.rates + push - by_axis(gains.leak) * state.rates + gains.spring * vector(-up[1], up[0], 0.0)
             force: Vector = rotation @ unexplained.force
             return change._replace(rates=turning, velocity=change.velocity + force)
 
