@@ -16,8 +16,10 @@ from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.envelope import envelope
 from quadstep.commands.fly import fly
+from quadstep.commands.identify import identify
 from quadstep.commands.new import new
 from quadstep.commands.page import page
+from quadstep.commands.replay import replay
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
 from quadstep.commands.tune import tune
@@ -59,7 +61,7 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, certify, new, verify):
+    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, identify, replay, certify, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)

@@ -10,11 +10,11 @@ from quadstep.airframe.geometry import Effects
 from quadstep.analysis.statistics import student_quantile
 from quadstep.errors import UserError
 from quadstep.identify.averages import Told, balance, blocks, thrust_curve
-from quadstep.identify.parameters import ANSWERS, GAINS, VEHICLE, Free, leaves_of, numbers_of, placed, point_of, values_at
+from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, VEHICLE, Free, leaves_of, numbers_of, placed, point_of, values_at
 from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
 from quadstep.identify.search import Curvature, Prior, Weights, curvature, search
-from quadstep.identify.starts import Starts, laid_out, starts_at, usable
+from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import vector
@@ -26,7 +26,7 @@ SHORT_WEIGHTS = Weights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = Weights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
 """Of horizons, and of position, velocity, attitude, rates."""
 
-MOST_STARTS = 1200
+MOST_STARTS = 1000
 EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
 VAGUE = 1.0
 """Standard deviation of the logarithm of a number about which only its start value is known."""
@@ -47,6 +47,9 @@ EXPLAINED = {
     "centre_of_gravity": "mean torque over half a second",
 }
 
+GUIDED_START = {"leak": vector(8.0, 5.0), "spring": 50.0, "path": 5.0, "drift": 3.5}
+"""Where the search of an observer that knows setpoints begins."""
+
 Say = Callable[[str], None]
 
 
@@ -61,9 +64,12 @@ class Fitted(NamedTuple):
 
 
 class Identified(NamedTuple):
-    """Result of a fit. numbers: of the vehicle and the predictor. fitted: by key. kept: keys that stay, with the reason."""
+    """Result of a fit. numbers: of the vehicle, and of the predictor from commands alone. guided: the observer that knows
+    setpoints too, where the flights have them. fitted: by key. kept: keys that stay, with the reason.
+    """
 
     numbers: PredictorParameters
+    guided: Observer | None
     fitted: dict[str, Fitted]
     kept: dict[str, str]
 
@@ -77,10 +83,10 @@ def chosen_starts(flights: Sequence[FlightRecord], furthest: int, most: int) -> 
 
 def problem_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
-    free: Sequence[Free],
+    free: Sequence[Free], guided: bool = False,
 ) -> Problem:  # fmt: skip
     """Predictions of some flights. Raises UserError where none can be made."""
-    laid = laid_out(flights)
+    laid = laid_out(flights, guided)
     starts: Starts = starts_at(flights, laid, chosen_starts(flights, max(horizons), MOST_STARTS))
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
@@ -148,12 +154,13 @@ def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
 
 
 def identify(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, say: Say, start: PredictorParameters | None = None
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, say: Say, earlier: Identified | None = None
 ) -> Identified:
-    """Fit a vehicle to flights. start: the result of an earlier fit of the same, to go on from.
+    """Fit a vehicle to flights. earlier: the result of a fit of the same vehicle to some of them, to go on from.
 
     Raises UserError where the flights are too few.
     """
+    start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
     p = start or numbers_of(vehicle, laid_out(flights[:1]).rows)
     fresh = start is None
     p, told, why = from_averages(flights, vehicle, p)
@@ -176,25 +183,37 @@ def identify(
         point = search(short, point, SHORT_WEIGHTS, 5, prior)
     around = curvature(short, point, SHORT_WEIGHTS, prior)
     p = short.at(point)
-    fitted, kept = told_numbers(short, point, around, told, p)
+    fitted, kept = told_numbers(short, point, around, prior, told, p)
     kept.update(why)
     say("predictor")
-    answers = (*GAINS, *ANSWERS)
-    if start is not None:
-        p = p._replace(observer=start.observer)
-    long = problem_of(flights, vehicle, p, LONG, answers)
-    begun = p.observer if start is not None else p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6))
-    found = search(long, point_of(p._replace(observer=begun), answers), LONG_WEIGHTS, 14 if fresh else 4)
-    return Identified(long.at(found), fitted, kept)
+    begun = p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6)) if start is None else start.observer
+    p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 4)
+    guided = None
+    if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
+        say("predictor with setpoints")
+        begun = p.observer._replace(**GUIDED_START) if start_guided is None else start_guided
+        guided = predictor(
+            flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 4, True
+        ).observer
+    return Identified(p, guided, fitted, kept)
+
+
+def predictor(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], rounds: int,
+    guided: bool = False,
+) -> PredictorParameters:  # fmt: skip
+    """The numbers with an observer fitted to predictions of up to half a second or so."""
+    problem = problem_of(flights, vehicle, p, LONG, free, guided)
+    return problem.at(search(problem, point_of(p, free), LONG_WEIGHTS, rounds))
 
 
 def vehicle_alone(observer: Observer) -> Observer:
     """The observer without what answers to control: commands are believed."""
-    return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, delay=0.0)
+    return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
 def told_numbers(
-    problem: Problem, point: Floats, around: Curvature, told: dict[str, Told], p: PredictorParameters
+    problem: Problem, point: Floats, around: Curvature, prior: Prior, told: dict[str, Told], p: PredictorParameters
 ) -> tuple[dict[str, Fitted], dict[str, str]]:
     """Every number of the vehicle that the flights tell, with its interval; and those that they do not, with the reason.
 
@@ -208,7 +227,9 @@ def told_numbers(
     scores = np.array([around.gradients[names == name].sum(axis=0) for name in groups])
     inverse = np.linalg.pinv(around.hessian)
     count = len(groups)
-    spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
+    middle = scores.T @ scores * (count / max(count - 1, 1))
+    middle[prior.places, prior.places] += 1.0 / prior.deviation**2
+    spread = inverse @ middle @ inverse
     errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
     reach = student_quantile(0.975, max(count - 1, 1))
     fitted: dict[str, Fitted] = {}

@@ -83,10 +83,16 @@ ANSWERS = (
 )
 """How far a prediction believes commands that answer to what it cannot see."""
 
+GUIDANCE = (
+    Free("prediction.path", ("observer.path",), "1/s^2", False, 0.3),
+    Free("prediction.drift", ("observer.drift",), "1/s", False, 0.3),
+)
+"""And what it makes of setpoints."""
+
 USUAL_OBSERVER = Observer(
     rates=vector(0.8, 0.8), attitude=vector(0.5, 0.5), velocity=vector(0.8, 0.8), torque=vector(3.0, 1.0),
     torque_fade=vector(6.0, 6.0), trend=vector(0.1, 0.1), force=vector(1.0, 1.0), force_fade=vector(3.0, 3.0),
-    authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, delay=0.0,
+    authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0,
 )  # fmt: skip
 """Of a vehicle that has none of its own."""
 

@@ -17,11 +17,14 @@ from quadstep.airframe.plant import Airframe, derivative
 from quadstep.airframe.rigid_body import MassProperties, renormalised
 from quadstep.flight.closed_loop import Clock, Task
 from quadstep.flight.integrator import runge_kutta_4
-from quadstep.numbers import Number, Table, Vector, exp, log, matrix, maximum, vector, where
+from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, vector, where
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
 
 STILL = vector(0.0, 0.0, 0.0)
+STEEPEST = 0.5
+"""Tangent of the tilt that a setpoint may ask for."""
+
 STANDING = 1e-3
 """A command below this share counts as this much."""
 
@@ -47,8 +50,9 @@ class Observer(NamedTuple):
     in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that stays.
 
     The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
-    part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to level (spring
-    [1/s^2]). With 1, 0, 0, 0 a prediction is the vehicle alone.
+    part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to the tilt of an
+    acceleration (spring [1/s^2]): that of path [1/s^2] times the way to the logged setpoint less drift [1/s] times the velocity.
+    With 1, 0, 0, 0 a prediction is the vehicle alone.
     """
 
     rates: Vector
@@ -62,13 +66,15 @@ class Observer(NamedTuple):
     authority: Vector
     leak: Vector
     spring: Number
+    path: Number
+    drift: Number
     delay: Number
 
 
 class Rows(NamedTuple):
     """Rows of logs, one log after the other; each number a table.
 
-    motors: commands. measured: 1 where the state was measured, else 0.
+    motors: commands. measured, guided: 1 where the state was measured, or there is a setpoint, else 0.
     """
 
     motors: tuple[Table, ...]
@@ -78,6 +84,8 @@ class Rows(NamedTuple):
     attitude: tuple[Table, ...]
     rates: tuple[Table, ...]
     measured: Table
+    setpoint: tuple[Table, ...]
+    guided: Table
 
 
 class PredictorParameters(NamedTuple):
@@ -115,11 +123,12 @@ class Prediction(NamedTuple):
 
 
 class Predicting(NamedTuple):
-    """The cycle. wanted: rotor speeds [rad/s] of the step to come."""
+    """The cycle. wanted: rotor speeds [rad/s] of the step to come. goal: setpoint in x and y [m], and whether there is one."""
 
     state: AirframeState
     unexplained: Unexplained
     wanted: Vector
+    goal: Vector
     score: Prediction
 
 
@@ -154,7 +163,7 @@ class Predictor:
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
         none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
         kept = Vector([0.0 * p.first] * 13)
-        return Predicting(whole, none, speeds, Prediction((kept,) * len(self.horizons), none))
+        return Predicting(whole, none, speeds, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
 
     def measured(self, p: PredictorParameters, row: Number) -> tuple[Vector, Vector, Vector, Vector]:
         """Position, velocity, attitude and rates as measured in a row, in the rotors' axes."""
@@ -181,6 +190,10 @@ class Predictor:
             found.append(p.curve.speed * exp(p.curve.exponent * log(maximum(command, STANDING)) + shift))
         return Vector(found)
 
+    def goal(self, p: PredictorParameters, row: Number) -> Vector:
+        """Where the vehicle was told to be in a row, in x and y [m], and whether it was."""
+        return vector(p.rows.setpoint[0].at(row), p.rows.setpoint[1].at(row), p.rows.guided.at(row))
+
     def row_taken(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> tuple[Predicting, Number]:
         """Correct the state by a row, up to the start; keep it, at a horizon."""
         row = p.first + clock.tick
@@ -199,7 +212,7 @@ class Predictor:
             )
         )
         wanted = self.told(p, row, 0.5 - (p.curve.delay + p.observer.delay) / clock.period)
-        return Predicting(state, unexplained, wanted, Prediction(states, at_start)), 0.0
+        return Predicting(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
         """Position, velocity, attitude and rates in the axes that are measured."""
@@ -250,7 +263,7 @@ class Predictor:
         def rate(state: AirframeState) -> AirframeState:
             change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
             rotation = rotation_matrix(state.attitude)
-            up = rotation.rows[2]
+            up = rotation.T @ leaning(state, cycle.goal, gains, airframe.gravity)
             turning = by_axis(gains.authority) * change.rates + push - by_axis(gains.leak) * state.rates + gains.spring * vector(-up[1], up[0], 0.0)
             force: Vector = rotation @ unexplained.force
             return change._replace(rates=turning, velocity=change.velocity + force)
@@ -263,6 +276,15 @@ class Predictor:
             force_kept * unexplained.force,
         )
         return cycle._replace(state=state, unexplained=after)
+
+
+def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
+    """World vector that the vehicle's thrust returns to: up, tilted towards the setpoint and against the velocity."""
+    pulls = [
+        goal[2] * gains.path * (goal[axis] - state.position[axis]) - gains.drift * state.velocity[axis] for axis in (0, 1)
+    ]
+    x, y = (clip(pull * (1.0 / gravity), -STEEPEST, STEEPEST) for pull in pulls)
+    return vector(x, y, 1.0)
 
 
 def by_axis(pair: Vector) -> Vector:

@@ -10,7 +10,7 @@ from quadstep.identify.predictor import Rows
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.numbers import Table
 
-HISTORY = 100
+HISTORY = 50
 """Rows before a start that a prediction follows, where there are as many without a gap."""
 
 
@@ -30,8 +30,11 @@ class Laid(NamedTuple):
     offsets: NDArray[np.int64]
 
 
-def laid_out(flights: Sequence[FlightRecord]) -> Laid:
-    """The tables of some flights, filled up to a power of two so that few programs serve all lengths."""
+def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
+    """The tables of some flights, filled up to a power of two so that few programs serve all lengths.
+
+    guided: whether predictions may look at setpoints.
+    """
     lengths = [flight.rows for flight in flights]
     offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
     total = 1 << max(10, int(sum(lengths) - 1).bit_length())
@@ -52,6 +55,8 @@ def laid_out(flights: Sequence[FlightRecord]) -> Laid:
         attitude=tables("attitude"),
         rates=tables("rates"),
         measured=table(np.concatenate([flight.measured.astype(float) for flight in flights])),
+        setpoint=tuple(table(column) for column in np.concatenate([setpoint_of(flight)[:, :2] for flight in flights]).T),
+        guided=table(np.concatenate([float(guided) * setpoint_of(flight)[:, 3] for flight in flights])),
     )
     return Laid(rows, offsets)
 
@@ -59,6 +64,13 @@ def laid_out(flights: Sequence[FlightRecord]) -> Laid:
 def filled(flight: FlightRecord, values: Floats) -> Floats:
     """A channel with harmless numbers where the state was not measured."""
     return np.where(flight.measured[:, None], values, 0.0)
+
+
+def setpoint_of(flight: FlightRecord) -> Floats:
+    """(n, 4): the setpoint [m], and 1 where the vehicle flies and had one, else 0. Where all three are 0 none was sent."""
+    goal = flight.channel("setpoint")
+    given = np.isfinite(goal).all(axis=1) & (goal != 0.0).any(axis=1)
+    return np.column_stack([np.where(given[:, None], goal, 0.0), given.astype(float)])
 
 
 def voltage_of(flight: FlightRecord) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, mean
+from quadstep.errors import UserError
 from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged, norms, zero_rate
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.predictor import Predictor, PredictorParameters
@@ -41,10 +42,10 @@ class Compared(NamedTuple):
 
 def predicted(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
-    horizons: tuple[int, ...] = HORIZONS,
+    horizons: tuple[int, ...] = HORIZONS, guided: bool = False,
 ) -> tuple[Starts, list[States]]:  # fmt: skip
     """Predictions from these rows of each flight, at each horizon."""
-    laid = laid_out(flights)
+    laid = laid_out(flights, guided)
     starts = starts_at(flights, laid, rows)
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
     batch = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
@@ -52,14 +53,18 @@ def predicted(
     return starts, [as_states(one) for one in states[0]]
 
 
-def compare(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters) -> Compared:
-    """Predictions from everywhere in some flights against what was measured."""
+def compare(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False
+) -> Compared:
+    """Predictions from everywhere in some flights against what was measured. guided: whether they may look at setpoints."""
     rows = [usable(flight, max(HORIZONS)) for flight in flights]
     stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
     rows = [one[::stride] for one in rows]
     kept = [i for i, one in enumerate(rows) if len(one)]
+    if not kept:
+        raise UserError(f"{', '.join(flight.name for flight in flights)}: no second of measured flight without a gap")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
-    starts, states = predicted(flights, vehicle, p, rows)
+    starts, states = predicted(flights, vehicle, p, rows, guided=guided)
     period, now = flights[0].period, logged(flights, starts, 0)
     shape = (len(HORIZONS), len(GROUPS), len(flights))
     found = [np.empty(shape) for _ in range(3)]

@@ -189,13 +189,15 @@ class PredictionSection(Section):
     force_fade: Annotated[Pair, Quantity("1/s", "how it fades")]
     authority: Annotated[Pair, Quantity("", "share of the commanded torque that is believed")] = (1.0, 1.0)
     leak: Annotated[Pair, Quantity("1/s", "return of the rates to rest")] = (0.0, 0.0)
-    spring: Annotated[Finite, Quantity("1/s^2", "return to level")] = 0.0
+    spring: Annotated[Finite, Quantity("1/s^2", "return to the tilt that the setpoint asks for")] = 0.0
+    path: Annotated[Finite, Quantity("1/s^2", "acceleration wanted a metre from the setpoint")] = 0.0
+    drift: Annotated[Finite, Quantity("1/s", "acceleration wanted against the velocity")] = 0.0
     delay: Annotated[NonNegative, Quantity("s", "of the commands, beside that of the rotors")] = 0.0
 
     def build(self) -> Observer:
         """The observer as numbers."""
         pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
-        return Observer(**pairs, spring=self.spring, delay=self.delay)
+        return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
 
 
 class BuiltAirframe(NamedTuple):
@@ -242,6 +244,7 @@ class AirframeSection(Section):
     command: CommandSection | None = None
     imu: ImuSection | None = None
     prediction: PredictionSection | None = None
+    guided_prediction: PredictionSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
     effects: EffectsSection = EffectsSection()
     sources: dict[str, str] = Field(default_factory=dict)
