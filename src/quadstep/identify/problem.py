@@ -10,7 +10,7 @@ from quadstep.flight.sweep import Sweep, places
 from quadstep.identify.errors import States, constant, differences, logged
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
 from quadstep.identify.predictor import Predictor, PredictorParameters
-from quadstep.identify.starts import HISTORY, Laid, Starts
+from quadstep.identify.starts import Laid, Starts
 from quadstep.logs.flight import FlightRecord, Floats
 
 
@@ -22,7 +22,7 @@ class Batch:
     ) -> None:
         self.loop, self.starts, self.parameters, self.free = loop, starts, parameters, free
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
-        ticks = Ticks(period, (1,), 10**9, HISTORY + max(loop.horizons))
+        ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: Any = ()
         where = places(start, parameters, [PREFIX + name for name in names])
         self.sweep = Sweep(loop, ticks, start, parameters, where, double=True)

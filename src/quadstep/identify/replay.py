@@ -13,7 +13,7 @@ from quadstep.errors import UserError
 from quadstep.identify.errors import HORIZONS
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import PredictorParameters
-from quadstep.identify.starts import laid_out, setpoint_of
+from quadstep.identify.starts import MASKED_HISTORY, laid_out, setpoint_of
 from quadstep.identify.table import predicted
 from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection
@@ -87,7 +87,7 @@ def predictions(
         if not len(rows):
             result[name] = {key: [] for key in "pvqw"}
             continue
-        _, states = predicted([flight], vehicle, p, [rows], guided=guided)
+        _, states = predicted([flight], vehicle, p, [rows], guided=guided, longest=MASKED_HISTORY)
         stacked = {
             "p": [state.position for state in states],
             "v": [state.velocity for state in states],

@@ -13,6 +13,9 @@ from quadstep.numbers import Table
 HISTORY = 50
 """Rows before a start that a prediction follows, where there are as many without a gap."""
 
+MASKED_HISTORY = 250
+"""The same where some of them may not have been measured."""
+
 
 class Starts(NamedTuple):
     """Predictions: flight (its index), row (in that flight), and the global rows `first` and count `history`; each (n,)."""
@@ -96,11 +99,15 @@ def usable(flight: FlightRecord, furthest: int, stride: int = 1) -> NDArray[np.i
     return found[::stride]
 
 
-def starts_at(flights: Sequence[FlightRecord], laid: Laid, rows: Sequence[NDArray[np.int64]]) -> Starts:
-    """Predictions from these rows of each flight. A start's history is cut at the last gap and begins at a measured row."""
+def starts_at(
+    flights: Sequence[FlightRecord], laid: Laid, rows: Sequence[NDArray[np.int64]], longest: int = HISTORY
+) -> Starts:
+    """Predictions from these rows of each flight, each with up to `longest` rows of history, which is cut at the last gap and
+    begins at a measured row.
+    """
     parts = []
     for number, (flight, chosen) in enumerate(zip(flights, rows, strict=True)):
-        history = np.minimum(np.minimum(flight.runs()[chosen], HISTORY), chosen)
+        history = np.minimum(np.minimum(flight.runs()[chosen], longest), chosen)
         known = np.flatnonzero(flight.measured)
         first = known[np.minimum(np.searchsorted(known, chosen - history), len(known) - 1)]
         first = np.minimum(first, chosen)

@@ -12,7 +12,7 @@ from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged,
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Batch, as_states
-from quadstep.identify.starts import Starts, laid_out, starts_at, usable
+from quadstep.identify.starts import HISTORY, Starts, laid_out, starts_at, usable
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 
@@ -42,11 +42,11 @@ class Compared(NamedTuple):
 
 def predicted(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
-    horizons: tuple[int, ...] = HORIZONS, guided: bool = False,
+    horizons: tuple[int, ...] = HORIZONS, guided: bool = False, longest: int = HISTORY,
 ) -> tuple[Starts, list[States]]:  # fmt: skip
     """Predictions from these rows of each flight, at each horizon."""
     laid = laid_out(flights, guided)
-    starts = starts_at(flights, laid, rows)
+    starts = starts_at(flights, laid, rows, longest)
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
     batch = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
     states, _ = batch.run([np.zeros(0)])
