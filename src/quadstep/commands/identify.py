@@ -14,12 +14,17 @@ from quadstep.terminal.tables import show_table
 
 def identify(
     logs: LogsArgument,
-    vehicle: Annotated[str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).", show_default=False)],
+    vehicle: Annotated[
+        str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).", show_default=False)
+    ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
     mass: Annotated[
         float | None, typer.Option(metavar="KG", help="Mass, where it is not that of --vehicle.", show_default=False)
     ] = None,
     mapping: MappingOption = None,
+    trust: Annotated[
+        bool, typer.Option("--trust-mapping", help="Fit also where a log contradicts its mapping; the lines are printed.")
+    ] = False,
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
     ] = True,
@@ -31,6 +36,7 @@ def identify(
     from quadstep.atomic import write_beside
     from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
+    from quadstep.logs.judge import judge, refuse
     from quadstep.logs.read import read_log
 
     if out.suffix != ".toml":
@@ -44,6 +50,13 @@ def identify(
     if mass:
         section = section.model_copy(update={"mass": mass})
     flights = [read_log(log, mapping) for log in logs]
+    findings = [(flight, judge(flight, section.geometry())) for flight in flights]
+    for flight, found in findings:
+        for one in found:
+            say(f"{flight.name}: {one.text}")
+    if not trust:
+        for flight, found in findings:
+            refuse(flight, found)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"))
     write_beside(out, as_toml(result.vehicle))
     rows = []

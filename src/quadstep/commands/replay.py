@@ -7,7 +7,7 @@ import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
 from quadstep.errors import UserError
-from quadstep.terminal.screen import say
+from quadstep.terminal.screen import complain, say
 
 
 def replay(
@@ -32,6 +32,7 @@ def replay(
     from quadstep.identify.replay import as_json, read_starts, ready
     from quadstep.identify.replay import predictions as predicted
     from quadstep.identify.table import compare
+    from quadstep.logs.judge import judge
     from quadstep.logs.read import read_log
 
     if (starts is None) != (predictions is None):
@@ -39,6 +40,10 @@ def replay(
     check_names(logs)
     section = vehicle_of(vehicle)
     flights = [read_log(log, mapping) for log in logs]
+    for flight in flights:
+        for one in judge(flight, section.geometry()):
+            if one.wrong:
+                complain(f"warning: {flight.name}: {one.text}")
     numbers, guided = ready(flights, section, commands_only)
     if starts and predictions:
         rows = read_starts(starts, flights)

@@ -10,7 +10,18 @@ from quadstep.airframe.geometry import Effects
 from quadstep.analysis.statistics import student_quantile
 from quadstep.errors import UserError
 from quadstep.identify.averages import Told, balance, blocks, thrust_curve
-from quadstep.identify.parameters import ANSWERS, GAINS, GUIDANCE, VEHICLE, Free, leaves_of, numbers_of, placed, point_of, values_at
+from quadstep.identify.parameters import (
+    ANSWERS,
+    GAINS,
+    GUIDANCE,
+    VEHICLE,
+    Free,
+    leaves_of,
+    numbers_of,
+    placed,
+    point_of,
+    values_at,
+)
 from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
 from quadstep.identify.search import Curvature, Prior, Weights, curvature, search

@@ -264,7 +264,12 @@ class Predictor:
             change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
             rotation = rotation_matrix(state.attitude)
             up = rotation.T @ leaning(state, cycle.goal, gains, airframe.gravity)
-            turning = by_axis(gains.authority) * change.rates + push - by_axis(gains.leak) * state.rates + gains.spring * vector(-up[1], up[0], 0.0)
+            turning = (
+                by_axis(gains.authority) * change.rates
+                + push
+                - by_axis(gains.leak) * state.rates
+                + gains.spring * vector(-up[1], up[0], 0.0)
+            )
             force: Vector = rotation @ unexplained.force
             return change._replace(rates=turning, velocity=change.velocity + force)
 

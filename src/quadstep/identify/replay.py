@@ -32,7 +32,9 @@ def ready(
             raise UserError(f"{flight.name}: {flight.motors.shape[1]} motors in the log, the vehicle has {rotors} rotors")
         missing = [name for name in ("position", "velocity", "attitude", "rates") if name not in flight.channels]
         if missing:
-            raise UserError(f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction starts from the whole state")
+            raise UserError(
+                f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction starts from the whole state"
+            )
         if abs(flight.period - flights[0].period) > 0.02 * flights[0].period:
             raise UserError(
                 f"{flight.name}: a row every {flight.period:g} s, but {flights[0].name} has one every {flights[0].period:g} s"
@@ -68,7 +70,9 @@ def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArra
             raise UserError(f"{path}: {name}: row {wrong[0]}, but the log has rows 0 to {flight.rows - 1}")
         unmeasured = [row for row in rows if not flight.measured[row]]
         if unmeasured:
-            raise UserError(f"{path}: {name}: row {unmeasured[0]}: the state was not measured there, so nothing starts from it")
+            raise UserError(
+                f"{path}: {name}: row {unmeasured[0]}: the state was not measured there, so nothing starts from it"
+            )
         found[name] = np.array(rows, dtype=np.int64)
     if not found:
         raise UserError(f"{path}: names none of the flights {', '.join(known)}")

@@ -90,7 +90,9 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
     result["rotor.thrust_coefficient"] = "stays: rotor speeds were not logged; flights tell k_f times the speed squared. " + (
         vehicle.sources.get("rotor.thrust_coefficient", "")
     )
-    result["inertia"] += f"; z: in proportion to x and y (times {stretch:.3g}), as yaw tells only its ratio to the rotors' torque"
+    result["inertia"] += (
+        f"; z: in proportion to x and y (times {stretch:.3g}), as yaw tells only its ratio to the rotors' torque"
+    )
     result["command.nominal_voltage"] = "stays: where command.speed holds"
     result["prediction"] = "fitted with predictions of up to 50 samples from commands alone"
     result["guided_prediction"] = "fitted with predictions of up to 50 samples that know the setpoints"

@@ -73,7 +73,9 @@ def check_time(path: Path, time: Floats, column: str) -> float:
     if not period > 0.0:
         raise UserError(f"{path}: column {column}: most rows repeat the time of the row before")
     if not 1e-4 <= period <= 0.1:
-        raise UserError(f"{path}: column {column}: {period:g} s from row to row; a log needs 0.0001 to 0.1 s (is the unit right?)")
+        raise UserError(
+            f"{path}: column {column}: {period:g} s from row to row; a log needs 0.0001 to 0.1 s (is the unit right?)"
+        )
     return period
 
 
