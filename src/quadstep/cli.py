@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from quadstep import __version__
-from quadstep.commands import study
+from quadstep.commands import study, vehicle
 from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.envelope import envelope
@@ -67,6 +67,10 @@ def built() -> typer.Typer:
     studies.command()(study.completion)
     studies.command()(study.vehicles)
     app.add_typer(studies, name="study")
+    making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
+    making.callback()(lambda: None)
+    making.command()(vehicle.fit)
+    app.add_typer(making, name="vehicle")
     return app
 
 

@@ -111,7 +111,10 @@ def as_toml(vehicle: AirframeSection) -> str:
     units = {key: quantity.unit for key, _, quantity in numbers(vehicle)}
     content = vehicle.model_dump(exclude_none=True, exclude_defaults=False)
     lines = [f"{key} = {literal(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
-    lines += ["", "rotors = [", *(f"  {literal(mount)}," for mount in content["rotors"]), "]"]
+    if vehicle.rotors:
+        lines += ["", "rotors = [", *(f"  {literal(mount)}," for mount in content["rotors"]), "]"]
+    else:
+        lines += ["", *(f"{key} = {literal(content[key])}{note(units, key)}" for key in ("layout", "arm"))]
     if "ground" in content:
         lines += ["", f"ground = {literal(content['ground'])}{note(units, 'ground')}"]
     for table in ("rotor", "drag", "battery", "command", "imu", "prediction", "guided_prediction", "effects"):
