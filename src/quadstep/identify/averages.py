@@ -35,17 +35,18 @@ class Told(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Averages over blocks. flight (n,): index. lift (n,): specific force along the mean thrust axis [m/s^2]. commands
-    (n, samples, rotors), voltage (n,). force (n, 3): specific force in body axes [m/s^2], velocity (n, 3): likewise [m/s].
-    turning (n, 3): mean angular acceleration [rad/s^2].
+    """Half seconds of flight, n of them, with their samples. flight (n,): index. gain (n, 3): mean acceleration less gravity,
+    world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors), volts (n,). velocity (n,
+    samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration [rad/s^2].
     """
 
     flight: Floats
-    lift: Floats
+    gain: Floats
+    axes: Floats
     commands: Floats
-    voltage: Floats
-    force: Floats
+    volts: Floats
     velocity: Floats
+    rates: Floats
     turning: Floats
 
 
@@ -60,29 +61,39 @@ def matrices(attitude: Floats) -> Floats:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def blocks(flights: Sequence[FlightRecord], late: float, gravity: float) -> Block | None:
-    """Averages of all flights, commands `late` [s] before; None where there are too few."""
+def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
+    """The commands as the rotors follow them, `delay` [s] later and with a lag of first order [s], shape (n, rotors)."""
+    index, shift = np.arange(flight.rows, dtype=float), delay / flight.period
+    found = np.stack([np.interp(index - shift, index, column) for column in flight.motors.T], axis=1)
+    share = 1.0 - math.exp(-flight.period / max(lag, 1e-4))
+    result = found.copy()
+    for row in range(1, flight.rows):
+        result[row] = result[row - 1] + share * (0.5 * (found[row - 1] + found[row]) - result[row - 1])
+    return result
+
+
+def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> Block | None:
+    """Averages of all flights, whose rotors follow their commands so; None where there are too few."""
     found: list[tuple[Floats, ...]] = []
     for number, flight in enumerate(flights):
-        count, shift = max(2, round(BLOCK / flight.period)), late / flight.period
+        count = max(2, round(BLOCK / flight.period))
         good, runs = flight.flying & flight.measured, flight.runs()
-        before = math.ceil(shift) + 1
-        index = np.arange(flight.rows, dtype=float)
-        motors = np.stack([np.interp(index - shift, index, column) for column in flight.motors.T], axis=1)
+        before = math.ceil((delay + 4.0 * lag) / flight.period) + 1
+        motors = followed(flight, delay, lag)
         turn, speed = matrices(flight.channel("attitude")), flight.channel("velocity")
         rates, volts = flight.channel("rates"), voltage_of(flight)
         for first in range(before, flight.rows - count - 1, count):
             last = first + count
             if not good[first : last + 1].all() or runs[last] < count + before:
                 continue
-            part = slice(first, last + 1)
             gain = (speed[last] - speed[first]) / (count * flight.period) + np.array([0.0, 0.0, gravity])
-            axes = turn[part].mean(axis=0)
-            up = axes[:, 2] / np.linalg.norm(axes[:, 2])
-            body = np.einsum("nij,ni->nj", turn[part], speed[part]).mean(axis=0)
+            inner = slice(first, last)
+            middles = 0.5 * (turn[first:last] + turn[first + 1 : last + 1])
+            body = np.einsum("nij,ni->nj", middles, 0.5 * (speed[first:last] + speed[first + 1 : last + 1]))
             twist = (rates[last] - rates[first]) / (count * flight.period)
-            middle = volts[part].mean()
-            found.append((np.array(number), gain @ up, motors[first:last], middle, axes.T @ gain, body, twist))
+            volt = volts[first : last + 1].mean()
+            told = 0.5 * (motors[first:last] + motors[first + 1 : last + 1])
+            found.append((np.array(number), gain, middles, told, volt, body, rates[inner], twist))
     if len(found) < FEWEST:
         return None
     return Block(*(np.array(column) for column in zip(*found, strict=True)))
@@ -106,21 +117,30 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     return solution, np.sqrt(np.diag(spread)), count
 
 
-def thrust_curve(block: Block, p: PredictorParameters, speeds: bool) -> tuple[dict[str, Told], dict[str, str]]:
-    """Speed at the full command, and the exponents of command and voltage; what cannot be told, with the reason.
+def hubs(block: Block, geometry: Geometry) -> Floats:
+    """Velocity of every rotor's hub in body axes [m/s], shape (n, samples, rotors, 3)."""
+    places = np.array([mount.position for mount in geometry.mounts])
+    return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
 
-    Thrust differs from flight to flight by more than it does within one, so the exponents come from within flights.
+
+def forces(
+    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool
+) -> tuple[dict[str, Told], dict[str, str]]:
+    """Thrust curve, tilt and drag from mean forces, all at once; what cannot be told, with the reason.
+
+    m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub, w =
+    speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed of its
+    own, and the exponents come from within flights.
     """
-    known: dict[str, Told] = {}
-    why: dict[str, str] = {}
-    factor = p.airframe.rotor.thrust / p.airframe.mass
     commands = np.maximum(block.commands, 1e-3)
-    volts = np.log(block.voltage / p.curve.nominal)
+    logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
     flight = np.unique(block.flight, return_inverse=True)[1]
-    middle = np.log(commands).mean(axis=(1, 2))
+    count = int(flight.max()) + 1
+    factor = float(p.airframe.rotor.thrust / p.airframe.mass)
+    why: dict[str, str] = {}
     free = []
-    for name, values in (("exponent", middle), ("voltage_exponent", volts)):
-        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in np.unique(flight)])))
+    for name, values in (("exponent", logs.mean(axis=(1, 2))), ("voltage_exponent", volts)):
+        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in range(count)])))
         if speeds:
             why[f"command.{name}"] = "rotor speeds were logged, no commands"
         elif spread < LEAST_SPREAD:
@@ -128,65 +148,69 @@ def thrust_curve(block: Block, p: PredictorParameters, speeds: bool) -> tuple[di
             why[f"command.{name}"] = f"the {what} varies by {100 * spread:.2g} % only within a flight"
         else:
             free.append(name)
-    a, b = (1.0, 0.0) if speeds else (p.curve.exponent, p.curve.voltage_exponent)
-    groups = np.eye(flight.max() + 1)[flight]
-    for _ in range(8):
-        powers = commands ** (2.0 * a)
-        lift = powers.mean(axis=1).sum(axis=1)
-        slope = 2.0 * (powers * np.log(commands)).mean(axis=1).sum(axis=1) / lift
-        rest = np.log(block.lift / (factor * lift)) - 2.0 * b * volts
-        columns = {"exponent": slope, "voltage_exponent": 2.0 * volts}
-        within = np.column_stack([groups, *(columns[name] for name in free)])
-        solution, errors, count = least_squares(within, rest, clusters_of(block))
-        steps = dict(zip(free, solution[groups.shape[1] :], strict=True))
-        a, b = a + steps.get("exponent", 0.0), b + steps.get("voltage_exponent", 0.0)
-        a, b = min(max(a, 0.3), 2.0), min(max(b, 0.0), 3.0)
-    for name, error in zip(free, errors[groups.shape[1] :], strict=True):
-        known[f"command.{name}"] = Told(a if name == "exponent" else b, float(error), count)
-    powers = (commands ** (2.0 * a)).mean(axis=1).sum(axis=1)
-    level = 0.5 * (np.log(block.lift / (factor * powers)) - 2.0 * b * volts)
-    means = np.array([level[flight == i].mean() for i in np.unique(flight)])
-    if len(means) >= 6:
-        speed, error, count = float(means.mean()), float(means.std(ddof=1) / math.sqrt(len(means))), len(means)
-    else:
-        solution, errors, count = least_squares(np.ones((len(level), 1)), level, clusters_of(block))
-        speed, error = float(solution[0]), float(errors[0])
-    known["command.speed"] = Told(math.exp(speed), math.exp(speed) * error, count)
+    a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
+    levels = np.full(count, math.log(p.curve.speed))
+    tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
+    air = hubs(block, geometry)
+    for _ in range(10):
+        turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[:, None, None])
+        thrusts, flow = factor * turning**2, (turning[..., None] * air).sum(axis=2) / float(p.airframe.mass)
+        level = block.axes * flow[:, :, None, :]
+        thrust = thrusts.sum(axis=2)
+        leaning = block.axes @ np.array([tilt[1], -tilt[0], 1.0])
+        lifted = (thrust[..., None] * leaning).mean(axis=1)
+        by_command = (2.0 * (thrusts * logs).sum(axis=2)[..., None] * leaning).mean(axis=1)
+        flat = (level[..., 0] + level[..., 1]).mean(axis=1)
+        axial = level[..., 2].mean(axis=1)
+        columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
+        columns += [{"exponent": by_command, "voltage_exponent": 2.0 * volts[:, None] * lifted}[name] for name in free]
+        columns += [-(thrust[..., None] * block.axes[..., 1]).mean(axis=1), (thrust[..., None] * block.axes[..., 0]).mean(axis=1)]
+        columns += [-flat, -axial]
+        rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
+        matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
+        step, errors, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
+        levels = levels + step[:count]
+        named = dict(zip([*free, "x", "y", "flat", "axial"], step[count:], strict=True))
+        a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
+        tilt, drag = tilt + [named["x"], named["y"]], drag + [named["flat"], named["axial"]]
+    error = dict(zip([*free, "x", "y", "flat", "axial"], errors[count:], strict=True))
+    known = {f"command.{name}": Told(a if name == "exponent" else b, float(error[name]), clusters) for name in free}
+    middle = float(levels.mean())
+    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
+    own = float(np.sqrt((errors[:count] ** 2).mean() / count))
+    known["command.speed"] = Told(math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count)
+    known["imu.tilt[0]"] = Told(float(tilt[0]), float(error["x"]), clusters)
+    known["imu.tilt[1]"] = Told(float(tilt[1]), float(error["y"]), clusters)
+    known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
+    known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), float(error["axial"]), clusters)
     return known, why
 
 
-def balance(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:
-    """Tilt, centre of gravity, drag in the disc and flapping, from mean forces and torques with a known thrust curve."""
+def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:
+    """Centre of gravity and flapping from mean torques, with a known thrust curve.
+
+    The inertia is found too, and not used: predictions tell it better. I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W v_x,
+    both less what turns the body.
+    """
     airframe, curve = p.airframe, p.curve
-    shift = (block.voltage / curve.nominal) ** curve.voltage_exponent
+    shift = (block.volts / curve.nominal) ** curve.voltage_exponent
     speeds = curve.speed * np.maximum(block.commands, 1e-3) ** curve.exponent * shift[:, None, None]
     thrusts = airframe.rotor.thrust * (speeds**2).mean(axis=1)
-    turning = speeds.mean(axis=1).sum(axis=1)
+    flow = (speeds[..., None] * hubs(block, geometry)).sum(axis=2).mean(axis=1)
     rows = np.array([list(row) for row in mixing(geometry, airframe.rotor.torque / airframe.rotor.thrust)])
     thrust, roll, pitch, _ = rows @ thrusts.T
+    inertia = np.array([float(one) for one in airframe.inertia])
+    coupling = np.cross(block.rates, block.rates * inertia).mean(axis=1)
+    nothing = np.zeros(len(thrust))
+    about_x = np.stack([thrust, nothing, -flow[:, 1], block.turning[:, 0], nothing], axis=1)
+    about_y = np.stack([nothing, -thrust, flow[:, 0], nothing, block.turning[:, 1]], axis=1)
+    wanted = [torque - coupling[:, i] for i, torque in ((0, roll), (1, pitch))]
     together = clusters_of(block)
-    found: dict[str, Told] = {}
-    # in measured axes the thrust leans by the tilt: R(tilt) e_z = (tilt_y, -tilt_x, 1)
-    drags = []
-    for axis, name, sign in ((0, "imu.tilt[1]", 1.0), (1, "imu.tilt[0]", -1.0)):
-        matrix = np.column_stack([sign * thrust / airframe.mass, -turning * block.velocity[:, axis] / airframe.mass])
-        solution, errors, count = least_squares(matrix, block.force[:, axis], together)
-        found[name] = Told(float(solution[0]), float(errors[0]), count)
-        drags.append((float(solution[1]), float(errors[1]), count))
-    best = [1.0 / error**2 for _, error, _ in drags]
-    value = sum(w * d[0] for w, d in zip(best, drags, strict=True)) / sum(best)
-    found["drag.rotor[0]"] = Told(max(value, 1e-12), 1.0 / math.sqrt(sum(best)), drags[0][2])
-    # I alpha = torque - c x thrust + flapping: torque_x = c_y T - k w v_y + I alpha, torque_y = -c_x T + k w v_x + I alpha
-    flaps = []
-    for axis, torque, name, lean, flow in (
-        (0, roll, "centre_of_gravity[1]", thrust, -turning * block.velocity[:, 1]),
-        (1, pitch, "centre_of_gravity[0]", -thrust, turning * block.velocity[:, 0]),
-    ):
-        wanted = torque - airframe.inertia[axis] * block.turning[:, axis]
-        solution, errors, count = least_squares(np.column_stack([lean, flow]), wanted, together)
-        found[name] = Told(float(solution[0]), float(errors[0]), count)
-        flaps.append((float(solution[1]), float(errors[1]), count))
-    best = [1.0 / error**2 for _, error, _ in flaps]
-    value = sum(w * d[0] for w, d in zip(best, flaps, strict=True)) / sum(best)
-    found["drag.flapping"] = Told(value, 1.0 / math.sqrt(sum(best)), flaps[0][2])
-    return found
+    solution, errors, count = least_squares(
+        np.concatenate([about_x, about_y]), np.concatenate(wanted), np.concatenate([together, together])
+    )
+    return {
+        "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count),
+        "centre_of_gravity[0]": Told(float(solution[1]), float(errors[1]), count),
+        "drag.flapping": Told(float(solution[2]), float(errors[2]), count),
+    }

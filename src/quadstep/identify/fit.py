@@ -9,7 +9,7 @@ import numpy as np
 from quadstep.airframe.geometry import Effects
 from quadstep.analysis.statistics import student_quantile
 from quadstep.errors import UserError
-from quadstep.identify.averages import Told, balance, blocks, thrust_curve
+from quadstep.identify.averages import Told, blocks, forces, torques
 from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
@@ -49,6 +49,9 @@ FROM_AVERAGES = {
     "command.speed": "curve.speed", "command.exponent": "curve.exponent", "command.voltage_exponent": "curve.voltage_exponent",
     "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
 }  # fmt: skip
+SURE = ("drag.rotor[0]",)
+"""What averages tell so well that predictions only refine it; axial drag and flapping suffer there from small errors in lag."""
+
 DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 EXPLAINED = {
     "command.speed": "mean thrust over half a second",
@@ -110,13 +113,12 @@ def from_averages(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
 ) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
     """Numbers that averages tell, put into p; and why the others stay."""
-    late = float(p.curve.delay) + float(p.airframe.rotor.rise)
-    block = blocks(flights, late, float(p.airframe.gravity))
+    block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
         return p, {}, dict.fromkeys(FROM_AVERAGES, "too little flight without a gap")
-    known, why = thrust_curve(block, p, flights[0].speeds)
-    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items()})
-    more = balance(block, p, vehicle.geometry())
+    known, why = forces(block, p, vehicle.geometry(), flights[0].speeds)
+    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
+    more = torques(block, p, vehicle.geometry())
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
     return p, {**known, **more}, why
 
@@ -135,7 +137,7 @@ def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) 
         if one.key.startswith("prediction.") or not one.logarithmic:
             continue
         places.append(place)
-        known = told.get(one.key)
+        known = told.get(one.key) if one.key in SURE else None
         if known and known.value > 0.0 and known.error < known.value:
             centres.append(math.log(known.value))
             deviations.append(max(known.error / known.value, 1e-3))
@@ -165,9 +167,14 @@ def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
 
 
 def identify(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, say: Say, earlier: Identified | None = None
+    flights: Sequence[FlightRecord],
+    vehicle: AirframeSection,
+    say: Say,
+    earlier: Identified | None = None,
+    predictors: bool = True,
 ) -> Identified:
-    """Fit a vehicle to flights. earlier: the result of a fit of the same vehicle to some of them, to go on from.
+    """Fit a vehicle to flights. earlier: the result of a fit of the same vehicle to some of them, to go on from. predictors:
+    whether to fit them too.
 
     Raises UserError where the flights are too few.
     """
@@ -196,6 +203,8 @@ def identify(
     p = short.at(point)
     fitted, kept = told_numbers(short, point, around, prior, told, p)
     kept.update(why)
+    if not predictors:
+        return Identified(p, None, fitted, kept)
     say("predictor")
     begun = p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6)) if start is None else start.observer
     p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 4)

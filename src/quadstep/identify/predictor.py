@@ -17,7 +17,7 @@ from quadstep.airframe.plant import Airframe, derivative
 from quadstep.airframe.rigid_body import MassProperties, renormalised
 from quadstep.flight.closed_loop import Clock, Task
 from quadstep.flight.integrator import runge_kutta_4
-from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, vector, where
+from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
 from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
 
@@ -175,17 +175,25 @@ class Predictor:
         return place, speed, multiply(attitude, turn), rotation_matrix(turn).T @ rates
 
     def told(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
-        """Rotor speeds [rad/s] that the commands ask for, `ahead` rows past a row; commands between rows lie on a line."""
+        """Rotor speeds [rad/s] that the commands ask for, `ahead` rows past a row.
+
+        Between rows commands lie on a cubic (Catmull and Rom 1974): straight lines would flatten what changes quickly.
+        """
         place = row + ahead
         low = number(word(maximum(place, 0.0)))
-        share = place - low
-        voltage = p.rows.voltage.at(row)
-        shift = p.curve.voltage_exponent * log(voltage / p.curve.nominal)
+        s = place - low
+        weights = (
+            s * (-0.5 + s * (1.0 - 0.5 * s)),
+            1.0 + s * s * (1.5 * s - 2.5),
+            s * (0.5 + s * (2.0 - 1.5 * s)),
+            s * s * (0.5 * s - 0.5),
+        )
+        shift = p.curve.voltage_exponent * log(p.rows.voltage.at(row) / p.curve.nominal)
         found = []
         for table in p.rows.motors:
-            command = (1.0 - share) * table.at(low) + share * table.at(low + 1.0)
+            command = total(weight * table.at(low + step) for weight, step in zip(weights, (-1.0, 0.0, 1.0, 2.0), strict=True))
             if self.speeds:
-                found.append(p.curve.speed * command)
+                found.append(p.curve.speed * maximum(command, 0.0))
                 continue
             found.append(p.curve.speed * exp(p.curve.exponent * log(maximum(command, STANDING)) + shift))
         return Vector(found)
