@@ -37,7 +37,7 @@ SHORT_WEIGHTS = Weights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = Weights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
 """Of horizons, and of position, velocity, attitude, rates."""
 
-MOST_STARTS = 1000
+MOST_STARTS = 800
 EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
 VAGUE = 1.0
 """Standard deviation of the logarithm of a number about which only its start value is known."""
@@ -193,7 +193,7 @@ def identify(
     if fresh:
         point = first_guess(short, point, SHORT_WEIGHTS)
     say("vehicle")
-    point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 4, prior)
+    point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 2, prior)
     if fresh:  # the lag is known now, so the averages are better
         p, told, why = from_averages(flights, vehicle, short.at(point))
         short = problem_of(flights, vehicle, p, SHORT, free)
@@ -207,13 +207,13 @@ def identify(
         return Identified(p, None, fitted, kept)
     say("predictor")
     begun = p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6)) if start is None else start.observer
-    p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 4)
+    p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 3)
     guided = None
     if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
         say("predictor with setpoints")
         begun = p.observer._replace(**GUIDED_START) if start_guided is None else start_guided
         guided = predictor(
-            flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 4, True
+            flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 3, True
         ).observer
     return Identified(p, guided, fitted, kept)
 

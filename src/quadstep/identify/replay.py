@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from quadstep.documents import read_json
 from quadstep.errors import UserError
-from quadstep.identify.errors import HORIZONS
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.starts import MASKED_HISTORY, laid_out, setpoint_of
@@ -79,7 +78,7 @@ def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArra
     return found
 
 
-def predictions(
+def predictions_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, starts: dict[str, NDArray[np.int64]],
     guided: bool,
 ) -> dict[str, Any]:  # fmt: skip
@@ -105,6 +104,3 @@ def predictions(
 def as_json(content: dict[str, Any]) -> str:
     """The file of predictions."""
     return json.dumps(content, allow_nan=False) + "\n"
-
-
-__all__ = ["HORIZONS", "as_json", "predictions", "read_starts", "ready"]
