@@ -128,4 +128,6 @@ def turned(q: Floats, v: Floats) -> Floats:
     """Quaternions followed by small turns v about body axes."""
     w, x, y, z = q.T
     a, b, c = 0.5 * v.T
-    return np.stack([w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c, z + w * c + x * b - y * a], 1)
+    return np.stack(
+        [w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c, z + w * c + x * b - y * a], 1
+    )

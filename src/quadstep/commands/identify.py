@@ -2,7 +2,7 @@
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,6 +10,10 @@ from quadstep.commands.logs import LogsArgument, MappingOption, check_names, sho
 from quadstep.errors import UserError
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from quadstep.logs.flight import FlightRecord
+    from quadstep.mission.airframe import AirframeSection
 
 
 def identify(
@@ -36,7 +40,6 @@ def identify(
     from quadstep.atomic import write_beside
     from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
-    from quadstep.logs.judge import judge, refuse
     from quadstep.logs.read import read_log
 
     if out.suffix != ".toml":
@@ -50,13 +53,7 @@ def identify(
     if mass:
         section = section.model_copy(update={"mass": mass})
     flights = [read_log(log, mapping) for log in logs]
-    findings = [(flight, judge(flight, section.geometry())) for flight in flights]
-    for flight, found in findings:
-        for one in found:
-            say(f"{flight.name}: {one.text}")
-    if not trust:
-        for flight, found in findings:
-            refuse(flight, found)
+    check_logs(flights, section, trust)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"))
     write_beside(out, as_toml(result.vehicle))
     rows = []
@@ -76,3 +73,16 @@ def identify(
         say("No flight was held out: the intervals are all that is known of how well this holds for others.")
     say(f"{len(flights)} flights in {time.monotonic() - begun:.0f} s")
     say_whole(f"wrote {out}")
+
+
+def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
+    """Say what is worth knowing of each log, and refuse what contradicts its mapping. Raises UserError."""
+    from quadstep.logs.judge import judge, refuse
+
+    judged = [(flight, judge(flight, vehicle.geometry())) for flight in flights]
+    for flight, findings in judged:
+        for one in findings:
+            say(f"{flight.name}: {one.text}")
+    if not trust:
+        for flight, findings in judged:
+            refuse(flight, findings)

@@ -46,7 +46,7 @@ def show_compared(title: str, found: "Compared") -> None:
             error, constant, zero = (SHOWN[group] * one for one in found.means(horizon, group))
             ratio = found.ratio(horizon, group)
             beside = f"{found.ratio(horizon, group, 'zero').value:.2f}"
-            if ratio.low == ratio.low:  # noqa: PLR0124 (not NaN)
+            if ratio.low == ratio.low:
                 shown = f"{ratio.value:.2f} ({ratio.low:.2f} to {ratio.high:.2f})"
             else:
                 shown = f"{ratio.value:.2f}"

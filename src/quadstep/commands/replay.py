@@ -22,7 +22,9 @@ def replay(
     mapping: MappingOption = None,
     controller: Annotated[
         str | None,
-        typer.Option(help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False),
+        typer.Option(
+            help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False
+        ),
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
     commands_only: Annotated[bool, typer.Option("--commands-only", help="Do not look at setpoints.")] = False,
@@ -71,7 +73,10 @@ def replay(
     ratios = [one for one in (hover_ratio(flight, section) for flight in flights) if math.isfinite(one)]
     if ratios:
         mean = sum(ratios) / len(ratios)
-        say(f"Thrust of the logged commands over what was needed: {mean:.3f} on average, {min(ratios):.3f} to {max(ratios):.3f}")
+        say(
+            f"Thrust of the logged commands over what was needed: {mean:.3f} on average, "
+            f"{min(ratios):.3f} to {max(ratios):.3f}"
+        )
 
 
 def write_predictions(
@@ -88,7 +93,7 @@ def write_predictions(
     say(f"{count} predictions of {len(rows)} {'flight' if len(rows) == 1 else 'flights'} in {predictions}")
 
 
-def controller_of(given: str) -> dict[str, Any]:
+def controller_of(given: str) -> dict[str, object]:
     """The keys of a controller: a type, or a file with a table [controller] or its keys. Raises UserError."""
     from quadstep.documents import read_toml
 
@@ -101,7 +106,7 @@ def controller_of(given: str) -> dict[str, Any]:
     return table
 
 
-def show_flown(flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, Any]) -> None:
+def show_flown(flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, object]) -> None:
     """Real flights beside simulated ones."""
     from quadstep.identify.closed_loop import fly_again
 
@@ -125,7 +130,10 @@ def show_flown(flights: "list[FlightRecord]", section: "AirframeSection", contro
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
     lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)
     tilt = sum(abs(math.degrees(one.simulated.tilt - one.real.tilt)) <= 4.0 for one in found)
-    say(f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4 degrees on {tilt}.")
+    say(
+        f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4 degrees on "
+        f"{tilt}."
+    )
 
 
 def show_estimates(flights: "list[FlightRecord]") -> None:

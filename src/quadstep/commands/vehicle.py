@@ -11,15 +11,17 @@ from quadstep.terminal.tables import show_table
 
 
 def fit(
-    datasheet: Annotated[Path, typer.Argument(metavar="DATASHEET", help="Data sheet (TOML); docs/logs.md.", show_default=False)],
+    datasheet: Annotated[
+        Path, typer.Argument(metavar="DATASHEET", help="Data sheet (TOML); docs/logs.md.", show_default=False)
+    ],
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to write the vehicle; default: <name>_vehicle.toml.")
     ] = None,
 ) -> None:
     """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells, perhaps points of a thrust stand.
 
-    Each number says whether it was measured, estimated by a formula or taken as usual, and how sure it is. A campaign over what
-    is unsure is written beside it.
+    Each number says whether it was measured, estimated by a formula or taken as usual, and how sure it is. A campaign over
+    what is unsure is written beside it.
     """
     from quadstep.atomic import write_beside
     from quadstep.datasheet.campaign import campaign_text

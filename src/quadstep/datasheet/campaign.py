@@ -25,7 +25,7 @@ def campaign_text(sheet: Datasheet, found: Numbers, vehicle_file: str) -> str:
     """The campaign file: a circle, flown with the controller's usual gains, which believe in the vehicle as estimated."""
     inertia = [float(f"{one.value:.5g}") for one in found.inertia]
     lines = [
-        f"# What the data sheet of {json.dumps(sheet.name, ensure_ascii=False)[1:-1]} leaves open: is it flyable all the same?",
+        f"# What the data sheet of {json.dumps(sheet.name, ensure_ascii=False)[1:-1]} leaves open: does it fly all the same?",
         f"name = {json.dumps(f'{sheet.name}, uncertain', ensure_ascii=False)}",
         f"flights = {FLIGHTS}",
         "",
@@ -41,7 +41,7 @@ def campaign_text(sheet: Datasheet, found: Numbers, vehicle_file: str) -> str:
         spread = f"median = {number.value:.5g}, sigma = {number.spread:.3g}"
         low, high = number.value * 0.25**number.spread, number.value * 4.0**number.spread
         if key.startswith("vehicle.inertia"):  # within the triangle inequality
-            low, high = max(low, 0.52 * found.inertia[2].value), high
+            low = max(low, 0.52 * found.inertia[2].value)
         lines.append(f'{key} = {{ type = "log-normal", {spread}, low = {low:.5g}, high = {high:.5g} }}  # {number.source}')
     lines += ["", "[failure]", "largest_error = 1.0  # m", ""]
     return "\n".join(lines)

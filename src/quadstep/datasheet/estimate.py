@@ -2,8 +2,8 @@
 
 Formulas: thrust T = C_T rho n^2 D^4 and power P = C_P rho n^3 D^5 of a propeller (n in revolutions a second; McCormick,
 "Aerodynamics, Aeronautics, and Flight Mechanics", 1995, 6.4); typical C_T and C_P near hover as in the propeller data of the
-University of Illinois (Brandt and Selig 2011: C_T 0.08 to 0.15, C_P 0.03 to 0.07 for pitch over diameter 0.4 to 0.8). Torque of a
-motor Q = K_t (I - I_0), K_t = 60 / (2 pi kV).
+University of Illinois (Brandt and Selig 2011: C_T 0.08 to 0.15, C_P 0.03 to 0.07 for pitch over diameter 0.4 to 0.8). Torque
+of a motor Q = K_t (I - I_0), K_t = 60 / (2 pi kV).
 """
 
 import math
@@ -111,10 +111,14 @@ def estimate(sheet: Datasheet) -> Numbers:
         nominal = full
         exponent = usual(1.0, "speed in proportion to throttle", 0.15)
         voltage_exponent = usual(1.0, "speed in proportion to voltage", 0.15)
-        fastest = estimated(LOADED * sheet.kv * RPM * full, f"{LOADED} of kV times the full voltage, under load", LOADED_SPREAD)
+        fastest = estimated(
+            LOADED * sheet.kv * RPM * full, f"{LOADED} of kV times the full voltage, under load", LOADED_SPREAD
+        )
     most = count * k_f.value * fastest.value**2 / (9.81 * sheet.mass)
     if most < 1.05:
-        raise UserError(f"the rotors lift {most:.2f} times the weight at full throttle; are mass, kv, propeller and stand right?")
+        raise UserError(
+            f"the rotors lift {most:.2f} times the weight at full throttle; are mass, kv, propeller and stand right?"
+        )
     propeller = sheet.propeller.mass or 2.0 * diameter**3
     spin = estimated(propeller * diameter**2 / 12.0 * 1.3, "propeller as a rod, and 30 % for the bell", 0.4)
     hover = math.sqrt(sheet.mass * 9.81 / (count * k_f.value))
@@ -148,7 +152,7 @@ def estimate(sheet: Datasheet) -> Numbers:
 
 
 def with_kv(k_f: Number, sheet: Datasheet, running: dict[str, Floats], full: float) -> Number:
-    """k_f by the propeller's formula and by the speed that kV allows at the most thrust of a stand, the surer counting more."""
+    """k_f by the propeller's formula and by the speed that kV allows at the most thrust of a stand; the surer counts more."""
     top = int(np.argmax(running["thrust"]))
     volts = float(running["voltage"][top]) if "voltage" in running else full
     speed = LOADED * sheet.kv * RPM * volts * float(running["throttle"][top])

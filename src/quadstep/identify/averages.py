@@ -58,7 +58,8 @@ def matrices(attitude: Floats) -> Floats:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.array(rows).transpose(2, 0, 1)
+    found: Floats = np.array(rows).transpose(2, 0, 1)
+    return found
 
 
 def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
@@ -102,7 +103,7 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
 def clusters_of(block: Block) -> Floats:
     """A number for each block that says which blocks belong together: those of a flight, or where these are few, four each."""
     flights = len(np.unique(block.flight))
-    return block.flight if flights >= 6 else np.arange(len(block.flight)) // 4
+    return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
 
 
 def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, int]:
@@ -123,14 +124,12 @@ def hubs(block: Block, geometry: Geometry) -> Floats:
     return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
 
 
-def forces(
-    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool
-) -> tuple[dict[str, Told], dict[str, str]]:
+def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once; what cannot be told, with the reason.
 
-    m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub, w =
-    speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed of its
-    own, and the exponents come from within flights.
+    m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
+    w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
+    of its own, and the exponents come from within flights.
     """
     commands = np.maximum(block.commands, 1e-3)
     logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
@@ -164,7 +163,10 @@ def forces(
         axial = level[..., 2].mean(axis=1)
         columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
         columns += [{"exponent": by_command, "voltage_exponent": 2.0 * volts[:, None] * lifted}[name] for name in free]
-        columns += [-(thrust[..., None] * block.axes[..., 1]).mean(axis=1), (thrust[..., None] * block.axes[..., 0]).mean(axis=1)]
+        columns += [
+            -(thrust[..., None] * block.axes[..., 1]).mean(axis=1),
+            (thrust[..., None] * block.axes[..., 0]).mean(axis=1),
+        ]
         columns += [-flat, -axial]
         rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
         matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
@@ -172,13 +174,16 @@ def forces(
         levels = levels + step[:count]
         named = dict(zip([*free, "x", "y", "flat", "axial"], step[count:], strict=True))
         a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
-        tilt, drag = tilt + [named["x"], named["y"]], drag + [named["flat"], named["axial"]]
+        tilt += np.array([named["x"], named["y"]])
+        drag += np.array([named["flat"], named["axial"]])
     error = dict(zip([*free, "x", "y", "flat", "axial"], errors[count:], strict=True))
     known = {f"command.{name}": Told(a if name == "exponent" else b, float(error[name]), clusters) for name in free}
     middle = float(levels.mean())
     scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
     own = float(np.sqrt((errors[:count] ** 2).mean() / count))
-    known["command.speed"] = Told(math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count)
+    known["command.speed"] = Told(
+        math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count
+    )
     known["imu.tilt[0]"] = Told(float(tilt[0]), float(error["x"]), clusters)
     known["imu.tilt[1]"] = Told(float(tilt[1]), float(error["y"]), clusters)
     known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
@@ -189,8 +194,8 @@ def forces(
 def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:
     """Centre of gravity and flapping from mean torques, with a known thrust curve.
 
-    The inertia is found too, and not used: predictions tell it better. I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W v_x,
-    both less what turns the body.
+    I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W
+    v_x. The inertia is found too, and not used: predictions tell it better.
     """
     airframe, curve = p.airframe, p.curve
     shift = (block.volts / curve.nominal) ** curve.voltage_exponent

@@ -76,15 +76,16 @@ def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats
     )
 
 
-def as_flown(vehicle: AirframeSection) -> dict[str, Any]:
+def as_flown(vehicle: AirframeSection) -> dict[str, object]:
     """Gains of the cascaded PID for flying as the real vehicle does, where a mission would not say them.
 
-    The inner loops are as fast as the rotors allow. The outer ones are those that the flights show (`guided_prediction`): there
-    the acceleration that the setpoint asks for comes after rotors and attitude, here before, so the position loop makes up for it.
+    The inner loops are as fast as the rotors allow. The outer ones are those that the flights show (`guided_prediction`):
+    there the acceleration that the setpoint asks for comes after rotors and attitude, here before, so the position loop makes
+    up for it.
     """
     late = vehicle.rotor.rise_time + (vehicle.command.delay if vehicle.command else 0.0)
     rate = 1.3 / late
-    gains: dict[str, Any] = {
+    gains: dict[str, object] = {
         "rate": [rate, rate, 0.4 * rate],
         "rate_derivative": [rate * vehicle.rotor.rise_time] * 2 + [0.0],
         "rate_filter": 200.0,
@@ -100,7 +101,7 @@ def as_flown(vehicle: AirframeSection) -> dict[str, Any]:
     return gains
 
 
-def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str, Any]) -> tuple[FlightPlan, slice]:
+def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str, object]) -> tuple[FlightPlan, slice]:
     """The flight's setpoints as a plan, from the measured state on. Raises UserError."""
     part = stretch(flight)
     count = part.stop - part.start
@@ -142,7 +143,7 @@ def listed(value: Any) -> Any:
     return [listed(inside) for inside in value] if isinstance(value, list | tuple) else value
 
 
-def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, Any]) -> list[Beside]:
+def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, object]) -> list[Beside]:
     """Every flight's setpoints flown, and how both follow them. Raises UserError."""
     plans = [planned(flight, vehicle, controller) for flight in flights]
     logs = fly_all([plan for plan, _ in plans])
@@ -184,4 +185,3 @@ def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
     lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
     made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
     return float(np.median((made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)))
-

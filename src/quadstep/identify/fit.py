@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,7 +50,7 @@ FROM_AVERAGES = {
     "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
 }  # fmt: skip
 SURE = ("drag.rotor[0]",)
-"""What averages tell so well that predictions only refine it; axial drag and flapping suffer there from small errors in lag."""
+"""What averages tell so well that predictions only refine it; axial drag and flapping suffer there from errors in lag."""
 
 DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 EXPLAINED = {
@@ -61,7 +61,7 @@ EXPLAINED = {
     "centre_of_gravity": "mean torque over half a second",
 }
 
-GUIDED_START = {"leak": vector(8.0, 5.0), "spring": 50.0, "path": 5.0, "drift": 3.5}
+GUIDED_START: dict[str, Any] = {"leak": vector(8.0, 5.0), "spring": 50.0, "path": 5.0, "drift": 3.5}
 """Where the search of an observer that knows setpoints begins."""
 
 Say = Callable[[str], None]
@@ -183,7 +183,7 @@ def identify(
     fresh = start is None
     p, told, why = from_averages(flights, vehicle, p)
     if fresh and "drag.rotor[0]" in told:
-        p = with_values(p, {leaf: told["drag.rotor[0]"].value for leaf in ("airframe.drag.rotor.0", "airframe.drag.rotor.1")})
+        p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
         p = with_values(p, {"airframe.drag.flapping": max(told["drag.flapping"].value, 1e-12)})
     p = p._replace(observer=vehicle_alone(p.observer))
     free = (*DYNAMIC, *GAINS)
@@ -259,7 +259,7 @@ def told_numbers(
             continue
         low, high = x - reach * error, x + reach * error
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
-        fitted[one.key] = Fitted(value, *ends, one.unit, "predictions of 1 and 3 samples")
+        fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, "predictions of 1 and 3 samples")
         if one.logarithmic and error > UNSURE:
             kept[one.key] = f"the flights do not tell it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
     leaves = leaves_of(p)

@@ -50,8 +50,8 @@ VEHICLE = (
     Free("imu.tilt[0]", ("tilt.0",), "rad", False, 1e-3, -0.5, 0.5),
     Free("imu.tilt[1]", ("tilt.1",), "rad", False, 1e-3, -0.5, 0.5),
 )
-"""What flights can tell of a vehicle whose mass is known and whose rotor speeds are not logged: `rotor.thrust_coefficient` stays,
-since flights tell only the thrust, and so does inertia about z, since they tell only its ratio to the yaw torque.
+"""What flights can tell of a vehicle whose mass is known and whose rotor speeds are not logged: `rotor.thrust_coefficient`
+stays, since flights tell only the thrust, and so does inertia about z, since they tell only its ratio to the yaw torque.
 """
 
 
@@ -97,8 +97,8 @@ USUAL_OBSERVER = Observer(
 """Of a vehicle that has none of its own."""
 
 
-def numbers_of(vehicle: AirframeSection, rows: Rows, start_lag: bool = False) -> PredictorParameters:
-    """The numbers of a vehicle file. start_lag: for a search, from values that no log is too far from."""
+def numbers_of(vehicle: AirframeSection, rows: Rows) -> PredictorParameters:
+    """The numbers of a vehicle file."""
     built = vehicle.build()
     airframe = built.airframe
     # what a log commands the rotors can do: only commands limit them

@@ -1,8 +1,8 @@
 """Prediction of a logged flight by the laws that fly, from measured states and the commands alone.
 
-Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which also
-tells the torque and force that the laws do not explain. From the start on it sees commands and voltage only. This is the model
-in innovations form whose gains are found with the vehicle's numbers (Ljung, "System Identification", 1999, 7.2 and 7.4).
+Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which
+also tells the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if it
+may. This is the model in innovations form whose gains are found with the vehicle's numbers (Ljung, "System Identification", 1999, 7.2 and 7.4).
 
 All predictions fly at once, each a flight of its own in the engine.
 """
@@ -46,13 +46,13 @@ class Observer(NamedTuple):
     """How a prediction takes up what was measured, and how it goes on without. Pairs: x and y alike, then z.
 
     rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
-    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s] and
-    in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that stays.
+    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s]
+    and in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that stays.
 
     The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
     part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to the tilt of an
-    acceleration (spring [1/s^2]): that of path [1/s^2] times the way to the logged setpoint less drift [1/s] times the velocity.
-    With 1, 0, 0, 0 a prediction is the vehicle alone.
+    acceleration (spring [1/s^2]): that of path [1/s^2] times the way to the logged setpoint less drift [1/s] times the
+    velocity. With 1, 0, 0, 0 a prediction is the vehicle alone.
     """
 
     rates: Vector

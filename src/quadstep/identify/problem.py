@@ -24,8 +24,9 @@ class Batch:
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: Any = ()
+        scored: Any = loop  # its score is what it leaves
         where = places(start, parameters, [PREFIX + name for name in names])
-        self.sweep = Sweep(loop, ticks, start, parameters, where, double=True)
+        self.sweep = Sweep(scored, ticks, start, parameters, where, double=True)
 
     def run(self, points: Sequence[Floats]) -> tuple[Floats, Floats]:
         """States (points, horizons, n, 13) and unexplained angular accelerations, trends and forces (points, n, 9)."""

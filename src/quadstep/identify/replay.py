@@ -81,10 +81,10 @@ def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArra
 def predictions_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, starts: dict[str, NDArray[np.int64]],
     guided: bool,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, object]:  # fmt: skip
     """Predictions from given rows as lists: p, v, q (x, y, z, w) and w, each [start][horizon]."""
     known = {flight.name: flight for flight in flights}
-    result: dict[str, Any] = {}
+    result: dict[str, object] = {}
     for name, rows in starts.items():
         flight = known.get(name) or known[Path(name).stem]
         if not len(rows):
@@ -101,6 +101,6 @@ def predictions_of(
     return result
 
 
-def as_json(content: dict[str, Any]) -> str:
+def as_json(content: dict[str, object]) -> str:
     """The file of predictions."""
     return json.dumps(content, allow_nan=False) + "\n"

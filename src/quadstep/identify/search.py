@@ -52,7 +52,8 @@ Told = Callable[[int, float], None]
 
 def lengths(residuals: Floats) -> Floats:
     """Smoothed distances sqrt(|r|^2 + core^2), shape (..., n)."""
-    return np.sqrt((residuals * residuals).sum(axis=-1) + CORE * CORE)
+    found: Floats = np.sqrt((residuals * residuals).sum(axis=-1) + CORE * CORE)
+    return found
 
 
 def cost(residuals: Floats, weights: Weights) -> float:

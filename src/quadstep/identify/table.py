@@ -74,4 +74,4 @@ def compare(
             lengths = norms(guess, truth)
             for i in range(len(flights)):
                 found[place][h, :, i] = lengths[:, starts.flight == i].mean(axis=1)
-    return Compared(HORIZONS, *found, len(starts.row))
+    return Compared(HORIZONS, found[0], found[1], found[2], len(starts.row))

@@ -64,7 +64,7 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}") + 0.0
 
 
-def observer_content(observer: Observer) -> dict[str, Any]:
+def observer_content(observer: Observer) -> dict[str, object]:
     """The observer as a table of a vehicle file."""
     return {
         name: [rounded(float(one)) for one in value] if isinstance(value, Vector) else rounded(float(value))

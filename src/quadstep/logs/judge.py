@@ -8,7 +8,7 @@ import numpy as np
 from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
 from quadstep.errors import UserError
-from quadstep.logs.flight import FlightRecord, Flags, Floats
+from quadstep.logs.flight import Flags, FlightRecord, Floats
 from quadstep.logs.read import rates_of
 from quadstep.logs.signals import lag, slopes, smooth
 
@@ -65,7 +65,8 @@ def never_flew(flight: FlightRecord) -> str:
     high = flight.channel("position")[:, 2]
     span = float(np.nanmax(high) - np.nanmin(high)) if np.isfinite(high).any() else 0.0
     seconds = float(flight.flying.sum()) * flight.period
-    return f"never flew: {seconds:.1f} s in the air, heights within {span:.2g} m (are their units right?); at least 3 s are needed"
+    heights = f"heights within {span:.2g} m (are their units right?)"
+    return f"never flew: {seconds:.1f} s in the air, {heights}; at least 3 s are needed"
 
 
 def flaws(flight: FlightRecord) -> list[Finding]:
@@ -127,7 +128,8 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
             continue
         axis = AXES[place]
         if one.axis != place and one.best_share > 2.0 * one.share + 0.2:
-            text = f"{name}: {axis} goes with {AXES[one.axis]} of {other} (slope {one.best:.2f}, {100 * one.best_share:.0f} % explained)"
+            evidence = f"slope {one.best:.2f}, {100 * one.best_share:.0f} % explained"
+            text = f"{name}: {axis} goes with {AXES[one.axis]} of {other} ({evidence})"
             found.append(Finding(True, text))
             continue
         if one.share < CLEAR:
@@ -178,11 +180,11 @@ def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
     for place, one in enumerate(slopes(across, ahead, seen)):
         if ahead[seen, place].std() < 0.2 or one.share < CLEAR:
             continue
-        unit = unit_of(1.0 / one.slope)
+        unit, shown = unit_of(1.0 / one.slope), f"{100 * one.share:.0f} % explained"
         if unit:
-            found.append(Finding(True, f"attitude: {unit} (tilt along {AXES[place]}, {100 * one.share:.0f} % explained)"))
+            found.append(Finding(True, f"attitude: {unit} (tilt along {AXES[place]}, {shown})"))
         if one.slope < 0.0:
-            text = f"attitude: accelerates along {AXES[place]} against its tilt (slope {one.slope:.2f}, {100 * one.share:.0f} % explained)"
+            text = f"attitude: accelerates along {AXES[place]} against its tilt (slope {one.slope:.2f}, {shown})"
             found.append(Finding(True, f"{text}; a sign or the direction of the rotation is wrong"))
     return found
 
@@ -279,7 +281,7 @@ def estimates(flight: FlightRecord, sure: Flags) -> list[Finding]:
         2.0 * np.stack([q[:, 0] * q[:, 1] + q[:, 2] * q[:, 3], q[:, 0] * q[:, 2] - q[:, 1] * q[:, 3]], axis=1)
         for q in (mine, theirs)
     ]
-    return against("estimated_attitude", "the attitude's tilt", *lean, seen, 0.02)
+    return against("estimated_attitude", "the attitude's tilt", lean[0], lean[1], seen, 0.02)
 
 
 def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
@@ -298,7 +300,8 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
         ]
         if seen:
             late, jitter = (float(np.mean([one[place] for one in seen])) for place in (0, 1))
-            text = f"the attitude comes {1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates, give or take {1e3 * jitter:.0f} ms"
+            when = f"{1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates"
+            text = f"the attitude comes {when}, give or take {1e3 * jitter:.0f} ms"
             found.append(Finding(abs(late) > 0.1, text))
     if "setpoint" in flight.channels and "position" in flight.channels:
         for axis in (0, 1):
@@ -338,7 +341,7 @@ def filled(values: Floats) -> Floats:
 
 def finite(sure: Flags, *channels: Floats) -> Flags:
     """Rows to be sure of around which, a tenth of a second or so either way, all channels were measured."""
-    missing = np.zeros(len(sure), dtype=bool)
+    missing: Flags = np.zeros(len(sure), dtype=bool)
     for values in channels:
         missing |= ~np.isfinite(values).all(axis=1)
     if missing.any():

@@ -192,6 +192,6 @@ def product(a: Floats, b: Floats) -> Floats:
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
-def content_of(mapping: Mapping) -> dict[str, Any]:
+def content_of(mapping: Mapping) -> dict[str, object]:
     """What a mapping says, for a report."""
     return mapping.model_dump(exclude_defaults=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from quadstep.errors import UserError
-from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.logs.flight import Flags, FlightRecord, Floats
 from quadstep.logs.mapping import Mapping, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.logs.table import header_of, read_columns
 
@@ -46,7 +46,7 @@ def read_table(path: Path, mapping: Mapping) -> FlightRecord:
     factor = {"share": 1.0 / (mapping.motors.full - mapping.motors.zero), "rad/s": 1.0, "rpm": RPM}[mapping.motors.unit]
     motors = (logged - mapping.motors.zero) * factor
     share = mapping.motors.unit == "share"
-    lost = (motors > 1.0 + 1e-9).any(axis=1) if share else np.zeros(len(time), dtype=bool)
+    lost: Flags = (motors > (1.0 + 1e-9 if share else np.inf)).any(axis=1)
     channels = {
         name: converted(mapping, name, np.stack([columns[one] for one in channel.columns], axis=1))
         for name, channel in mapping.columns.items()
@@ -66,9 +66,8 @@ def check_time(path: Path, time: Floats, column: str) -> float:
     back = np.flatnonzero(steps < 0.0)
     if len(back):
         place = int(back[0])
-        raise UserError(
-            f"{path}: row {place + 2}: time goes backward ({time[place]:.9g} s, then {time[place + 1]:.9g} s); a log must be in order"
-        )
+        step = f"{time[place]:.9g} s, then {time[place + 1]:.9g} s"
+        raise UserError(f"{path}: row {place + 2}: time goes backward ({step}); a log must be in order")
     period = float(np.median(steps))
     if not period > 0.0:
         raise UserError(f"{path}: column {column}: most rows repeat the time of the row before")
