@@ -566,8 +566,8 @@ def test_the_clock_of_a_task_tells_its_own_period():
     sensors = {**SENSORS, "imu_period": 0.002, "estimator": True}
     one = plan(EVERYTHING, sensors=sensors, simulation={"duration": 0.5, "control_period": 0.004})
     cycle = one.loop.start(one.start, one.parameters)
-    assert [task.name for task in one.loop.tasks] == ["air", "sensing", "fix", "guidance", "control"]
+    assert [task.name for task in one.loop.tasks] == ["air", "sensing", "fix", "guide", "law"]
     for task, every in zip(one.loop.tasks, one.ticks.every, strict=True):
         told[task.name] = round(every * one.ticks.step, 9)
         cycle, _ = task.run(cycle, one.parameters, Clock(0.0, 0.0, told[task.name]))
-    assert told == {"air": 0.01, "sensing": 0.002, "fix": 0.01, "guidance": 0.01, "control": 0.004}
+    assert told == {"air": 0.01, "sensing": 0.002, "fix": 0.01, "guide": 0.01, "law": 0.004}

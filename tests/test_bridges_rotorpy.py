@@ -10,7 +10,7 @@ from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state
-from quadstep.control.controller import Command
+from quadstep.control.controller import Command, Controller
 from quadstep.control.opaque import Known, Wanted, flying
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
@@ -137,11 +137,11 @@ def flat(position=(0.0, 0.0, 2.0)):
     }
 
 
-class Counting:
+class Counting(Controller):
     """A law that notes when it is asked and with which period, and wants a little more thrust each time."""
 
     def __init__(self):
-        self.asked = []
+        object.__setattr__(self, "asked", [])
 
     def start(self, measured, gains):
         self.asked.append(("start", measured))

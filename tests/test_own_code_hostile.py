@@ -13,9 +13,9 @@ from quadstep import read_mission
 from quadstep.campaign.schema import digests
 from quadstep.control.opaque import opaque_law
 from quadstep.errors import UserError
-from quadstep.mission import own_controller
 from quadstep.tuning.ground import asked
 from quadstep.tuning.run import named_files
+from quadstep.user_code import installed
 from quadstep.user_code.blame import blamed, said_of
 from quadstep.user_code.places import place
 
@@ -115,7 +115,7 @@ def command(folder, *arguments):
         ("name 'Nope' is not defined", {"gain": "k: 'Nope' = gain(1.0, '1', 'x')"}),
         ("Gains: should be a NamedTuple, not None", {"more": "Gains = None"}),
         ("Gains: should be a NamedTuple", {"more": "Gains = {'k': 1.0}"}),
-        ("rates: lawx is not known; allowed: guide, law", {"more": "rates = {'lawx': 0.1}"}),
+        ("rates: lawx is not known; it should be `law`, `guide` or another method", {"more": "rates = {'lawx': 0.1}"}),
         ("defaults: nope is not known; allowed: mass, gravity, k", {"more": "defaults = {'nope': 1.0}"}),
     ],
 )
@@ -219,11 +219,11 @@ def test_a_name_that_looks_like_code_can_be_tuned(tmp_path):
 @pytest.fixture
 def entry_point(monkeypatch):
     """An installed entry point `hovering`, whose module is the standard library's json."""
-    found = EntryPoint("hovering", "json:dumps", own_controller.GROUP)
-    monkeypatch.setattr(own_controller, "entry_points", lambda **_: [found])
-    own_controller.all_installed.cache_clear()
+    found = EntryPoint("hovering", "json:dumps", installed.CONTROLLERS)
+    monkeypatch.setattr(installed, "entry_points", lambda group: [found] if group == found.group else [])
+    installed.installed.cache_clear()
     yield
-    own_controller.all_installed.cache_clear()
+    installed.installed.cache_clear()
 
 
 @pytest.mark.usefixtures("entry_point")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 SOURCE = Path(__file__).parent.parent / "src"
 
-MOST_ANY, MOST_INNER_IMPORTS = 1130, 28
+MOST_ANY, MOST_INNER_IMPORTS = 1000, 28
 """Ceilings, to be lowered with the counts: uses of `Any`, and imports inside functions outside `commands/`."""
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from quadstep.flight.closed_loop import Clock
-from quadstep.numbers import Number, Vector
+from quadstep.numbers import Number, Structure, Vector
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class DeclaredAir(ABC):
     Numbers: ClassVar[type[Any]]
     stirs: ClassVar[bool] = False
 
-    def start(self) -> Any:
+    def start(self) -> Structure:
         """Its state before the first tick."""
         return ()
 
-    def stir(self, air: Any, p: Any, clock: Clock) -> Any:
+    def stir(self, air: Structure, p: Structure, clock: Clock) -> Structure:
         """Its state one `simulation.air_period` later; only asked where it stirs."""
         return air
 
     @abstractmethod
-    def wind(self, air: Any, p: Any, time: Number) -> Vector:
+    def wind(self, air: Structure, p: Structure, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""

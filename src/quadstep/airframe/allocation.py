@@ -15,6 +15,7 @@ pseudo-inverse; its reason is in Brescianini and D'Andrea, "Tilt-prioritized qua
 With more than four rotors other thrusts than those of least norm may reach a little farther; they are not searched for.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.airframe.geometry import Geometry
@@ -104,9 +105,23 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
     turn = [share[3] * yaw for share in allocation.matrix]
     yaw_kept = fitting_all(turn, carried, least, most)
     thrusts = [held(base + yaw_kept * part, least, most) for base, part in zip(carried, turn, strict=True)]
+    return spun(allocation, thrusts), lifted, vector(tilt_kept * roll, tilt_kept * pitch, yaw_kept * yaw)
+
+
+def spun(allocation: Allocation, thrusts: Sequence[Number]) -> Vector:
+    """Rotor speeds [rad/s] for thrusts [N] of at least 0."""
     per_thrust = 1.0 / allocation.thrust
-    speeds = Vector(sqrt(one * per_thrust) for one in thrusts)
-    return speeds, lifted, vector(tilt_kept * roll, tilt_kept * pitch, yaw_kept * yaw)
+    return Vector(sqrt(one * per_thrust) for one in thrusts)
+
+
+def speeds_of(allocation: Allocation, thrusts: Vector) -> Vector:
+    """Rotor speeds [rad/s] for thrusts [N], each held within its rotor's limits."""
+    return spun(allocation, [held(one, allocation.least, allocation.most) for one in thrusts])
+
+
+def thrusts_of(allocation: Allocation, speeds: Vector) -> Vector:
+    """The thrust [N] of every rotor at these speeds [rad/s], in still air."""
+    return Vector(allocation.thrust * speed * speed for speed in speeds)
 
 
 def even(geometry: Geometry) -> bool:

@@ -15,12 +15,12 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from quadstep.airframe.allocation import allocate
 from quadstep.control.controller import Command, Measured
 from quadstep.control.opaque import Controller, Known, Wanted
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
+from quadstep.mission.clock import PERIODS
 from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.plants.multirotor import Multirotor
@@ -59,9 +59,12 @@ class Adapter:
         if not isinstance(plan.loop.plant, Multirotor):
             raise UserError("RotorPy flies real vehicles: a mission whose [vehicle] has a preset, file, layout or rotors")
         self.loop, self.parameters = plan.loop, plan.parameters
+        if plan.loop.controller.also_measures:
+            raise UserError(f"RotorPy tells a controller no {', '.join(plan.loop.controller.also_measures)}")
+        if plan.loop.controller.preview:
+            raise UserError("RotorPy tells a controller nothing of the path ahead")
         every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
-        self.guidance_period = every["guidance"] * plan.ticks.step
-        self.control_period = every["control"] * plan.ticks.step
+        self.periods = {task.name: every[task.name] * plan.ticks.step for task in plan.loop.sampled}
         self.last = math.inf
 
     def update(self, t: float, state: State, flat_output: FlatOutput) -> dict[str, Any]:
@@ -72,22 +75,23 @@ class Adapter:
         if not t > self.last:
             self.begin(state)
         elif self.calls == 1:
-            self.guidance_calls = whole(self.guidance_period, t - self.last, "guidance_period")
-            self.control_calls = whole(self.control_period, t - self.last, "control_period")
+            self.every = {name: whole(period, t - self.last, PERIODS.get(name, name)) for name, period in self.periods.items()}
         law, gains = self.loop.controller, self.parameters.gains
         measured, reference = self.measured(state), reference_of(flat_output)
-        if self.calls % self.guidance_calls == 0:
-            self.memory = law.guide(self.memory, measured, reference, gains, t, self.guidance_period)
-        if self.calls % self.control_calls == 0:
-            self.command, self.memory = law.law(self.memory, measured, reference, gains, t, self.control_period)
+        due = [name for name, calls in self.every.items() if self.calls % calls == 0]
+        for name in due:
+            if name != "law":
+                self.memory = law.slower(name, self.memory, measured, reference, gains, t, self.periods[name])
+        if "law" in due:
+            self.command, self.memory = law.law(self.memory, measured, reference, gains, t, self.periods["law"])
             self.attitude = measured.attitude
             self.allocate()
         self.calls, self.last = self.calls + 1, t
         return dict(self.answer)
 
     def begin(self, state: State) -> None:
-        """Before the first call of a flight, at which both loops run."""
-        self.calls, self.guidance_calls, self.control_calls = 0, 1, 1
+        """Before the first call of a flight, at which all loops run."""
+        self.calls, self.every = 0, dict.fromkeys(self.periods, 1)
         self.thrust, self.torque = 0.0, vector(0.0, 0.0, 0.0)
         self.command = Command(self.thrust, self.torque)
         self.memory = self.loop.controller.start(self.measured(state), self.parameters.gains)
@@ -101,7 +105,7 @@ class Adapter:
     def allocate(self) -> None:
         """The answer to RotorPy."""
         command, allocation = self.command, self.parameters.allocation
-        speeds, self.thrust, self.torque = allocate(self.loop.plant.geometry, allocation, command.thrust, command.torque)
+        speeds, self.thrust, self.torque = self.loop.plant.actuate(self.parameters, command)
         said = math.isfinite(command.desired_attitude.norm())
         w, i, j, k = from_yaw_pitch_roll(command.desired_attitude) if said else self.attitude
         turning = np.array(list(speeds))

@@ -18,9 +18,9 @@ from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
-from quadstep.mission.own_controller import all_installed
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
+from quadstep.user_code.installed import all_installed
 from quadstep.user_code.places import digest, place
 
 CHUNK = 65_536
@@ -153,10 +153,11 @@ def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
     """A digest of each file that some string in parsed TOML names, and of those that these name or import in turn."""
     found, installed = [], all_installed()
     for name in sorted(set(strings(content))):
-        own = place(name) or installed.get(name)
-        if own:
+        named = place(name)
+        for own in [named] if named else installed.get(name, []):
             with contextlib.suppress(UserError):  # nothing of the user's, or flying will say so
                 found.append(digest(own, folder))
+        if named or name in installed:
             continue
         path = folder / name
         try:

@@ -9,7 +9,6 @@ from quadstep.certify.history import History
 from quadstep.certify.ideal_weights import IdealWeights
 from quadstep.control.backstepping import BacksteppingGains
 from quadstep.flight.engines import FlightPlan
-from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.lagrange import (
     acceleration,
     angular_acceleration,
@@ -84,7 +83,7 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
     parts = [0.5 * np.broadcast_to(sum(of), len(h.t)) for of in (kinetic, stored, weight)]
     value = sum(parts, np.zeros(()))
 
-    force, moment = disturb(plan.parameters.disturbance, h.state)
+    force, moment = plan.loop.plant.disturbed(plan.parameters, h.state, h.t)
     moving = as_rows(acceleration(vehicle, h.state.attitude, h.thrust, force), count)  # type: ignore[arg-type]
     pushed = as_vector(h.torque) + moment
     turning = angular_acceleration(vehicle, h.state.attitude, h.state.rates, pushed, plan.loop.plant.kinematics)

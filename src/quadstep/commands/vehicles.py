@@ -11,7 +11,7 @@ from quadstep.terminal.tables import show_table
 
 def vehicles(
     vehicle: Annotated[
-        str | None, typer.Argument(help="A preset's name, or your own vehicle file (TOML).", show_default=False)
+        str | None, typer.Argument(help="A preset's name, your own vehicle file (TOML), or FILE.py:NAME.", show_default=False)
     ] = None,
 ) -> None:
     """List the preset vehicles, or every parameter of one, with unit and source."""

@@ -13,10 +13,13 @@ from quadstep.control.gain import Gain, Said, Undecided, declared, kept, with_de
 from quadstep.control.learning import Learning
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers import Number, Structure, Vector, vector
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
 """Of a command that names no attitude: the log has no columns for it, and nothing is made of them."""
+
+NOTHING = vector()
+"""Of what is not measured."""
 
 
 class Command(NamedTuple):
@@ -42,6 +45,10 @@ class Measured(NamedTuple):
 
     position [m], velocity [m/s]: world, z up. attitude: unit quaternion (w, x, y, z), body to world. rates: about the body's
     axes [rad/s]. thrust [N], torque [N m]: what the rotors were asked for since the last sample, after their limits.
+
+    The rest only for a law that names it in `also_measures`. specific_force: the accelerometer's last sample, body axes
+    [m/s^2], less its estimated bias where there is an estimator. rotor_speeds: as they turn now [rad/s]. age: how old what is
+    told of position and velocity is [s].
     """
 
     position: Vector
@@ -50,6 +57,9 @@ class Measured(NamedTuple):
     rates: Vector
     thrust: Number
     torque: Vector
+    specific_force: Vector = NOTHING
+    rotor_speeds: Vector = NOTHING
+    age: Number = math.nan
 
 
 class Condition(NamedTuple):
@@ -90,7 +100,12 @@ class Controller:
 
     name: the `type` in mission files. label: on the page and in tables. source: the paper. Gains: its `NamedTuple` of declared
     gains. defaults: other defaults than those declared, by field. measures: what `law` is told, and with it what the
-    controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. rates: usual sample times [s].
+    controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures: further fields of
+    `Measured` that it needs; what is not named is neither measured nor computed. commands: what `law` gives, one of those in
+    `control/commands.py` on a real vehicle. preview: how far ahead [s] the samples of `reference.ahead` are.
+
+    rates: usual sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name; those
+    that are due run in this order, and `law` last.
     """
 
     name: ClassVar[str] = ""
@@ -99,6 +114,9 @@ class Controller:
     Gains: ClassVar[type[Any]]
     defaults: ClassVar[Mapping[str, Any]] = {}
     measures: ClassVar[type[Any]] = Measured
+    also_measures: ClassVar[tuple[str, ...]] = ()
+    commands: ClassVar[type[Any]] = Command
+    preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
 
     @classmethod
@@ -106,33 +124,56 @@ class Controller:
         """The law for a vehicle, where its structure depends on it."""
         return cls()
 
-    def start(self, measured: Any, gains: Any) -> Any:
+    def start(self, measured: Structure, gains: Structure) -> Structure:
         """The memory before the first sample."""
         return ()
 
-    def guide(self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number) -> Any:
+    def guide(
+        self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
+    ) -> Structure:
         """The position loop, every `period` [s]: the memory that tells `law` which thrust and attitude are wanted."""
         return memory
 
-    def law(self, memory: Any, measured: Any, reference: Reference, gains: Any, t: Number, period: Number) -> tuple[Any, Any]:
+    def slower(
+        self,
+        loop: str,
+        memory: Structure,
+        measured: Structure,
+        reference: Reference,
+        gains: Structure,
+        t: Number,
+        period: Number,
+    ) -> Structure:
+        """A sample of one of its `loops`, `guide` or another: the memory after it."""
+        return getattr(self, loop)(memory, measured, reference, gains, t, period)
+
+    def law(
+        self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
+    ) -> tuple[Structure, Structure]:
         """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it.
 
         The command is a `Command`, or what another plant takes.
         """
         raise NotImplementedError
 
-    def prepare(self, gains: Any, model: Model) -> Any:
+    def prepare(self, gains: Structure, model: Model) -> Structure:
         """What the law gets as its gains, worked out before the flight."""
         return gains
 
-    def landed(self, gains: Any) -> None:
+    def landed(self, gains: Structure) -> None:
         """Called after its flights; raises what kept it from giving a command, if it is no law over numbers."""
 
-    def conditions(self, gains: Any, model: Model) -> Sequence[Condition]:
+    def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
         """What theory asks of the gains as declared; a law over numbers."""
         return ()
 
     # What follows from the declarations
+
+    @classmethod
+    def loops(cls) -> tuple[str, ...]:
+        """Names of the slower loops that it has, in the order in which those run that are due together."""
+        named = dict.fromkeys((*cls.rates, "guide"))
+        return tuple(name for name in named if name != "law" and getattr(cls, name) is not getattr(Controller, name, None))
 
     @classmethod
     def declarations(cls) -> Mapping[str, Any]:

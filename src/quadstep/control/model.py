@@ -16,6 +16,10 @@ class Model(NamedTuple):
     mass [kg], inertia: diagonal [kg m^2], gravity [m/s^2]. most_thrust: what a position loop may ask for [N]; infinite where
     nothing limits the rotors. agility: how fast the loops can be, against those of the 2.6 kg vehicle, in (0, 1]. rotors: how
     many. lag: the longer time constant of a rotor [s]. kinematics: T_eta of the paper's plant; that of a rigid body elsewhere.
+
+    Of a real vehicle also: mixing: four rows, thrust [N] and torques about body x, y, z [N m] per newton of each rotor.
+    shares: a row for each rotor, its thrust per unit of thrust and torques, of least norm. per_speed: k_f, a rotor's thrust
+    over the square of its speed [N s^2]. slowest, fastest: of a rotor [rad/s].
     """
 
     mass: Number
@@ -26,3 +30,8 @@ class Model(NamedTuple):
     rotors: int = 4
     lag: Number = 0.0
     kinematics: Kinematics = Kinematics.RIGID
+    mixing: tuple[Vector, ...] = ()
+    shares: tuple[Vector, ...] = ()
+    per_speed: Number = math.nan
+    slowest: Number = math.nan
+    fastest: Number = math.nan

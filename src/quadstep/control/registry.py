@@ -4,6 +4,7 @@ from importlib import import_module
 
 from quadstep.control.controller import Controller, Measured
 from quadstep.control.gain import kept
+from quadstep.control.rate_loop import following_rates
 from quadstep.plants.planar import PlanarState
 from quadstep.vehicle.state import State
 
@@ -19,6 +20,9 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "lqr.Lqr",
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
+        "thrust_extended_backstepping.ThrustExtendedBackstepping",
+        "state_space_backstepping.StateSpaceBackstepping",
+        "dynamic_linearisation.DynamicLinearisation",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
@@ -32,4 +36,4 @@ def controllers(measures: type) -> dict[str, type[Controller]]:
     for place in BUILT_IN.get(measures, ()):
         module, name = place.split(".")
         found.append(getattr(import_module(f"quadstep.control.{module}"), name))
-    return {law.name: law for law in found}
+    return {law.name: following_rates(law) for law in found}

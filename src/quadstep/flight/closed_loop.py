@@ -5,9 +5,9 @@ The engines only decide which numbers, and count the ticks.
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
-from quadstep.numbers import Condition, Number
+from quadstep.numbers import Condition, Number, Structure
 
 
 class Outcome(IntEnum):
@@ -36,7 +36,7 @@ class Task(NamedTuple):
     """
 
     name: str
-    run: Callable[[Any, Any, Clock], tuple[Any, Number]]
+    run: Callable[[Structure, Structure, Clock], tuple[Structure, Number]]
 
 
 class Ticks(NamedTuple):
@@ -67,15 +67,15 @@ class ClosedLoop(Protocol):
         """The sampled laws, in order."""
         ...
 
-    def start(self, start: Any, parameters: Any) -> Any:
+    def start(self, start: Structure, parameters: Structure) -> Structure:
         """The cycle before the first tick: everything that lives from step to step."""
         ...
 
-    def advance(self, cycle: Any, parameters: Any, clock: Clock) -> Any:
+    def advance(self, cycle: Structure, parameters: Structure, clock: Clock) -> Structure:
         """The cycle one integrator step later, all commands held."""
         ...
 
-    def row(self, cycle: Any, parameters: Any, time: Number) -> list[Number]:
+    def row(self, cycle: Structure, parameters: Structure, time: Number) -> list[Number]:
         """One row of the log."""
         ...
 

@@ -4,14 +4,14 @@ Floats fly one vehicle and are for reading, debugging and teaching; arrays fly a
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop, Ticks
 from quadstep.flight.log import FlightLog, finished
-from quadstep.numbers import Table, flatten, rebuild, where
+from quadstep.numbers import Structure, Table, flatten, rebuild, where
 
 S = TypeVar("S")
 
@@ -19,7 +19,9 @@ Progress = Callable[[int], None]
 """Told how many ticks were flown since the last call; none when what is to fly them has been compiled."""
 
 
-def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, progress: Progress | None = None) -> FlightLog:
+def fly_floats(
+    loop: ClosedLoop, parameters: Structure, start: Structure, ticks: Ticks, progress: Progress | None = None
+) -> FlightLog:
     """One flight on Python floats."""
     rows: list[tuple[float, ...]] = []
     runs, advance = [always(task.run) for task in loop.tasks], always(loop.advance)
@@ -47,7 +49,7 @@ def fly_floats(loop: ClosedLoop, parameters: Any, start: Any, ticks: Ticks, prog
 def always(law: Callable[..., S]) -> Callable[..., S]:
     """The law of floats, repeated on arrays of one element where floats raise and other numbers continue (1 / 0)."""
 
-    def run(*given: Any) -> S:
+    def run(*given: Structure) -> S:
         try:
             return law(*given)
         except (ArithmeticError, ValueError):
@@ -58,7 +60,9 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
     return run
 
 
-def fly_arrays(loop: ClosedLoop, parameters: Sequence[Any], starts: Sequence[Any], ticks: Ticks) -> list[FlightLog]:
+def fly_arrays(
+    loop: ClosedLoop, parameters: Sequence[Structure], starts: Sequence[Structure], ticks: Ticks
+) -> list[FlightLog]:
     """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
     stacked, start = stack(parameters), stack(starts)
@@ -86,19 +90,19 @@ def fly_arrays(loop: ClosedLoop, parameters: Sequence[Any], starts: Sequence[Any
     ]
 
 
-def stack(structures: Sequence[Any]) -> Any:
+def stack(structures: Sequence[Structure]) -> Structure:
     """One structure of arrays from many structures of floats."""
     columns = zip(*(flatten(structure) for structure in structures), strict=True)
     leaves = (column[0] if isinstance(column[0], Table) else np.array(column, dtype=float) for column in columns)
     return rebuild(structures[0], leaves)
 
 
-def keep(alive: NDArray[np.bool_], new: Any, old: Any) -> Any:
+def keep(alive: NDArray[np.bool_], new: Structure, old: Structure) -> Structure:
     """The new cycle for flights still alive, the old one for those that have ended."""
     pairs = zip(flatten(new), flatten(old), strict=True)
     return rebuild(new, (where(alive, fresh, held) for fresh, held in pairs))  # type: ignore[arg-type]
 
 
-def pick(structure: Any, index: int, count: int) -> list[float]:
+def pick(structure: Structure, index: int, count: int) -> list[float]:
     """The leaves of one flight."""
     return [float(np.broadcast_to(leaf, count)[index]) for leaf in flatten(structure)]

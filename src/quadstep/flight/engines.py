@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from quadstep.control.controller import Controller
+from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
@@ -27,8 +28,14 @@ class FlightPlan(NamedTuple):
     warnings: tuple[str, ...] = ()
 
     def with_controller(self, controller: Controller, gains: Any) -> "FlightPlan":
-        """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`."""
+        """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`.
+
+        Raises UserError for one that has other loops, for which the plan has no sample times, or that measures more.
+        """
         loop = replace(self.loop, controller=controller)
+        same = [task.name for task in loop.tasks] == [task.name for task in self.loop.tasks]
+        if not same or set(controller.also_measures) - set(self.loop.controller.also_measures):
+            raise UserError("a controller with other loops or measurements needs a mission that names it")
         parameters = self.parameters._replace(gains=gains)
         return self._replace(loop=loop, parameters=parameters, warnings=())
 

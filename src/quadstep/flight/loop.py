@@ -6,13 +6,15 @@ does not have (air, sensing) is None in the loop and () in the cycle.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
+from quadstep.control.controller import Controller
 from quadstep.flight.closed_loop import Clock, Task
 from quadstep.flight.integrator import runge_kutta_4
 from quadstep.flight.plant import Air, Plant
-from quadstep.guidance.reference import PathLaw
-from quadstep.numbers import Number, Vector, vector
+from quadstep.guidance.reference import PathLaw, Reference
+from quadstep.numbers import Number, Structure, Vector, vector
 from quadstep.numbers.repeated import repeated
 from quadstep.sensing.suite import Suite
 
@@ -26,25 +28,25 @@ class Cycle(NamedTuple):
     as it was asked for. held: what the actuators are told.
     """
 
-    state: Any
-    air: Any
-    sensed: Any
-    memory: Any
-    command: Any
-    held: Any
+    state: Structure
+    air: Structure
+    sensed: Structure
+    memory: Structure
+    command: Structure
+    held: Structure
 
 
 @dataclass(frozen=True)
 class Loop:
     """The structure of a flight: which laws are composed. Its numbers are a NamedTuple of the plant's, `p`.
 
-    p has `path`, `gains`, `limits`; with air `wind`; with noise `key`; with sensing `sensors`. guided: whether the
-    controller's `guide` runs at a rate of its own.
+    p has `path`, `gains`, `limits`; with air `wind`; with noise `key`; with sensing `sensors`. guided: whether there is a task
+    for the controller's `guide` even if it has none, so that another may take its place.
     """
 
     plant: Plant
     path: PathLaw
-    controller: Any
+    controller: Controller
     air: Air | None = None
     sensing: Suite | None = None
     guided: bool = False
@@ -56,86 +58,109 @@ class Loop:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Air, sensors, position loop, control, as far as there are."""
+        """Air, sensors, and what the controller samples, as far as there are."""
         air = (Task("air", self.stir),) if self.air and self.air.stirs else ()
         sensing = (Task("sensing", self.sense), Task("fix", self.fix)) if self.sensing else ()
-        guidance = (Task("guidance", self.guide),) if self.guided else ()
-        return (*air, *sensing, *guidance, Task("control", self.control))
+        return (*air, *sensing, *self.sampled)
 
-    def start(self, start: Any, p: Any) -> Cycle:
+    @property
+    def sampled(self) -> tuple[Task, ...]:
+        """The controller's loops, slowest first, and its law, each by its own name."""
+        loops = self.controller.loops()
+        if self.guided and "guide" not in loops:
+            loops = ("guide", *loops)
+        return (*(Task(name, partial(self.slower, name)) for name in loops), Task("law", self.law))
+
+    def start(self, start: Structure, p: Structure) -> Cycle:
         """The cycle before the first tick."""
         truth = self.plant.truth(start)
-        sensed: Any = self.sensing.start(truth, p.sensors, p.key) if self.sensing else ()
+        sensed: Structure = self.sensing.start(truth, p.sensors, p.key) if self.sensing else ()
         command, held = self.plant.rest(start, p)
-        known = self.sensing.measured(sensed) if self.sensing else truth
-        memory = self.controller.start(self.plant.told(known, held), p.gains)
+        memory = self.controller.start(self.measured(start, sensed, held), p.gains)
         return Cycle(start, self.air.start() if self.air else (), sensed, memory, command, held)
 
-    def stir(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
+    def stir(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """The air one period later."""
         assert self.air
         return cycle._replace(air=self.air.stir(cycle.air, p, clock)), 0.0
 
-    def sense(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
+    def sense(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """Gyro and accelerometer, and what the estimator makes of them."""
         assert self.sensing
         felt = STILL
-        if self.sensing.estimator:
+        if self.sensing.feels:
             felt = self.plant.felt(p, cycle.state, self.rate(cycle, p, clock.time, cycle.state))
         truth = self.plant.truth(cycle.state)
         sensed = self.sensing.sense(cycle.sensed, truth, felt, p.sensors, p.key, clock.tick, clock.period)
         return cycle._replace(sensed=sensed), 0.0
 
-    def fix(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
+    def fix(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of position, velocity and attitude."""
         assert self.sensing
         truth = self.plant.truth(cycle.state)
         return cycle._replace(sensed=self.sensing.fix(cycle.sensed, truth, p.sensors, p.key, clock.tick, clock.period)), 0.0
 
-    def told(self, cycle: Cycle) -> Any:
+    def told(self, cycle: Cycle) -> Structure:
         """What the controller gets to know now."""
-        known = self.sensing.measured(cycle.sensed) if self.sensing else self.plant.truth(cycle.state)
-        return self.plant.told(known, cycle.held)
+        return self.measured(cycle.state, cycle.sensed, cycle.held)
 
-    def guide(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
-        """The position loop."""
-        reference = self.path.reference(clock.time, p.path)
-        memory = self.controller.guide(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
-        return cycle._replace(memory=memory), 0.0
+    def measured(self, state: Structure, sensed: Structure, held: Structure) -> Structure:
+        """The same, before there is a cycle."""
+        told = self.plant.told(self.sensing.measured(sensed) if self.sensing else self.plant.truth(state), held)
+        also = self.controller.also_measures
+        if not also:
+            return told
+        assert self.sensing
+        more = {**self.sensing.more(sensed), "rotor_speeds": self.plant.rotor_speeds(state)}
+        return told._replace(**{name: more[name] for name in also})
 
-    def control(self, cycle: Cycle, p: Any, clock: Clock) -> tuple[Cycle, Number]:
+    def wanted(self, time: Number, p: Structure) -> Reference:
+        """The reference at time t [s], as the controller asks for it."""
+        reference = self.path.reference(time, p.path)
+        ahead = self.controller.preview
+        if not ahead:
+            return reference
+        return reference._replace(ahead=tuple(self.path.reference(time + later, p.path) for later in ahead))
+
+    def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+        """A sample of one of the controller's slower loops, such as `guide`."""
+        given = self.told(cycle), self.wanted(clock.time, p), p.gains, clock.time, clock.period
+        return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
+
+    def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """The controller's law, what the actuators make of it, and whether the flight goes on."""
-        reference = self.path.reference(clock.time, p.path)
-        command, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        reference = self.wanted(clock.time, p)
+        asked, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        command = self.plant.asked(p, asked)
         code = self.plant.outcome(p, cycle.state, command, reference)
-        return cycle._replace(memory=memory, command=command, held=self.plant.actuate(p, command)), code
+        return cycle._replace(memory=memory, command=command, held=self.plant.actuate(p, asked)), code
 
-    def wind(self, cycle: Cycle, p: Any, time: Number) -> Vector:
+    def wind(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""
         return self.air.wind(cycle.air, p, time) if self.air else STILL
 
-    def rate(self, cycle: Cycle, p: Any, time: Number, state: Any) -> Any:
+    def rate(self, cycle: Cycle, p: Structure, time: Number, state: Structure) -> Structure:
         """Rate of every state, the actuators' commands held."""
         return self.plant.rate(p, state, cycle.held, self.wind(cycle, p, time), time)
 
-    def advance(self, cycle: Cycle, p: Any, clock: Clock) -> Cycle:
+    def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
         """The cycle one integrator step later; wind and events as they are in the middle of the step."""
         middle = clock.time + 0.5 * clock.period
 
-        def rate(state: Any) -> Any:
+        def rate(state: Structure) -> Structure:
             return self.rate(cycle, p, middle, state)
 
         state = runge_kutta_4(repeated(rate) if self.plant.compact else rate, cycle.state, clock.period)
         return cycle._replace(state=self.plant.settled(state))
 
-    def row(self, cycle: Cycle, p: Any, time: Number) -> list[Number]:
+    def row(self, cycle: Cycle, p: Structure, time: Number) -> list[Number]:
         """One row of the log: the state now, the commands held."""
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
         return self.plant.row(p, cycle.state, self.told(cycle), cycle.command, cycle.held, reference, wind, time)
 
     # What is scored
 
-    def position_error(self, cycle: Cycle, p: Any, time: Number) -> Vector:
+    def position_error(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
         """The wanted position less the true one [m]."""
         return self.plant.error(cycle.state, self.path.reference(time, p.path))
 

@@ -1,11 +1,11 @@
 """What is flown, and what surrounds it: a plant, the air it flies in, the sensors it is seen by."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from quadstep.flight.closed_loop import Clock
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector
+from quadstep.numbers import Number, Structure, Vector
 
 
 class Rotor(NamedTuple):
@@ -59,63 +59,79 @@ class Plant(Protocol):
         """Name of each entry of `weight_norms`."""
         ...
 
-    def body(self, p: Any) -> Any:
+    def body(self, p: Structure) -> Structure:
         """What has the vehicle's mass [kg], inertia [kg m^2] and gravity [m/s^2] among its numbers."""
         ...
 
-    def rest(self, state: Any, p: Any) -> tuple[Any, Any]:
+    def rest(self, state: Structure, p: Structure) -> tuple[Structure, Structure]:
         """The command and the actuators before the first sample."""
         ...
 
-    def truth(self, state: Any) -> Any:
+    def truth(self, state: Structure) -> Structure:
         """What perfect sensors would measure."""
         ...
 
-    def felt(self, p: Any, state: Any, rate: Any) -> Vector:
+    def felt(self, p: Structure, state: Structure, rate: Structure) -> Vector:
         """What an accelerometer feels [m/s^2], body axes. rate: of the state. Only asked with an estimator."""
         ...
 
-    def told(self, known: Any, held: Any) -> Any:
+    def told(self, known: Structure, held: Structure) -> Structure:
         """What the controller gets to know: the measured motion, and what the actuators were told."""
         ...
 
-    def actuate(self, p: Any, command: Any) -> Any:
+    def rotor_speeds(self, state: Structure) -> Vector:
+        """How fast the rotors turn [rad/s]; only asked by a law that measures it."""
+        ...
+
+    def asked(self, p: Structure, command: Structure) -> Structure:
+        """A law's command as it is logged: without limits, and of one form, whatever forms the plant takes."""
+        ...
+
+    def actuate(self, p: Structure, command: Structure) -> Structure:
         """What the actuators are told to make of a command, within their limits."""
         ...
 
-    def rate(self, p: Any, state: Any, held: Any, wind: Vector, time: Number) -> Any:
+    def rate(self, p: Structure, state: Structure, held: Structure, wind: Vector, time: Number) -> Structure:
         """Rate of every state. wind [m/s]: world axes."""
         ...
 
-    def settled(self, state: Any) -> Any:
+    def settled(self, state: Structure) -> Structure:
         """The state after a step, back on its manifold."""
         ...
 
-    def outcome(self, p: Any, state: Any, command: Any, reference: Reference) -> Number:
+    def outcome(self, p: Structure, state: Structure, command: Structure, reference: Reference) -> Number:
         """The `Outcome` that ends the flight at a sample, 0 while all is well; one that is not finite goes before all else.
 
         command: as asked for, since a limit would hide NaN.
         """
         ...
 
-    def error(self, state: Any, reference: Reference) -> Vector:
+    def error(self, state: Structure, reference: Reference) -> Vector:
         """The wanted position less the true one [m], along the plant's axes."""
         ...
 
-    def inputs(self, held: Any) -> Vector:
+    def inputs(self, held: Structure) -> Vector:
         """What the actuators are told, as metrics add it up."""
         ...
 
-    def weight_norms(self, command: Any) -> Vector:
+    def weight_norms(self, command: Structure) -> Vector:
         """Of what a law has learned, as its command says."""
         ...
 
-    def drawn(self, p: Any) -> Drawn:
+    def drawn(self, p: Structure) -> Drawn:
         """How it is drawn."""
         ...
 
     def row(
-        self, p: Any, state: Any, told: Any, command: Any, held: Any, reference: Reference, wind: Vector, time: Number
+        self,
+        p: Structure,
+        state: Structure,
+        told: Structure,
+        command: Structure,
+        held: Structure,
+        reference: Reference,
+        wind: Vector,
+        time: Number,
     ) -> list[Number]:
         """One row of the log, in the order of `columns`."""
         ...
@@ -129,14 +145,14 @@ class Air(Protocol):
         """Whether something of it lives from step to step."""
         ...
 
-    def start(self) -> Any:
+    def start(self) -> Structure:
         """Its state before the first tick."""
         ...
 
-    def stir(self, air: Any, p: Any, clock: Clock) -> Any:
+    def stir(self, air: Structure, p: Structure, clock: Clock) -> Structure:
         """Its state one period later."""
         ...
 
-    def wind(self, air: Any, p: Any, time: Number) -> Vector:
+    def wind(self, air: Structure, p: Structure, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""
         ...

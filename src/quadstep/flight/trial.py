@@ -4,11 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from quadstep.control.commands import RotorSpeeds, RotorThrusts
+from quadstep.control.controller import Command
 from quadstep.control.opaque import Opaque
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import always
-from quadstep.flight.loop import Loop
+from quadstep.flight.loop import Cycle, Loop
 from quadstep.numbers import Table, flatten, leaf_names
 
 NUMBERS = float, int, np.floating, np.integer
@@ -27,16 +29,28 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     cycle = loop.start(start, parameters)
     check_numbers(cycle.memory, "start: the memory")
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
-    given, memory = (loop.told(cycle), loop.path.reference(0.0, parameters.path), gains, 0.0), cycle.memory
-    if loop.guided:
-        memory = always(law.guide)(memory, *given, periods["guidance"])
-        check_same(memory, cycle.memory, "guide: the memory")
-    answer: Any = always(law.law)(memory, *given, periods["control"])
-    wanted = type(cycle.command).__name__
-    if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], type(cycle.command)):
+    given, memory = (loop.told(cycle), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
+    for name in law.loops():
+        memory = always(law.slower)(name, memory, *given, periods[name])
+        check_same(memory, cycle.memory, f"{name}: the memory")
+    kind = type(cycle.command) if law.commands is Command else law.commands
+    answer: Any = always(law.law)(memory, *given, periods["law"])
+    wanted = kind.__name__
+    if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
         raise UserError(f"law: should return a {wanted} and the memory; it returns {named(answer)}")
-    check_same(answer[0], cycle.command, f"law: the {wanted}")
+    check_command(loop, cycle, parameters, answer[0])
     check_same(answer[1], cycle.memory, "law: the memory")
+
+
+def check_command(loop: Loop, cycle: Cycle, parameters: Any, command: Any) -> None:
+    """Refuses a command that the vehicle cannot take. Raises UserError."""
+    what = f"law: the {type(command).__name__}"
+    check_numbers(command, what)
+    if isinstance(command, RotorThrusts | RotorSpeeds):
+        told, rotors = len(command[0]), len(cycle.held.speeds)
+        if told != rotors:
+            raise UserError(f"{what}: should have an entry for each of the {rotors} rotors, not {told}")
+    check_same(loop.plant.asked(parameters, command), cycle.command, what)
 
 
 def named(answer: Any) -> str:

@@ -9,6 +9,7 @@ from quadstep.air.wind import Dryden, MovingAir, Wind
 from quadstep.mission.fields import Duration, NonNegative, Positive, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
+from quadstep.user_code.installed import WINDS
 
 KNOT = 1852.0 / 3600.0
 
@@ -129,4 +130,4 @@ class OwnWindSection(OwnSection):
 if TYPE_CHECKING:
     AnyWind = WindSection | OwnWindSection
 else:
-    AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredAir, OwnWindSection))]
+    AnyWind = Annotated[SerializeAsAny[WindSection], WrapValidator(own_or(DeclaredAir, OwnWindSection, WINDS))]

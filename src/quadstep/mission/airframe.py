@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from quadstep.airframe.aerodynamics import Drag
 from quadstep.airframe.agility import agility
-from quadstep.airframe.allocation import Allocation, allocation, rank
+from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.plant import Airframe
@@ -211,6 +211,7 @@ class BuiltAirframe(NamedTuple):
     def model(self) -> Model:
         """What it is to a controller."""
         airframe, rotors = self.airframe, len(self.geometry.mounts)
+        rotor = airframe.rotor
         return Model(
             mass=airframe.mass,
             inertia=airframe.inertia,
@@ -218,7 +219,12 @@ class BuiltAirframe(NamedTuple):
             most_thrust=MARGIN * rotors * self.allocation.most,
             agility=agility(self.geometry, airframe, self.allocation),
             rotors=rotors,
-            lag=maximum(airframe.rotor.rise, airframe.rotor.fall),
+            lag=maximum(rotor.rise, rotor.fall),
+            mixing=mixing(self.geometry, rotor.torque / rotor.thrust),
+            shares=self.allocation.matrix,
+            per_speed=rotor.thrust,
+            slowest=rotor.slowest,
+            fastest=rotor.fastest,
         )
 
 

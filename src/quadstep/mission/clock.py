@@ -2,29 +2,44 @@
 
 from collections.abc import Sequence
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.mission.fields import Positive, Section
+
+PERIODS = {"law": "control_period", "guide": "guidance_period"}
+"""Keys that say how often a method of a controller runs, where a kind of mission has them."""
 
 MOST_ROWS = 500_000
 MOST_STEPS = 200_000_000
 
 
 class ClockSection(Section):
-    """Clock of the flight [s]; every `..._period` is a whole multiple of step. duration: the path's own length if left out."""
+    """Clock of the flight [s]; every `..._period` is a whole multiple of step. duration: the path's own length if left out.
+
+    loop_periods: of a controller's loops that have no key of their own, by name; as the controller declares if left out.
+    """
 
     duration: Positive | None = None
     step: Positive = 0.002
     log_period: Positive = 0.01
+    loop_periods: dict[str, Positive] = Field(default={}, max_length=16)
 
     @model_validator(mode="after")
     def _whole(self) -> "ClockSection":
         for key in type(self).model_fields:
             if key.endswith("_period"):
                 whole_multiple(key, getattr(self, key), self.step)
+        for name, period in self.loop_periods.items():
+            whole_multiple(f"loop_periods.{name}", period, self.step)
         return self
+
+    def period_of(self, loop: str) -> float:
+        """From sample to sample of a controller's `law`, or of one of its loops [s]."""
+        key = PERIODS.get(loop, "")
+        found: float = getattr(self, key) if key in type(self).model_fields else self.loop_periods[loop]
+        return found
 
     def clock(self, length: float, periods: Sequence[float]) -> Ticks:
         """The clock of a flight along a path of `length` [s], its tasks due every so many seconds.

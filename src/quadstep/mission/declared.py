@@ -27,6 +27,7 @@ from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
 from quadstep.report.drawing import FigureJob
 from quadstep.report.general_panels import general_jobs
+from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 
 PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""
@@ -75,7 +76,6 @@ class DeclaredMission(Mission):
     def build(self, path: BuiltPath) -> Built:
         numbers = self.vehicle.numbers()
         return Built(
-            periods={"guidance": self.simulation.guidance_period, "control": self.simulation.control_period},
             numbers=partial(PlantParameters, vehicle=numbers, limits=self.limits.numbers()),
             start=partial(self.plant.begin, numbers),
             guided=True,
@@ -118,7 +118,7 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     if kind in PLANTS:
         return mission_of(PLANTS[kind], kind)
     try:
-        plant = own_class(kind, DeclaredPlant, folder)
+        plant = own_class(kind, DeclaredPlant, PLANTS_OF_OTHERS, folder)
     except UserError as error:
         raise UserError(f"vehicle.type: {error}") from error
     if plant is None:

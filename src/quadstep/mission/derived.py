@@ -1,6 +1,6 @@
 """A controller's table of a mission file, derived from what its gains declare."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Union
@@ -13,6 +13,7 @@ from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
 from quadstep.control.registry import BUILT_IN, controllers
 from quadstep.errors import UserError
+from quadstep.mission.clock import PERIODS
 from quadstep.mission.fields import (
     MOST,
     Diagonal,
@@ -93,16 +94,22 @@ class ControllerSection(Section):
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
 
 
-PERIODS = {"law": "control_period", "guide": "guidance_period"}
-"""Keys of `[simulation]` that say how often each method of a controller runs."""
-
-
-def with_usual_rates(content: Mapping[str, Any], law: type[Controller]) -> Mapping[str, Any]:
-    """A mission's content with its controller's own sample times where it says none."""
-    own = {PERIODS[method]: period for method, period in law.rates.items() if period != Controller.rates[method]}
+def with_usual_rates(content: Mapping[str, Any], law: type[Controller], keys: Container[str]) -> Mapping[str, Any]:
+    """A mission's content with its controller's own sample times where it says none. keys: of its [simulation]."""
+    own: dict[str, Any] = {}
+    further: dict[str, float] = {}
+    usual = {**Controller.rates, **law.rates}
+    for method, period in usual.items():
+        if (key := PERIODS.get(method, "")) in keys:
+            own |= {key: period} if period != Controller.rates[method] else {}
+        elif method in law.loops():
+            further[method] = period
     simulation = content.get("simulation", {})
-    if not own or not isinstance(simulation, Mapping):
+    if not (own or further) or not isinstance(simulation, Mapping):
         return content
+    said = simulation.get("loop_periods", {})
+    if further and isinstance(said, Mapping):
+        simulation = {**simulation, "loop_periods": {**further, **said}}
     return {**content, "simulation": {**own, **simulation}}
 
 

@@ -11,7 +11,8 @@ from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
-from quadstep.mission.fields import Finite, Name, Positive, Section, Triple
+from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
+from quadstep.mission.fields import Name, Positive, Section, Triple
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -21,7 +22,6 @@ from quadstep.numbers import Vector
 from quadstep.plants.lagrange import Lagrange, Limits, Parameters
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import flight_jobs
-from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.state import State
 
@@ -39,14 +39,6 @@ class StartSection(Section):
         if self.attitude and abs(self.attitude[1]) >= math.pi / 2.0:
             raise ValueError(f"attitude: theta must be inside (-pi/2, pi/2) rad, not {self.attitude[1]:g}")
         return self
-
-
-class DisturbanceSection(Section):
-    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
-
-    scale: Finite = 1.0
-    force: Triple = (0.0, 0.0, 0.0)
-    torque: Triple = (0.0, 0.0, 0.0)
 
 
 class SimulationSection(ClockSection):
@@ -71,7 +63,7 @@ class LagrangeMission(Mission):
     path: AnyPath
     controller: AnyController = USUAL_CONTROLLER
     start: StartSection = StartSection()
-    disturbance: DisturbanceSection = DisturbanceSection()
+    disturbance: AnyDisturbance = DisturbanceSection()
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
     metrics: OwnMetrics = ()
@@ -81,7 +73,7 @@ class LagrangeMission(Mission):
 
     @property
     def plant(self) -> Lagrange:
-        return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None)
+        return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None, self.disturbance.thing)
 
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
@@ -94,13 +86,12 @@ class LagrangeMission(Mission):
         return flight_jobs(log, self.name)
 
     def build(self, path: BuiltPath) -> Built:
-        disturbance, limits = self.disturbance, self.limits
+        limits = self.limits
         return Built(
-            periods={"control": self.simulation.control_period},
             numbers=partial(
                 Parameters,
                 vehicle=self.vehicle.build(),
-                disturbance=Disturbance(disturbance.scale, Vector(disturbance.force), Vector(disturbance.torque)),
+                disturbance=self.disturbance.build(),
                 limits=Limits(limits.distance, limits.rate, limits.pitch),
             ),
             start=self.begin,

@@ -116,7 +116,8 @@ class MultirotorMission(Mission):
         try:
             self.vehicle.check_step(simulation.step)
             self.sensors.check(duration)
-            sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity)
+            asked = self.controller.controller.also_measures
+            sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity, asked)
             self.wind.check(duration)
             check_events(self.events, rotors, duration)
         except ValueError as error:
@@ -126,8 +127,6 @@ class MultirotorMission(Mission):
                 "air": simulation.air_period,
                 "sensing": sensors.imu_steps * simulation.step,
                 "fix": sensors.fix_steps * simulation.step,
-                "guidance": simulation.guidance_period,
-                "control": simulation.control_period,
             },
             numbers=partial(
                 AirframeParameters,

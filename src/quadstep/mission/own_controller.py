@@ -5,30 +5,37 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from functools import cache
-from importlib.metadata import entry_points
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationInfo
 
-from quadstep.control.controller import Controller
+from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import Gain, declared
 from quadstep.control.opaque import opaque_law
+from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
 from quadstep.user_code.blame import blamed, user_error
+from quadstep.user_code.installed import CONTROLLERS, own_place
 from quadstep.user_code.loading import load
-from quadstep.user_code.places import Place, place
-
-GROUP = "quadstep.controllers"
-"""Of the entry points by which installed packages bring controllers."""
+from quadstep.user_code.places import Place
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
+
+ALSO_MEASURED = ("specific_force", "rotor_speeds", "age")
+"""What a controller of a real vehicle may ask for beside its motion."""
+
+COMMANDS = (BodyRates, RotorThrusts, RotorSpeeds)
+"""What it may command instead of thrust and torque."""
+
+MOST_AHEAD, MOST_PREVIEWED = 60.0, 200
+"""Of the path ahead [s], and of samples of it."""
 
 RESERVED = ("type", "nets")
 """Keys of every controller's table."""
@@ -47,7 +54,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
 
     measures: what the vehicle tells its controllers. folder: the mission's.
     """
-    found = place(kind) or installed(kind)
+    found = own_place(kind, CONTROLLERS)
     if found is None:
         return None
     law = as_controller(load(found, folder), found)
@@ -57,7 +64,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
         )
     try:
         check_declared(law)
-        return section_of(law, kind)
+        return section_of(following_rates(law), kind)
     except Exception as error:
         if blamed(error):
             raise user_error(error) from error
@@ -81,13 +88,36 @@ def check_declared(law: type[Controller]) -> None:
     """Refuses declarations that no table can be made of. Raises TypeError or ValueError."""
     if not hasattr(law.Gains, "_fields"):
         raise TypeError(f"Gains: should be a NamedTuple, not {law.Gains!r:.60}")
-    for what, known in (("rates", Controller.rates), ("defaults", declared(law.Gains))):
-        unknown = [name for name in getattr(law, what) if name not in known]
-        if unknown:
-            raise ValueError(f"{what}: {unknown[0]} is not known; allowed: {', '.join(known) or 'none'}")
+    known = declared(law.Gains)
+    for name in law.defaults:
+        if name not in known:
+            raise ValueError(f"defaults: {name} is not known; allowed: {', '.join(known) or 'none'}")
+    for name, period in law.rates.items():
+        if not callable(getattr(law, name, None)):
+            raise TypeError(f"rates: {name} is not known; it should be `law`, `guide` or another method of the controller")
+        if not isinstance(period, Real) or not 0.0 < period < math.inf:
+            raise ValueError(f"rates: {name} should be a sample time above 0 s, not {period!r:.60}")
+    check_told(law)
     for one in law.declarations().values():
         if isinstance(one, Gain):
             check_gain(one)
+
+
+def check_told(law: type[Controller]) -> None:
+    """Refuses what a controller cannot be told, or cannot command. Raises TypeError or ValueError."""
+    real = law.measures is Measured
+    for name in law.also_measures:
+        if not real or name not in ALSO_MEASURED:
+            allowed = ", ".join(ALSO_MEASURED) if real else "nothing; only real vehicles have more to measure"
+            raise ValueError(f"also_measures: {name!s:.60} is not known; allowed: {allowed}")
+    if law.commands is not Command and (not real or law.commands not in COMMANDS):
+        allowed = ", ".join(one.__name__ for one in (Command, *COMMANDS) if real or one is Command)
+        raise TypeError(f"commands: should be one of {allowed}, not {law.commands!r:.60}")
+    for later in law.preview:
+        if not isinstance(later, Real) or not 0.0 <= later <= MOST_AHEAD:
+            raise ValueError(f"preview: should be made of times from 0 to {MOST_AHEAD:g} s, not {later!r:.60}")
+    if len(law.preview) > MOST_PREVIEWED:
+        raise ValueError(f"preview: at most {MOST_PREVIEWED} samples, not {len(law.preview)}")
 
 
 def check_gain(one: Gain) -> None:
@@ -110,18 +140,6 @@ def check_gain(one: Gain) -> None:
     for value in values:
         if not isinstance(value, Real) or not math.isfinite(value) or value < 0.0:
             raise ValueError(f"{one.key}: its default should be made of finite numbers of at least 0, not {value!r:.60}")
-
-
-def installed(kind: str) -> Place | None:
-    """The entry point of this name: installed code, whatever is beside the mission."""
-    return all_installed().get(kind)
-
-
-@cache
-def all_installed() -> dict[str, Place]:
-    """The entry points by name. To look for them takes longer than to check a mission, so it is done once."""
-    found = {one.name: place(one.value) for one in entry_points(group=GROUP)}
-    return {name: one._replace(entry=True) for name, one in found.items() if one}
 
 
 def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:

@@ -11,6 +11,7 @@ from quadstep.errors import UserError
 from quadstep.flight.own_metric import Metric
 from quadstep.mission.fields import as_tuple
 from quadstep.mission.own_thing import own_class, the_only
+from quadstep.user_code.installed import METRICS
 
 TAKEN = (
     "flight",
@@ -38,7 +39,7 @@ def own_metrics(named: Sequence[str], folder: Path) -> tuple[Metric, ...]:
 
 def own_metric(kind: str, folder: Path) -> Metric:
     """One of them."""
-    thing = own_class(kind, Metric, folder)
+    thing = own_class(kind, Metric, METRICS, folder)
     if thing is None:
         raise UserError(f'{kind!r:.60}: names no class of a Python file, such as "my_metrics.py:Overshoot"')
     name, unit = getattr(thing, "name", None), thing.unit

@@ -10,8 +10,8 @@ from quadstep.control.gain import kept
 from quadstep.errors import UserError
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_table import or_own
+from quadstep.user_code.installed import own_place
 from quadstep.user_code.loading import load
-from quadstep.user_code.places import place
 
 T = TypeVar("T")
 
@@ -23,9 +23,12 @@ class OwnSection(NumbersSection):
     type: str
 
 
-def own_class(kind: str, base: type[Any], folder: Path) -> type[Any] | None:
-    """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError."""
-    found = place(kind)
+def own_class(kind: str, base: type[Any], group: str, folder: Path) -> type[Any] | None:
+    """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError.
+
+    group: of the entry points that name such classes.
+    """
+    found = own_place(kind, group)
     if found is None:
         return None
     thing, wanted = load(found, folder), f"{base.__module__}.{base.__qualname__}"
@@ -43,14 +46,14 @@ def the_only(thing: type[T]) -> T:
     return thing()
 
 
-def own_or(base: type[Any], section: type[OwnSection]) -> Callable[[Any, Any, ValidationInfo], Any]:
+def own_or(base: type[Any], section: type[OwnSection], group: str) -> Callable[[Any, Any, ValidationInfo], Any]:
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
-    base: what the class is one of; section: what its table is.
+    base: what the class is one of; section: what its table is; group: of entry points.
     """
 
     def table(kind: str, folder: Path) -> type[OwnSection] | None:
-        thing = own_class(kind, base, folder)
+        thing = own_class(kind, base, group, folder)
         return own_section(kind, thing, section) if thing else None
 
     return or_own(lambda value: isinstance(value, section), table)

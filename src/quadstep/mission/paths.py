@@ -20,6 +20,7 @@ from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positiv
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
+from quadstep.user_code.installed import PATHS
 
 
 class BuiltPath(NamedTuple):
@@ -190,7 +191,7 @@ class OwnPathSection(OwnSection):
         length, first = law.length(numbers), law.reference(0.0, numbers)
         if isinstance(length, float | int) and not 0.0 < length <= MOST:
             raise UserError(f"path.type: {self.type}: its length should be a number of seconds above 0, not {length:g}")
-        if not isinstance(first, Reference) or any(len(part) != 3 for part in (*first[:3], *first[5:])):
+        if not isinstance(first, Reference) or any(len(part) != 3 for part in (*first[:3], first.jerk, first.snap)):
             raise UserError(f"path.type: {self.type}: `reference` should give a Reference, whose vectors have three entries")
         return BuiltPath(law, numbers, length)
 
@@ -202,4 +203,4 @@ KnownPath = Annotated[
 if TYPE_CHECKING:
     AnyPath = KnownPath | OwnPathSection
 else:
-    AnyPath = Annotated[SerializeAsAny[KnownPath], WrapValidator(own_or(DeclaredPath, OwnPathSection))]
+    AnyPath = Annotated[SerializeAsAny[KnownPath], WrapValidator(own_or(DeclaredPath, OwnPathSection, PATHS))]

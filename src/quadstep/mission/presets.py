@@ -9,6 +9,10 @@ from typing import Any
 
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
+from quadstep.mission.fields import plain
+from quadstep.user_code.blame import user_error
+from quadstep.user_code.installed import VEHICLES, installed, own_place
+from quadstep.user_code.loading import load
 
 WAYS_TO_PLACE_ROTORS = ({"layout", "arm"}, {"rotors"})
 """Keys that say where the rotors are, in two ways; the two are exclusive."""
@@ -32,15 +36,32 @@ def preset_folder() -> Traversable:
 
 
 def preset_names() -> list[str]:
-    """The vehicles that come with the package."""
-    return sorted(entry.name.removesuffix(".toml") for entry in preset_folder().iterdir() if entry.name.endswith(".toml"))
+    """The vehicles that come with the package, and those that installed packages bring."""
+    own = [entry.name.removesuffix(".toml") for entry in preset_folder().iterdir() if entry.name.endswith(".toml")]
+    return [*sorted(own), *sorted(installed(VEHICLES).keys() - set(own))]
 
 
-def preset_table(name: Any) -> dict[str, Any]:
-    """The keys of one of them. Raises ValueError naming the others."""
-    if name not in preset_names():
-        raise ValueError(f"preset {name!r:.60} is not known; allowed: {', '.join(preset_names())}")
-    return tomllib.loads((preset_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+def preset_table(name: object, folder: Path = Path()) -> dict[str, Any]:
+    """The keys of one of them, or of one in a Python file, looked up from `folder`: a dict, or a function that gives one.
+
+    Raises ValueError naming the others, or what is wrong with the file.
+    """
+    packaged = preset_folder() / f"{name}.toml"
+    if isinstance(name, str) and name in preset_names() and packaged.is_file():
+        return tomllib.loads(packaged.read_text(encoding="utf-8"))
+    own = own_place(name, VEHICLES)
+    if own is None:
+        raise ValueError(f"preset {name!r:.60} is not known; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME")
+    try:
+        thing = load(own, folder)
+        table = plain(thing() if callable(thing) else thing)
+    except UserError as error:
+        raise ValueError(str(error)) from error
+    except Exception as error:
+        raise ValueError(str(user_error(error, own.text))) from error
+    if not isinstance(table, dict) or table.get("preset") == name:
+        raise ValueError(f"{own.text}: should be a dict with the keys of a vehicle, or a function that gives one")
+    return completed(table, folder, 1) if {"preset", "file"} & table.keys() else table
 
 
 def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, Any]:
@@ -53,7 +74,7 @@ def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, 
     if preset is not None and file is not None:
         raise ValueError("preset and file are both given; a vehicle starts from one of them")
     if preset is not None:
-        return merged(preset_table(preset), table)
+        return merged(preset_table(preset, folder), table)
     if file is not None:
         path = named_file(table, folder)
         if depth == DEEPEST:

@@ -23,7 +23,7 @@ from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
 from quadstep.mission.check import explained
-from quadstep.mission.clock import ClockSection
+from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import with_usual_rates
 from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
@@ -39,13 +39,13 @@ from quadstep.sensing.suite import Suite
 class Built(NamedTuple):
     """What a mission flies, as laws and numbers.
 
-    periods: of each task of the loop, by name [s]. numbers: the parameters,
-    given path and gains. start: the state at t = 0, given the reference then. warnings: what speaks against it, a line each.
+    numbers: the parameters, given path and gains. start: the state at t = 0, given the reference then. periods: of air and
+    sensors, as far as there are any, by their tasks' names [s]. warnings: what speaks against it, a line each.
     """
 
-    periods: Mapping[str, float]
     numbers: Callable[..., Any]
     start: Callable[[Reference], Any]
+    periods: Mapping[str, float] = {}
     air: Air | None = None
     sensing: Suite | None = None
     guided: bool = False
@@ -99,7 +99,8 @@ class Mission(Section):
         name = table.get("type") if isinstance(table, dict) else None
         folder = (info.context or {}).get("folder", Path())
         law = law_named(name, cls.measures, folder) if isinstance(name, str) else None
-        return with_usual_rates(content, law) if law else content
+        simulation: Any = cls.model_fields["simulation"].annotation
+        return with_usual_rates(content, law, simulation.model_fields) if law else content
 
     @property
     def modelled(self) -> Any:
@@ -151,18 +152,12 @@ class Mission(Section):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _checked(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """A mission of a file, which comes with a folder and whose reader explains its errors; or one given in Python."""
+    def _placed(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission of a file comes with a folder; those below it look up what it names there."""
+        made = handler(content)
         if info.context is not None:
-            made = handler(content)
             made.__dict__["folder"] = info.context["folder"]
-            return made
-        try:
-            return handler(plain(content))
-        except (ValidationError, UserError) as error:
-            given = content if isinstance(content, dict) else {}
-            misplaced = of_another_plant(given, cls)
-            raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
+        return made
 
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
@@ -186,6 +181,15 @@ class Mission(Section):
         """What is drawn of a flight."""
 
     @model_validator(mode="after")
+    def _names_loops_that_there_are(self) -> Self:
+        clock = self.simulation
+        known = [name for name in self.controller.controller.loops() if PERIODS.get(name) not in type(clock).model_fields]
+        for name in clock.loop_periods.keys() - set(known):
+            allowed = ", ".join(known) or "none"
+            raise ValueError(f"simulation: loop_periods.{name}: the controller has no such loop; allowed: {allowed}")
+        return self
+
+    @model_validator(mode="after")
     def _names_its_metrics_apart(self) -> Self:
         for one in self.own_metrics:
             if one.name in bare(score_names(self.plant)):
@@ -199,6 +203,22 @@ class Mission(Section):
             if unknown:
                 raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
         return self
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _explained(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        """A mission given in Python; the reader of a file explains its errors itself.
+
+        It stands below the other validators, since it explains what those above it say.
+        """
+        if info.context is not None:
+            return handler(content)
+        try:
+            return handler(plain(content))
+        except (ValidationError, UserError) as error:
+            given = content if isinstance(content, dict) else {}
+            misplaced = of_another_plant(given, cls)
+            raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
 
     def plan(self, folder: Path | None = None, warn: bool = True) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.
@@ -216,7 +236,8 @@ class Mission(Section):
         built = self.build(path)
         controller = self.controller.build(vehicle, folder)
         loop = Loop(self.plant, path.law, controller.law, built.air, built.sensing, built.guided)
-        ticks = self.simulation.clock(path.length, [built.periods[task.name] for task in loop.tasks])
+        periods = {**built.periods, **{task.name: self.simulation.period_of(task.name) for task in loop.sampled}}
+        ticks = self.simulation.clock(path.length, [periods[task.name] for task in loop.tasks])
         last = ticks.last // ticks.log * ticks.log * ticks.step
         if self.scored_from >= last:
             raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")

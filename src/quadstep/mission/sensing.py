@@ -1,5 +1,6 @@
 """The sensors of a mission: noise, rates, latency, and whether an estimator stands between them and the controller."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from pydantic import model_validator
@@ -81,8 +82,11 @@ class SensorsSection(Section):
             if latency >= duration:
                 raise ValueError(f"sensors.{key}: {latency:g} s is not shorter than the flight of {duration:g} s")
 
-    def build(self, step: float, control_period: float, gravity: float) -> BuiltSensors:
-        """The sensors of a flight with integrator steps of `step` [s]. Raises ValueError for periods that do not fit."""
+    def build(self, step: float, control_period: float, gravity: float, asked: Sequence[str] = ()) -> BuiltSensors:
+        """The sensors of a flight with integrator steps of `step` [s]. Raises ValueError for periods that do not fit.
+
+        asked: what the controller measures beside the motion, fields of `Measured`.
+        """
         imu = self.imu_period or control_period
         fix = self.fix_period or imu
         imu_steps = multiple(imu, step, "sensors.imu_period", "simulation.step")
@@ -90,7 +94,15 @@ class SensorsSection(Section):
         late = samples(self.latency, imu, "sensors.latency")
         board_late = samples(self.imu_latency, imu, "sensors.imu_latency")
         delay, lag = divmod(late, every)
-        suite = Suite(noisy=self.noisy, estimator=self.estimator, delay=delay, lag=lag, imu_delay=board_late)
+        suite = Suite(
+            noisy=self.noisy,
+            estimator=self.estimator,
+            delay=delay,
+            lag=lag,
+            imu_delay=board_late,
+            accelerometer="specific_force" in asked,
+            late=(self.imu_latency if self.estimator else self.latency) if "age" in asked else None,
+        )
         return BuiltSensors(suite, self.numbers(gravity), imu_steps, imu_steps * every)
 
 

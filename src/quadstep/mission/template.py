@@ -12,6 +12,7 @@ from quadstep.mission.own_controller import own_section
 from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
+from quadstep.user_code.places import place
 from quadstep.vehicle.state import State
 
 TEMPLATE = """\
@@ -167,14 +168,16 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
 
 def template(preset: str | None = None, controller: str | None = None, folder: Path = Path()) -> str:
     """The text of a mission: for the paper's plant, or for a real vehicle. folder: where it will be. Raises UserError."""
-    if preset is not None and preset not in preset_names():
-        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}")
+    if preset is not None and preset not in preset_names() and place(preset) is None:
+        raise UserError(
+            f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME"
+        )
     measures = Measured if preset else State
     known = controllers(measures)
     own = own_section(controller, measures, folder) if controller and controller not in known else None
     name = controller or ("rotation-backstepping" if preset else "backstepping")
     if own is None and name not in known:
         raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}")
-    model = load_preset(preset).model() if preset else VehicleSection().model()
+    model = load_preset(preset, folder).model() if preset else VehicleSection().model()
     lines = "\n".join(controller_lines(own or section_of(known[name]), model, [other for other in known if other != name]))
     return (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from quadstep.documents import read_toml
 from quadstep.errors import UserError, one_line
 from quadstep.mission.airframe import AirframeSection
-from quadstep.mission.check import check
+from quadstep.mission.check import check, explained
 from quadstep.mission.fields import Quantity
 from quadstep.mission.presets import preset_names, preset_table
 
@@ -26,10 +26,17 @@ class Parameter(NamedTuple):
     source: str
 
 
-def load_preset(name: str) -> AirframeSection:
-    """A vehicle that comes with the package. Raises UserError naming the others."""
+def load_preset(name: str, folder: Path = Path()) -> AirframeSection:
+    """A vehicle that comes with the package or an installed one, or `FILE.py:NAME`, looked up from `folder`.
+
+    Raises UserError naming the others.
+    """
+    table = {}
     try:
-        return AirframeSection.model_validate(preset_table(name))
+        table = preset_table(name, folder)
+        return AirframeSection.model_validate(table)
+    except ValidationError as error:
+        raise explained(AirframeSection, table, error, name) from None
     except ValueError as error:
         raise UserError(str(error)) from None
 

@@ -33,12 +33,13 @@ from quadstep.numbers.functions import (
     where,
 )
 from quadstep.numbers.linear import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
-from quadstep.numbers.structure import Table, flatten, in_matrix, leaf_names, rebuild
+from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
 
 __all__ = [
     "Condition",
     "Matrix",
     "Number",
+    "Structure",
     "Table",
     "Vector",
     "absolute",

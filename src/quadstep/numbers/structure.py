@@ -5,7 +5,7 @@ structures. Engines see only the flat list of leaves; nothing else knows the lay
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,11 @@ from quadstep.numbers.functions import Number, entry
 from quadstep.numbers.linear import Matrix, Vector
 
 S = TypeVar("S")
+
+Structure: TypeAlias = Any
+"""A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
+parameters of a flight.
+"""
 
 
 class Table:

@@ -12,8 +12,9 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
-from quadstep.numbers import Vector
+from quadstep.numbers import Structure, Vector
 from quadstep.page.model import Component, Control, Effect
+from quadstep.vehicle.disturbance import Disturbance
 
 BELIEVES = "The vehicle's; the controller goes on believing its own."
 
@@ -104,7 +105,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
         *grouped("Vehicle", *vehicle_controls(mission)),
-        *grouped("Disturbance", *disturbance_controls(mission)),
+        *grouped("Disturbance", *disturbance_controls(mission, plan.parameters.disturbance)),
         *grouped("Start", moved_start(), tilted),
     ]
 
@@ -205,9 +206,11 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
     return controls
 
 
-def disturbance_controls(mission: LagrangeMission) -> list[Control]:
-    """The paper's disturbance, and steady ones."""
-    disturbance, weight = mission.disturbance, mission.vehicle.mass * mission.vehicle.gravity
+def disturbance_controls(mission: LagrangeMission, disturbance: Structure) -> list[Control]:
+    """The paper's disturbance, and steady ones; or what one of the user's own declares."""
+    if not isinstance(disturbance, Disturbance):
+        return number_sliders(disturbance, "disturbance")
+    weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
     hint = "1 is the paper's, which its own cases hardly excite."
     force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")

@@ -13,16 +13,16 @@ from typing import Any, ClassVar, NamedTuple
 from quadstep.control.model import Model
 from quadstep.flight.plant import Drawn
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector
+from quadstep.numbers import Number, Structure, Vector
 
 
 class PlantParameters(NamedTuple):
     """Every number of a flight: vehicle as its plant declares it, limits likewise."""
 
-    vehicle: Any
-    path: Any
-    gains: Any
-    limits: Any
+    vehicle: Structure
+    path: Structure
+    gains: Structure
+    limits: Structure
 
 
 @dataclass(frozen=True)
@@ -46,41 +46,41 @@ class DeclaredPlant(ABC):
     norms: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
-    def model(self, numbers: Any) -> Model:
+    def model(self, numbers: Structure) -> Model:
         """What the vehicle is to a controller."""
 
     @abstractmethod
-    def begin(self, numbers: Any, wanted: Reference) -> Any:
+    def begin(self, numbers: Structure, wanted: Reference) -> Structure:
         """The state at t = 0."""
 
     @abstractmethod
-    def rest(self, state: Any, p: PlantParameters) -> tuple[Any, Any]:
+    def rest(self, state: Structure, p: PlantParameters) -> tuple[Structure, Structure]:
         """The command and the actuators before the first sample."""
 
     @abstractmethod
-    def actuate(self, p: PlantParameters, command: Any) -> Any:
+    def actuate(self, p: PlantParameters, command: Structure) -> Structure:
         """What the actuators are told to make of a command, within their limits."""
 
     @abstractmethod
-    def rate(self, p: PlantParameters, state: Any, held: Any, wind: Vector, time: Number) -> Any:
+    def rate(self, p: PlantParameters, state: Structure, held: Structure, wind: Vector, time: Number) -> Structure:
         """Rate of every state."""
 
     @abstractmethod
-    def outcome(self, p: PlantParameters, state: Any, command: Any, reference: Reference) -> Number:
+    def outcome(self, p: PlantParameters, state: Structure, command: Structure, reference: Reference) -> Number:
         """The `Outcome` that ends the flight at a sample, 0 while all is well."""
 
     @abstractmethod
-    def error(self, state: Any, reference: Reference) -> Vector:
+    def error(self, state: Structure, reference: Reference) -> Vector:
         """The wanted position less the true one [m], along `axes`."""
 
     @abstractmethod
-    def inputs(self, held: Any) -> Vector:
+    def inputs(self, held: Structure) -> Vector:
         """What the actuators are told, in the order of `efforts`."""
 
     @abstractmethod
     def row(
-        self, p: PlantParameters, state: Any, told: Any, command: Any, held: Any, reference: Reference, wind: Vector,
-        time: Number,
+        self, p: PlantParameters, state: Structure, told: Structure, command: Structure, held: Structure,
+        reference: Reference, wind: Vector, time: Number,
     ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `columns`."""
 
@@ -92,22 +92,30 @@ class DeclaredPlant(ABC):
         """mass, inertia and gravity among its numbers."""
         return self.model(p.vehicle)
 
-    def truth(self, state: Any) -> Any:
+    def truth(self, state: Structure) -> Structure:
         """All of the state."""
         return state
 
-    def felt(self, p: PlantParameters, state: Any, rate: Any) -> Vector:
+    def felt(self, p: PlantParameters, state: Structure, rate: Structure) -> Vector:
         """Never asked: there is no estimator."""
         raise NotImplementedError
 
-    def told(self, known: Any, held: Any) -> Any:
+    def told(self, known: Structure, held: Structure) -> Structure:
         """The state."""
         return known
 
-    def settled(self, state: Any) -> Any:
+    def rotor_speeds(self, state: Structure) -> Vector:
+        """Never asked."""
+        raise NotImplementedError
+
+    def asked(self, p: PlantParameters, command: Structure) -> Structure:
+        """As it is."""
+        return command
+
+    def settled(self, state: Structure) -> Structure:
         """As it is."""
         return state
 
-    def weight_norms(self, command: Any) -> Vector:
+    def weight_norms(self, command: Structure) -> Vector:
         """Of no nets."""
         return Vector(())

@@ -9,11 +9,12 @@ from quadstep.flight.closed_loop import Outcome, finite
 from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, where
+from quadstep.numbers import Number, Structure, Vector, absolute, where
 from quadstep.plants.in_space import InSpace, fastest
-from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle, derivative
+from quadstep.vehicle.own_disturbance import DeclaredDisturbance
 from quadstep.vehicle.rotors import limit
 from quadstep.vehicle.state import State
 
@@ -30,7 +31,7 @@ class Parameters(NamedTuple):
     """Every number of a flight."""
 
     vehicle: Vehicle
-    disturbance: Disturbance
+    disturbance: Structure
     path: Any
     gains: Any
     limits: Limits
@@ -45,10 +46,11 @@ class Made(NamedTuple):
 
 @dataclass(frozen=True)
 class Lagrange(InSpace):
-    """The plant; which T_eta it has, and whether its rotors have limits."""
+    """The plant; which T_eta it has, whether its rotors have limits, and the disturbance if it is not the paper's."""
 
     kinematics: Kinematics = Kinematics.STANDARD
     rotor_limits: bool = False
+    disturbance: DeclaredDisturbance | None = None
 
     compact: ClassVar[bool] = True
 
@@ -85,7 +87,17 @@ class Lagrange(InSpace):
 
     def rate(self, p: Parameters, state: State, held: Made, wind: Vector, time: Number) -> State:
         """Eq. 9 and Eq. 10."""
-        return derivative(p.vehicle, p.disturbance, self.kinematics, state, held.thrust, held.torque)
+
+        def law(_: Structure, at: State) -> tuple[Vector, Vector]:
+            return self.disturbed(p, at, time)
+
+        return derivative(p.vehicle, p.disturbance, self.kinematics, state, held.thrust, held.torque, law)
+
+    def disturbed(self, p: Parameters, state: State, time: Number) -> tuple[Vector, Vector]:
+        """A_xyz [N] and A_eta [N m] at a state and time t [s]."""
+        if self.disturbance is None:
+            return disturb(p.disturbance, state)
+        return self.disturbance.disturb(state, p.disturbance, time)
 
     def settled(self, state: State) -> State:
         """Euler angles need nothing."""

@@ -5,12 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from quadstep.airframe.allocation import Allocation, allocate
+from quadstep.airframe.allocation import Allocation, allocate, held, mix, speeds_of, thrusts_of
 from quadstep.airframe.events import Events, efficiencies, mass_properties
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState, Motion
 from quadstep.airframe.plant import Airframe, derivative, specific_force
 from quadstep.airframe.rigid_body import renormalised
+from quadstep.control.commands import RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Measured
 from quadstep.flight.airframe_columns import airframe_columns, airframe_row
 from quadstep.flight.closed_loop import Outcome, finite
@@ -86,9 +87,31 @@ class Multirotor(InSpace):
         """The measured motion, and what the rotors were asked for, after their limits."""
         return Measured(*known, held.thrust, held.torque)
 
-    def actuate(self, p: AirframeParameters, command: Command) -> Spun:
-        """The rotor speeds that make a command within their limits."""
-        return Spun(*allocate(self.geometry, p.allocation, command.thrust, command.torque))
+    def rotor_speeds(self, state: AirframeState) -> Vector:
+        """They are states."""
+        return state.speeds
+
+    def asked(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Command:
+        """The thrust and torque of a command to the rotors."""
+        if isinstance(command, Command):
+            return command
+        thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(p.allocation, command.speeds)
+        return Command(*self.made(p, thrusts), command.desired_attitude)
+
+    def actuate(self, p: AirframeParameters, command: Command | RotorThrusts | RotorSpeeds) -> Spun:
+        """The rotor speeds that make a command within their limits; a rotor that is told its own is held within these."""
+        if isinstance(command, Command):
+            return Spun(*allocate(self.geometry, p.allocation, command.thrust, command.torque))
+        if isinstance(command, RotorThrusts):
+            speeds = speeds_of(p.allocation, command.thrusts)
+        else:
+            slowest, fastest = p.airframe.rotor.slowest, p.airframe.rotor.fastest
+            speeds = Vector(held(speed, slowest, fastest) for speed in command.speeds)
+        return Spun(speeds, *self.made(p, thrusts_of(p.allocation, speeds)))
+
+    def made(self, p: AirframeParameters, thrusts: Vector) -> tuple[Number, Vector]:
+        """Thrust [N] and torque [N m] of the rotors' thrusts [N]."""
+        return mix(self.geometry, p.airframe.rotor.torque / p.airframe.rotor.thrust, thrusts)
 
     def rate(self, p: AirframeParameters, state: AirframeState, held: Spun, wind: Vector, time: Number) -> AirframeState:
         """Rate of every state in this wind, with what has happened to the vehicle by then."""

@@ -5,10 +5,10 @@ camera system or a satellite receiver, comes at a slower rate, speaks of an inst
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.airframe.motion import Motion
-from quadstep.numbers import Number, Vector, sqrt, where
+from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.sensing import estimator
 from quadstep.sensing.delay import filled, passed, pushed
@@ -20,15 +20,18 @@ class Memory(NamedTuple):
 
     biases: the true ones, of the gyro [rad/s] and of the accelerometer [m/s^2]. lagged: true states at the last samples of the
     IMU and at this one; queued: at the last fixes, a lag before each. filter: the estimator's. held: what is known without an
-    estimator. board: what was known on board at the last samples of the IMU.
+    estimator. board: what was known on board at the last samples of the IMU. force: the accelerometer's last sample, where it
+    is asked for without an estimator. age: since the instant of which the held fix speaks [s], where that is asked for.
     """
 
     biases: tuple[Vector, ...]
     lagged: tuple[Navigation, ...]
     queued: tuple[Navigation, ...]
-    filter: Any
-    held: Any
-    board: tuple[Any, ...]
+    filter: Structure
+    held: Structure
+    board: tuple[Structure, ...]
+    force: Structure = ()
+    age: Structure = ()
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class Suite:
     noisy: whether they have noise and biases. estimator: whether an error-state Kalman filter puts them together; without it
     the controller gets the gyro and the last fix as they are. A fix speaks of `delay` fixes and `lag` samples of the IMU ago:
     divmod(n, m) for a latency of n samples and a fix every m (so a lag is fewer than m). imu_delay: samples of the IMU until
-    the controller gets to know the estimate, or without an estimator the gyro.
+    the controller gets to know the estimate, or without an estimator the IMU. accelerometer: whether the controller asks for
+    its samples. late: how old a fix is when it arrives [s], where the controller asks for its age.
     """
 
     noisy: bool = False
@@ -46,6 +50,8 @@ class Suite:
     delay: int = 0
     lag: int = 0
     imu_delay: int = 0
+    accelerometer: bool = False
+    late: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("delay", "lag", "imu_delay"):
@@ -53,9 +59,14 @@ class Suite:
                 raise ValueError(f"{name} is a number of samples, 0 or more")
 
     @property
+    def feels(self) -> bool:
+        """Whether the accelerometer is used."""
+        return self.estimator or self.accelerometer
+
+    @property
     def on_board(self) -> int:
-        """How many sensors of the IMU are used: the gyro, and with an estimator the accelerometer."""
-        return 2 if self.estimator else 1
+        """How many sensors of the IMU are used: the gyro, and the accelerometer if anything asks for it."""
+        return 2 if self.feels else 1
 
     def start(self, motion: Motion, sensors: Sensors, key: Key) -> Memory:
         """The memory before the first sample of a flight that starts with this motion, as an estimator learns from a fix."""
@@ -72,6 +83,8 @@ class Suite:
             filter=estimator.start(first, motion.rates, sensors, self.lag, self.delay) if self.estimator else (),
             held=() if self.estimator else Motion(*first, motion.rates),
             board=(),
+            force=() if self.estimator or not self.accelerometer else vector(0.0, 0.0, sensors.gravity),
+            age=() if self.estimator or self.late is None else self.late,
         )
         return memory._replace(board=filled(self._on_board(memory), self.imu_delay))
 
@@ -94,10 +107,14 @@ class Suite:
                 sample + bias + size * white
                 for sample, bias, size, white in zip(samples, memory.biases, sizes, noise, strict=False)
             ]
-        if not self.estimator:
-            return memory._replace(held=memory.held._replace(rates=samples[0]))
-        gyro, force = samples
         since = where(tick > 0.0, period, 0.0)  # no time has passed before the first sample
+        if not self.estimator:
+            return memory._replace(
+                held=memory.held._replace(rates=samples[0]),
+                force=samples[1] if self.accelerometer else (),
+                age=() if self.late is None else memory.age + since,
+            )
+        gyro, force = samples
         return memory._replace(filter=estimator.predict(memory.filter, gyro, force, sensors.gravity, since))
 
     def fix(self, memory: Memory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number) -> Memory:
@@ -112,17 +129,29 @@ class Suite:
             memory = memory._replace(biases=tuple(biases))
         if self.estimator:
             return memory._replace(filter=estimator.correct(memory.filter, fix, sensors))
-        return memory._replace(held=Motion(*fix, memory.held.rates))
+        return memory._replace(held=Motion(*fix, memory.held.rates), age=() if self.late is None else self.late)
 
     def measured(self, memory: Memory) -> Motion:
         """What the controller gets to know now."""
-        known = memory.board[0] if self.imu_delay else self._on_board(memory)
+        known, _ = self._arrived(memory)
         motion: Motion = known if self.estimator else memory.held._replace(rates=known)
         return motion
 
-    def _on_board(self, memory: Memory) -> Any:
-        """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates."""
+    def more(self, memory: Memory) -> dict[str, Structure]:
+        """What else the controller gets to know where it asks for it, as fields of `Measured`."""
+        _, force = self._arrived(memory)
+        return {"specific_force": force, "age": self.late if self.estimator else memory.age}
+
+    def _arrived(self, memory: Memory) -> Structure:
+        """What has come from the board."""
+        return memory.board[0] if self.imu_delay else self._on_board(memory)
+
+    def _on_board(self, memory: Memory) -> Structure:
+        """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates; and
+        the accelerometer's sample, () where nobody asks for it.
+        """
         if not self.estimator:
-            return memory.held.rates
+            return memory.held.rates, memory.force
         known: estimator.Filter = memory.filter
-        return Motion(*known.now.state, known.gyro - known.gyro_bias)
+        force = known.accelerometer - known.accelerometer_bias if self.accelerometer else ()
+        return Motion(*known.now.state, known.gyro - known.gyro_bias), force

@@ -1,9 +1,10 @@
 """The quadrotor in Lagrange form, Eqs 1-10 and 66."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
-from quadstep.numbers import Matrix, Number, Vector, matrix, solve_symmetric, total, vector
-from quadstep.vehicle.disturbance import Disturbance, disturb
+from quadstep.numbers import Matrix, Number, Structure, Vector, matrix, solve_symmetric, total, vector
+from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.kinematics import (
     Kinematics,
     euler_rate_matrix,
@@ -83,14 +84,18 @@ def angular_acceleration(vehicle: Vehicle, attitude: Vector, rates: Vector, torq
 
 def derivative(
     vehicle: Vehicle,
-    disturbance: Disturbance,
+    disturbance: Structure,
     kinematics: Kinematics,
     state: State,
     thrust: Number,
     torque: Vector,
+    law: Callable[[Structure, State], tuple[Vector, Vector]] = disturb,
 ) -> State:
-    """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eq. 9, Eq. 10)."""
-    force, moment = disturb(disturbance, state)
+    """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eq. 9, Eq. 10).
+
+    law: gives A_xyz and A_eta from the disturbance's numbers and the state.
+    """
+    force, moment = law(disturbance, state)
     return State(
         position=state.velocity,
         velocity=acceleration(vehicle, state.attitude, thrust, force),

@@ -1,0 +1,45 @@
+"""The disturbance of a mission on the paper's plant."""
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import SerializeAsAny, WrapValidator
+
+from quadstep.mission.fields import Finite, Section, Triple
+from quadstep.mission.own_thing import OwnSection, own_or
+from quadstep.numbers import Structure, Vector
+from quadstep.user_code.installed import DISTURBANCES
+from quadstep.vehicle.disturbance import Disturbance
+from quadstep.vehicle.own_disturbance import DeclaredDisturbance
+
+
+class DisturbanceSection(Section):
+    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
+
+    scale: Finite = 1.0
+    force: Triple = (0.0, 0.0, 0.0)
+    torque: Triple = (0.0, 0.0, 0.0)
+
+    thing: ClassVar[None] = None
+    """No law but the paper's."""
+
+    def build(self) -> Disturbance:
+        """Its numbers."""
+        return Disturbance(self.scale, Vector(self.force), Vector(self.torque))
+
+
+class OwnDisturbanceSection(OwnSection):
+    """A disturbance of the user's own: its `type`, and a key for each of its numbers."""
+
+    thing: ClassVar[DeclaredDisturbance]
+
+    def build(self) -> Structure:
+        """Its numbers."""
+        return self.numbers()
+
+
+if TYPE_CHECKING:
+    AnyDisturbance = DisturbanceSection | OwnDisturbanceSection
+else:
+    AnyDisturbance = Annotated[
+        SerializeAsAny[DisturbanceSection], WrapValidator(own_or(DeclaredDisturbance, OwnDisturbanceSection, DISTURBANCES))
+    ]
