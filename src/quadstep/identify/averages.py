@@ -124,6 +124,21 @@ def hubs(block: Block, geometry: Geometry) -> Floats:
     return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
 
 
+def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> tuple[list[str], dict[str, str]]:
+    """Which exponents the logarithms of commands and voltages tell, and why they do not tell the others."""
+    why: dict[str, str] = {}
+    free = []
+    for name, what, values in (("exponent", "command", commands), ("voltage_exponent", "voltage", volts)):
+        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in np.unique(flight)])))
+        if speeds:
+            why[f"command.{name}"] = "rotor speeds were logged, no commands"
+        elif spread < LEAST_SPREAD:
+            why[f"command.{name}"] = f"the {what} varies by {100 * spread:.2g} % only within a flight"
+        else:
+            free.append(name)
+    return free, why
+
+
 def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once; what cannot be told, with the reason.
 
@@ -136,17 +151,7 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
     flight = np.unique(block.flight, return_inverse=True)[1]
     count = int(flight.max()) + 1
     factor = float(p.airframe.rotor.thrust / p.airframe.mass)
-    why: dict[str, str] = {}
-    free = []
-    for name, values in (("exponent", logs.mean(axis=(1, 2))), ("voltage_exponent", volts)):
-        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in range(count)])))
-        if speeds:
-            why[f"command.{name}"] = "rotor speeds were logged, no commands"
-        elif spread < LEAST_SPREAD:
-            what = "command" if name == "exponent" else "voltage"
-            why[f"command.{name}"] = f"the {what} varies by {100 * spread:.2g} % only within a flight"
-        else:
-            free.append(name)
+    free, why = exponents(flight, logs.mean(axis=(1, 2)), volts, speeds)
     a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     levels = np.full(count, math.log(p.curve.speed))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
@@ -171,7 +176,7 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
         rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
         matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
         step, errors, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
-        levels = levels + step[:count]
+        levels += step[:count]
         named = dict(zip([*free, "x", "y", "flat", "axial"], step[count:], strict=True))
         a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
         tilt += np.array([named["x"], named["y"]])
@@ -189,6 +194,14 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
     known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
     known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), float(error["axial"]), clusters)
     return known, why
+
+
+def mean_speed(levels: Floats, errors: Floats, clusters: int) -> Told:
+    """The mean of the flights' speeds from their logarithms, how sure these are, and how they scatter."""
+    count, middle = len(levels), math.exp(float(levels.mean()))
+    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
+    own = float(np.sqrt((errors**2).mean() / count))
+    return Told(middle, middle * math.hypot(scatter, own), clusters if count < 3 else count)
 
 
 def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:

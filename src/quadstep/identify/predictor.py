@@ -1,15 +1,16 @@
 """Prediction of a logged flight by the laws that fly, from measured states and the commands alone.
 
 Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which
-also tells the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if it
-may. This is the model in innovations form whose gains are found with the vehicle's numbers (Ljung, "System Identification", 1999, 7.2 and 7.4).
+also tells the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if
+it may. This is the model in innovations form, whose gains are found with the vehicle's numbers (Ljung, "System
+Identification", 1999, 7.2 and 7.4).
 
 All predictions fly at once, each a flight of its own in the engine.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
@@ -47,7 +48,8 @@ class Observer(NamedTuple):
 
     rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
     unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s]
-    and in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that stays.
+    and in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that
+    stays.
 
     The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
     part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to the tilt of an
@@ -157,7 +159,7 @@ class Predictor:
         """No rows are written."""
         return []
 
-    def start(self, start: Any, p: PredictorParameters) -> Predicting:
+    def start(self, start: tuple[()], p: PredictorParameters) -> Predicting:
         """The state of the first row; its rotors turn as told."""
         state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)

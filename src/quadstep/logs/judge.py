@@ -331,10 +331,10 @@ def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 def filled(values: Floats) -> Floats:
     """The channel with the last known number where one is missing."""
-    good = np.isfinite(values).all(axis=1)
+    good: Flags = np.isfinite(values.sum(axis=1))
     if good.all() or not good.any():
         return np.nan_to_num(values)
-    latest = np.maximum.accumulate(np.where(good, np.arange(len(good)), np.flatnonzero(good)[0]))
+    latest = np.maximum.accumulate(np.where(good, np.arange(len(values)), np.flatnonzero(good)[0]))
     result: Floats = values[latest]
     return result
 

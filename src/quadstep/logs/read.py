@@ -46,7 +46,7 @@ def read_table(path: Path, mapping: Mapping) -> FlightRecord:
     factor = {"share": 1.0 / (mapping.motors.full - mapping.motors.zero), "rad/s": 1.0, "rpm": RPM}[mapping.motors.unit]
     motors = (logged - mapping.motors.zero) * factor
     share = mapping.motors.unit == "share"
-    lost: Flags = (motors > (1.0 + 1e-9 if share else np.inf)).any(axis=1)
+    lost: Flags = motors.max(axis=1) > (1.0 + 1e-9 if share else np.inf)
     channels = {
         name: converted(mapping, name, np.stack([columns[one] for one in channel.columns], axis=1))
         for name, channel in mapping.columns.items()
