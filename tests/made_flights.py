@@ -131,3 +131,38 @@ def turned(q: Floats, v: Floats) -> Floats:
     return np.stack(
         [w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c, z + w * c + x * b - y * a], 1
     )
+
+
+COLUMNS = {
+    "position": ["x", "y", "z"],
+    "velocity": ["vx", "vy", "vz"],
+    "attitude": ["qw", "qx", "qy", "qz"],
+    "rates": ["p", "q", "r"],
+    "voltage": ["volts"],
+    "setpoint": ["sx", "sy", "sz"],
+}
+MOTORS = ["m1", "m2", "m3", "m4"]
+MAPPING = """
+time = { column = "t", unit = "s" }
+motors = { columns = ["m1", "m2", "m3", "m4"], full = 1.5 }
+[columns]
+position = { columns = ["x", "y", "z"], unit = "m" }
+velocity = { columns = ["vx", "vy", "vz"], unit = "m/s" }
+attitude = { columns = ["qw", "qx", "qy", "qz"], order = "wxyz" }
+rates = { columns = ["p", "q", "r"], unit = "rad/s" }
+voltage = { columns = ["volts"], unit = "V" }
+setpoint = { columns = ["sx", "sy", "sz"], unit = "m" }
+"""
+
+
+def table(flight: FlightRecord) -> tuple[list[str], list[list[str]]]:
+    """A log as the header and the rows of a CSV that `MAPPING` describes."""
+    header = ["t", *MOTORS, *(name for names in COLUMNS.values() for name in names)]
+    values = [flight.time[:, None], flight.motors, *(flight.channels[name] for name in COLUMNS)]
+    rows = np.concatenate(values, axis=1)
+    return header, [["" if np.isnan(one) else repr(float(one)) for one in row] for row in rows]
+
+
+def write(path: Any, header: list[str], rows: list[list[str]]) -> None:
+    """A CSV."""
+    path.write_text("\n".join(",".join(row) for row in [header, *rows]) + "\n")

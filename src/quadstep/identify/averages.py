@@ -151,7 +151,7 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
     flight = np.unique(block.flight, return_inverse=True)[1]
     count = int(flight.max()) + 1
     factor = float(p.airframe.rotor.thrust / p.airframe.mass)
-    free, why = exponents(flight, logs.mean(axis=(1, 2)), volts, speeds)
+    free, why = exponents(flight.astype(np.float64), logs.mean(axis=(1, 2)), volts, speeds)
     a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     levels = np.full(count, math.log(p.curve.speed))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
