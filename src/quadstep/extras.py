@@ -12,6 +12,7 @@ from quadstep.errors import UserError
 EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
     "sympy": "verify", "mpmath": "verify", "rotorpy": "rotorpy", "pandas": "pandas",
+    "pyulog": "ulog", "pymavlink": "ardupilot", "mcap": "mcap", "mcap_ros2": "mcap",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
 

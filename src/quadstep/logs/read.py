@@ -6,11 +6,13 @@ import numpy as np
 
 from quadstep.errors import UserError
 from quadstep.logs.flight import Flags, FlightRecord, Floats
+from quadstep.logs.grid import gridded
 from quadstep.logs.mapping import Mapping, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.logs.table import header_of, read_columns
+from quadstep.logs.topics import read_topics
 
-MAPPED = (".csv",)
-"""Ends of the names of files that are tables and need a mapping."""
+USUAL = {".ulg": ("px4", "px4-outputs"), ".ulog": ("px4", "px4-outputs"), ".bin": ("ardupilot",), ".mcap": ()}
+"""Mappings of the package for logs of many topics, in the order in which they are tried, by the end of the file's name."""
 
 RPM = np.pi / 30.0
 
@@ -20,9 +22,21 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
 
     Raises UserError for what is no log, fits no mapping, or is broken.
     """
-    if path.suffix.lower() not in MAPPED:
-        raise UserError(f"{path}: this kind of log is not known; allowed: {', '.join(MAPPED)}")
+    kind = path.suffix.lower()
+    if kind in USUAL:
+        return read_many(path, [read_mapping(mapping)] if mapping else [load_mapping(name) for name in USUAL[kind]])
+    if kind != ".csv":
+        raise UserError(f"{path}: this kind of log is not known; allowed: .csv, {', '.join(USUAL)}")
     return read_table(path, read_mapping(mapping) if mapping else found_mapping(path))
+
+
+def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
+    """A log of many topics by the first mapping whose motors it has. Raises UserError."""
+    if not mappings:
+        raise UserError(f"{path}: topics have no fixed names; say with --mapping FILE which column holds what (docs/logs.md)")
+    columns = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
+    chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
+    return completed(gridded(path, columns, chosen))
 
 
 def found_mapping(path: Path) -> Mapping:
