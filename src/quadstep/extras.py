@@ -14,6 +14,7 @@ from quadstep.errors import UserError
 EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
     "sympy": "verify", "mpmath": "verify", "pymavlink": "mavlink", "rotorpy": "rotorpy", "pandas": "pandas",
+    "pyulog": "ulog", "mcap": "mcap", "mcap_ros2": "mcap",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
 
