@@ -65,7 +65,7 @@ def built() -> typer.Typer:
     )
     app.callback()(options)
     everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
-    for command in (*everyday, identify, replay, export, serve_setpoints, certify, export, serve_setpoints, new, verify):
+    for command in (*everyday, identify, replay, certify, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
