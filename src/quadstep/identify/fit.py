@@ -106,7 +106,7 @@ def problem_of(
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} stretches of flight without a gap; at least 30 are needed for a fit")
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
-    return Problem(loop, flights, laid, starts, p, free)
+    return Problem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
 
 
 def from_averages(

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.sweep import Sweep, places
-from quadstep.identify.errors import States, constant, differences, logged
+from quadstep.identify.errors import States, constant, differences, logged, norms
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
 from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.starts import Laid, Starts
@@ -45,11 +45,14 @@ def as_states(values: Floats) -> States:
 
 
 class Problem:
-    """How far predictions are from the log, group by group and horizon by horizon, in errors of "constant"."""
+    """How far predictions are from the log, group by group and horizon by horizon, in errors of "constant".
+
+    by_flight: whether in those of each flight, so that calm flights count as much as lively ones; else in the mean ones.
+    """
 
     def __init__(
         self, loop: Predictor, flights: Sequence[FlightRecord], laid: Laid, starts: Starts,
-        parameters: PredictorParameters, free: Sequence[Free],
+        parameters: PredictorParameters, free: Sequence[Free], by_flight: bool = False,
     ) -> None:  # fmt: skip
         self.flights, self.starts = flights, starts
         self.period = flights[0].period
@@ -57,12 +60,13 @@ class Problem:
         now = logged(flights, starts, 0)
         self.truth = [logged(flights, starts, horizon) for horizon in loop.horizons]
         plain = [constant(now, horizon * self.period) for horizon in loop.horizons]
-        self.scales = np.array(
-            [
-                [np.linalg.norm(part, axis=1).mean() for part in differences(guess, truth)]
-                for guess, truth in zip(plain, self.truth, strict=True)
-            ]
-        )
+        guesses = zip(plain, self.truth, strict=True)
+        lengths = np.array([norms(guess, truth) for guess, truth in guesses])
+        self.scales = np.broadcast_to(lengths.mean(axis=2, keepdims=True), lengths.shape).copy()
+        if by_flight:
+            for number in range(len(flights)):
+                mine = starts.flight == number
+                self.scales[..., mine] = lengths[..., mine].mean(axis=2, keepdims=True)
 
     def residuals(self, points: Sequence[Floats]) -> Floats:
         """Shape (points, horizons, groups, n, 3)."""
@@ -72,7 +76,7 @@ class Problem:
             for h, truth in enumerate(self.truth):
                 parts = differences(as_states(one[h]), truth)
                 for g, part in enumerate(parts):
-                    found[i, h, g] = part / self.scales[h, g]
+                    found[i, h, g] = part / self.scales[h, g][:, None]
         return np.nan_to_num(found, nan=1e3, posinf=1e3, neginf=-1e3).clip(-1e3, 1e3)
 
     def at(self, point: Floats) -> PredictorParameters:
