@@ -1,15 +1,16 @@
 """Predictions of many starts in the engine, and how they differ from what was measured."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.scored import Scored
 from quadstep.flight.sweep import Sweep, places
 from quadstep.identify.errors import States, constant, differences, logged, norms
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
-from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.predictor import Prediction, Predictor, PredictorParameters
 from quadstep.identify.starts import Laid, Starts
 from quadstep.logs.flight import FlightRecord, Floats
 
@@ -23,8 +24,8 @@ class Batch:
         self.loop, self.starts, self.parameters, self.free = loop, starts, parameters, free
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
-        start: Any = ()
-        scored: Any = loop  # its score is what it leaves
+        start: tuple[()] = ()
+        scored = cast(Scored, loop)  # its score is what it leaves
         where = places(start, parameters, [PREFIX + name for name in names])
         self.sweep = Sweep(scored, ticks, start, parameters, where, double=True)
 
@@ -33,7 +34,7 @@ class Batch:
         base = np.stack([self.starts.first, self.starts.history], axis=1).astype(float)
         count = len(base)
         values = [np.concatenate([base, np.tile(leaf_values(point, self.free), (count, 1))], axis=1) for point in points]
-        score: Any = self.sweep.fly(np.concatenate(values)).score
+        score = cast(Prediction, self.sweep.fly(np.concatenate(values)).score)
         states = np.array([list(one) for one in score.states]).reshape(len(self.loop.horizons), 13, len(points), count)
         rest = np.array([entry for part in score.unexplained for entry in part]).reshape(9, len(points), count)
         return states.transpose(2, 0, 3, 1), rest.transpose(1, 2, 0)
