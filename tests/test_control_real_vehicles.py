@@ -12,7 +12,7 @@ from quadstep import fly
 from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
 from quadstep.control.controller import Measured
-from quadstep.control.geometric import vee_error
+from quadstep.control.vectoring import vee_error
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping

@@ -20,6 +20,12 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "lqr.Lqr",
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
+        "indi.Indi",
+        "indi.IndiVelocity",
+        "geometric_l1.GeometricL1",
+        "geometric_adaptive.GeometricAdaptive",
+        "adrc.Adrc",
+        "super_twisting.SuperTwisting",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
