@@ -26,6 +26,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "geometric_adaptive.GeometricAdaptive",
         "adrc.Adrc",
         "super_twisting.SuperTwisting",
+        "flatness.Flatness",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
