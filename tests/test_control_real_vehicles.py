@@ -27,7 +27,8 @@ from quadstep.numbers.rotations import IDENTITY, cross, from_rotation_vector, fr
 
 ZERO = vector(0.0, 0.0, 0.0)
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0)
-KINDS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+FAMILIES = ("indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness")
+KINDS = (*FAMILIES, "geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
 EVERY = pytest.mark.parametrize("kind", KINDS)
 
 
