@@ -27,6 +27,9 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "adrc.Adrc",
         "super_twisting.SuperTwisting",
         "flatness.Flatness",
+        "thrust_extended_backstepping.ThrustExtendedBackstepping",
+        "state_space_backstepping.StateSpaceBackstepping",
+        "dynamic_linearisation.DynamicLinearisation",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
