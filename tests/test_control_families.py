@@ -1,7 +1,7 @@
 """INDI, L1, adaptation, ADRC and super-twisting against NumPy and SciPy, written from the papers with their own signs.
 
-Every law is asked for commands at random samples with random gains, none of which are equal, and has to give what an independent
-implementation gives, over enough samples for its memory to matter. Then what a paper promises: closed forms and convergence.
+Every law is asked for commands at random samples with random gains, none of which are equal, and has to give what an
+independent implementation gives, over enough samples for its memory to matter. Then what a paper promises: closed forms and convergence.
 """
 
 import numpy as np
@@ -150,8 +150,8 @@ class Adaptive(Numpy):
         rates = np.array([[g["turn_adaptation"]], [g["turn_drag_adaptation"]]])
         self.t_r = self.t_r + PERIOD * rates * (of_w.T @ (self.e_w + g["turn_coupling"] * self.e_r)).reshape(2, 3)
         for t, names in ((self.t_x, ("bound", "drag_bound")), (self.t_r, ("turn_bound", "turn_drag_bound"))):
-            for row, name in zip(t, names, strict=True):
-                row *= min(1.0, g[name] / np.linalg.norm(row))
+            for k, name in enumerate(names):
+                t[k] *= min(1.0, g[name] / np.linalg.norm(t[k]))
         return answer
 
 
@@ -246,7 +246,9 @@ STILL = Reference(ZERO, ZERO, ZERO, 0.0, 0.0)
 def level(gains, t, push, **known):
     """At time t a body that is pushed by an acceleration from t = 0 on while its rotors carry its weight."""
     weight = gains.body.mass * gains.body.gravity
-    return Measured(Vector(0.5 * t * t * one for one in push), Vector(t * one for one in push), IDENTITY, ZERO, weight, ZERO, **known)
+    return Measured(
+        Vector(0.5 * t * t * one for one in push), Vector(t * one for one in push), IDENTITY, ZERO, weight, ZERO, **known
+    )
 
 
 def test_the_observer_of_adrc_finds_a_push_with_all_its_poles_at_its_bandwidth():

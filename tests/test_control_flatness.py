@@ -1,4 +1,4 @@
-"""Flatness with rotor drag: attitude and rates by differences of the vehicle's own equation of motion, the law against NumPy."""
+"""Flatness with rotor drag: attitude and rates by differences of the vehicle's equation of motion, the law against NumPy."""
 
 import numpy as np
 import pytest
@@ -10,14 +10,25 @@ from quadstep.guidance.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
-from tests.random_samples import UP, any_measured, any_reference, arrays, frame, law_of, reachable, rotation_of, shaken, turning
+from tests.random_samples import (
+    UP,
+    any_measured,
+    any_reference,
+    arrays,
+    frame,
+    law_of,
+    reachable,
+    rotation_of,
+    shaken,
+    turning,
+)
 
 DRAG = np.array([0.5, 0.8, 0.3])
 PERIOD = 0.002
 
 
 def attitude_in_drag(velocity, acceleration, yaw, drag, gravity):
-    """R of v_dot = -g e3 + c R e3 - R D R^T v, x axis across the heading's y: found by Newton's iteration on its three unknowns."""
+    """R of v_dot = -g e3 + c R e3 - R D R^T v, its x axis at right angles to the heading's y: by Newton's iteration."""
     across = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
 
     def residual(rotation):
@@ -26,8 +37,10 @@ def attitude_in_drag(velocity, acceleration, yaw, drag, gravity):
 
     rotation = frame(acceleration + gravity * UP, yaw)
     for _ in range(12):
+
         def turned(v, rotation=rotation):
             return rotation @ Rotation.from_rotvec(v).as_matrix()
+
         slopes = np.column_stack([
             (residual(turned(1e-5 * one)) - residual(turned(-1e-5 * one))) / 2e-5 for one in np.eye(3)
         ])  # fmt: skip

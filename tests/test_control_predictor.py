@@ -82,7 +82,10 @@ def test_it_follows_the_equations_of_motion():
 
 
 def test_it_goes_no_further_back_than_to_the_start():
-    known, sample = known_of(np.random.default_rng(4)), Sample(any_vector(np.random.default_rng(1), 3.0), vector(0.0, 0.0, 9.0), 0.0)
+    known, sample = (
+        known_of(np.random.default_rng(4)),
+        Sample(any_vector(np.random.default_rng(1), 3.0), vector(0.0, 0.0, 9.0), 0.0),
+    )
     for late in (0.0, 0.02):
         same(predicted((sample,) * 5, sample, known, 0.02, late, GRAVITY), reckoned(known, []))
 
@@ -114,7 +117,9 @@ def test_loops_at_any_rate_are_told_what_is_predicted():
     np.testing.assert_allclose(ahead.rows[:, 1:4], there.rows[:, 1:4], atol=5e-4)
 
 
-@pytest.mark.parametrize("sensors", [{**LATE, "position_noise": 0.002, "gyro_noise": 0.002}, {"estimator": True, "imu_latency": 0.004}])
+@pytest.mark.parametrize(
+    "sensors", [{**LATE, "position_noise": 0.002, "gyro_noise": 0.002}, {"estimator": True, "imu_latency": 0.004}]
+)
 @pytest.mark.parametrize("kind", ["pid", "flatness", "indi"])
 def test_engines_agree(kind, sensors):
     mission = Mission(**{**FLIGHT, "simulation": {"duration": 0.3}, "score_from": 0.0}, controller={"type": kind},

@@ -1,4 +1,4 @@
-"""What a law believes that the rotors make now: of what they were asked for, after a lag of first order, or of their speeds."""
+"""What a law believes that the rotors make now: what they were asked for, after a lag of first order, or by their speeds."""
 
 from typing import NamedTuple
 

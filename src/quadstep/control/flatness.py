@@ -1,11 +1,12 @@
-"""Differential flatness with rotor drag: Faessler, Franchi, Scaramuzza, "Differential flatness of quadrotor dynamics subject to
-rotor drag for accurate tracking of high-speed trajectories" (2018).
+"""Differential flatness with rotor drag: Faessler, Franchi, Scaramuzza, "Differential flatness of quadrotor dynamics subject
+to rotor drag for accurate tracking of high-speed trajectories" (2018).
 
     v_dot = -g z_W + c z_B - R D R^T v,     D = diag(d_x, d_y, d_z)
 
 Position, heading and their rates decide attitude, thrust c and body rates of a vehicle with such drag. The law feeds these
-forward, asks for an acceleration back to the path, and leaves the body rates to the shared rate loop. The paper's integral-free
-feedback has an integral here (0 takes it away), as other laws have.
+forward, asks for an acceleration back to the path, and leaves the body rates to the shared rate loop. Two things differ from
+the paper: the feedback has an integral, as other laws have (0 takes it away), and the thrust gained by moving across the air
+goes with the square of the speed across, v_x^2 + v_y^2, not of v_x + v_y.
 """
 
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class Flat(NamedTuple):
 
 
 def flat(reference: Reference, drag: Vector, gravity: Number) -> Flat:
-    """Attitude and body rates of a vehicle with rotor drag that flies a path exactly: Eqs 9 to 13 and 21 to 27 of the paper."""
+    """Attitude and body rates of a vehicle with rotor drag that flies a path exactly."""
     velocity, acceleration, jerk = reference.velocity, reference.acceleration, reference.jerk
     d_x, d_y, d_z = drag
     s, c = sin(reference.yaw), cos(reference.yaw)

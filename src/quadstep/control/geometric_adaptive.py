@@ -100,5 +100,7 @@ class GeometricAdaptive(Controller):
             push=project(memory.push + (period * gains.adaptation) * off, gains.bound),
             drag=project(memory.drag - (period * gains.drag_adaptation) * dragged, gains.drag_bound),
             turning=project(memory.turning + (period * gains.turn_adaptation) * off_r, gains.turn_bound),
-            turn_drag=project(memory.turn_drag - (period * gains.turn_drag_adaptation) * (rates * off_r), gains.turn_drag_bound),
+            turn_drag=project(
+                memory.turn_drag - (period * gains.turn_drag_adaptation) * (rates * off_r), gains.turn_drag_bound
+            ),
         )

@@ -5,10 +5,10 @@ A predictor runs beside velocity and body rates, A = -a its gain, s what the mod
 
     v^_dot = f R e3 / m - g e3 + s_v + A v~,    W^_dot = J^-1 (tau - W x J W) + s_w + A W~,    v~ = v^ - v,  W~ = W^ - W
 
-At every sample the piecewise-constant law takes s = -Phi^-1 exp(A T) v~, Phi = A^-1 (exp(A T) - I). What rotors can undo (along
-the thrust axis, and about all three) passes a low-pass filter, the torque's twice, and is subtracted. What acts across the
-thrust axis no rotor can undo; the paper leaves it to the position loop. Here it is filtered too and the vehicle leans against
-it, unless `lean_cutoff` is 0.
+At every sample the piecewise-constant law takes s = -Phi^-1 exp(A T) v~, Phi = A^-1 (exp(A T) - I). What rotors can undo
+(along the thrust axis, and about all three) passes a low-pass filter, the torque's twice, and is subtracted. What acts across
+the thrust axis no rotor can undo; the paper leaves it to the position loop. Here it is filtered too and the vehicle leans
+against it, unless `lean_cutoff` is 0.
 
 The authors name US patent 8,712,559 for this law; written from the paper.
 """
@@ -55,8 +55,9 @@ class GeometricL1Gains(NamedTuple):
 
 
 class GeometricL1Memory(NamedTuple):
-    """velocity [m/s], rates [rad/s]: predicted, drawn to what was measured as A asks. unknown [m/s^2], turning [rad/s^2]: s. along: of the first what thrust undoes
-    [m/s^2]; across: what leaning does, world; about: of the second, after one filter and after both. made: by the rotors.
+    """velocity [m/s], rates [rad/s]: predicted, drawn to what was measured as A asks. unknown [m/s^2], turning [rad/s^2]: s.
+    along: of the first what thrust undoes [m/s^2]; across: what leaning does, world. about: of the second, after one filter and
+    after both. made: by the rotors.
     """
 
     velocity: Vector

@@ -1,9 +1,9 @@
-"""Incremental nonlinear dynamic inversion: Smeur, Chu, de Croon (2016, doi 10.2514/1.G001490) of the attitude; Tal and Karaman,
-"Accurate tracking of aggressive quadrotor trajectories using incremental nonlinear dynamic inversion and differential flatness"
-(2018) of both loops.
+"""Incremental nonlinear dynamic inversion: Smeur, Chu, de Croon (2016, doi 10.2514/1.G001490) of the attitude; Tal and
+Karaman, "Accurate tracking of aggressive quadrotor trajectories using incremental nonlinear dynamic inversion and differential
+flatness" (2018) of both loops.
 
-What was felt already holds every force and torque that nobody modelled. The law only says by how much to change what the rotors
-make, both filtered alike (index f) so that they are equally old:
+What was felt already holds every force and torque that nobody modelled. The law only says by how much to change what the
+rotors make, both filtered alike (index f) so that they are equally old:
 
     force  = m (a_wanted + g e3) + (made_f - m felt_f),     torque = made_f + J (W_dot_wanted - W_dot_f)
 
@@ -12,7 +12,7 @@ differentiates the velocity, and believes that the rotors follow their commands 
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import Made, at_rest, lagged, of_speeds
 from quadstep.control.controller import Command, Controller, Measured
@@ -48,8 +48,8 @@ class IndiGains(NamedTuple):
 
 
 class IndiMemory(NamedTuple):
-    """made: by the rotors. All else is filtered. pushed: their force over mass, felt: the specific force [m/s^2], world, or the
-    velocity [m/s]. Each once and twice: rates [rad/s] and torque [N m], body axes.
+    """made: by the rotors. All else is filtered. pushed: their force over mass, felt: the specific force [m/s^2], world, or
+    the velocity [m/s]. Each once and twice: rates [rad/s] and torque [N m], body axes.
     """
 
     made: Made
@@ -67,7 +67,7 @@ class Indi(Controller):
     label = "INDI"
     source = "Smeur, Chu, de Croon 2016; Tal and Karaman 2018"
     Gains = IndiGains
-    also_measures = ("specific_force", "rotor_speeds")
+    also_measures: ClassVar[tuple[str, ...]] = ("specific_force", "rotor_speeds")
 
     def start(self, measured: Measured, gains: IndiGains) -> IndiMemory:
         """At rest: the weight was made and felt."""

@@ -1,7 +1,7 @@
 """A predictor that any controller can be given: what it is told of the past is carried forward to now.
 
-A fix speaks of an instant some time ago. Gyro and accelerometer have been sampled since, so attitude, velocity and position now
-follow from it by dead reckoning, `age` [s] long:
+A fix speaks of an instant some time ago. Gyro and accelerometer have been sampled since, so attitude, velocity and position
+now follow from it by dead reckoning, `age` [s] long:
 
     R_dot = R hat(W),    v_dot = R f - g e3,    p_dot = v
 """

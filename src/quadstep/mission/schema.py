@@ -38,7 +38,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.sensing.suite import Suite
 
 
-def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:
+def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
     """A controller that is given nothing beside its law."""
     return law
 
@@ -47,8 +47,8 @@ class Built(NamedTuple):
     """What a mission flies, as laws and numbers.
 
     numbers: the parameters, given path and gains. start: the state at t = 0, given the reference then. periods: of air and
-    sensors, as far as there are any, by their tasks' names [s]. fitted: the controller as it is flown, given the periods of its
-    loops. warnings: what speaks against it, a line each.
+    sensors, as far as there are any, by their tasks' names [s]. fitted: the controller as it is flown, given the periods of
+    its loops. warnings: what speaks against it, a line each.
     """
 
     numbers: Callable[..., Any]

@@ -41,8 +41,8 @@ class SensorsSection(Section):
     velocity and attitude. imu_period, fix_period: between samples [s], multiples of simulation.step; the control period, and
     imu_period, if left out. latency: how old a fix is when it arrives [s]; imu_latency: how late the controller gets to know
     what is on board [s]; both a whole number of samples of the IMU. estimator: whether an error-state Kalman filter puts the
-    sensors together. predictor: whether the controller is told what follows for now from what is old, by gyro and accelerometer;
-    any controller can be given it.
+    sensors together. predictor: whether what the controller is told of the past is carried forward to now, by gyro and
+    accelerometer; any controller can be given it.
     """
 
     gyro_noise: NonNegative = 0.0
@@ -122,8 +122,8 @@ class SensorsSection(Section):
     def fitted(self, law: Controller, periods: Mapping[str, float], oldest: float, gravity: float) -> Controller:
         """The controller with a predictor, if there is one.
 
-        periods: of its loops [s], by name. oldest: see `BuiltSensors`. Raises UserError for one that would have to keep too many
-        samples.
+        periods: of its loops [s], by name. oldest: see `BuiltSensors`. Raises UserError for one that would have to keep too
+        many samples.
         """
         if not self.predictor:
             return law
@@ -133,8 +133,8 @@ class SensorsSection(Section):
         count = math.ceil(spans[0] - 1e-6) + (1 if between and spans[0] > 0.0 else 0)
         if count > MOST_PREDICTED:
             raise UserError(
-                f"sensors.predictor: a fix can be {oldest:g} s old, which is {count} samples of the controller; allowed are at most "
-                f"{MOST_PREDICTED}"
+                f"sensors.predictor: a fix can be {oldest:g} s old, which is {count} samples of the controller; "
+                f"allowed are at most {MOST_PREDICTED}"
             )
         return predicting(type(law))(law, count, board_late, gravity)
 
