@@ -30,6 +30,8 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "thrust_extended_backstepping.ThrustExtendedBackstepping",
         "state_space_backstepping.StateSpaceBackstepping",
         "dynamic_linearisation.DynamicLinearisation",
+        "h_infinity_linearisation.HInfinityLinearisation",
+        "loop_shaping.LoopShaping",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
