@@ -1,7 +1,8 @@
 """INDI, L1, adaptation, ADRC and super-twisting against NumPy and SciPy, written from the papers with their own signs.
 
 Every law is asked for commands at random samples with random gains, none of which are equal, and has to give what an
-independent implementation gives, over enough samples for its memory to matter. Then what a paper promises: closed forms and convergence.
+independent implementation gives, over enough samples for its memory to matter. Then what a paper promises: closed forms and
+convergence.
 """
 
 import numpy as np

@@ -143,8 +143,8 @@ def test_a_controller_is_told_what_it_asks_for_and_no_more():
 
     built = plan(**LATE)
     wrapped = predicting(Curious)(Curious(), 3, 0.0, 9.81)
-    told = Measured(*[vector(0.0, 0.0, 0.0)] * 2, vector(1.0, 0.0, 0.0, 0.0), vector(0.1, 0.0, 0.0), 20.0, vector(0.0, 0.0, 0.0),
-                    vector(0.0, 0.0, 9.81), age=0.02)  # fmt: skip
+    zero, level = vector(0.0, 0.0, 0.0), vector(1.0, 0.0, 0.0, 0.0)
+    told = Measured(zero, zero, level, zero, 20.0, zero, vector(0.0, 0.0, 9.81), age=0.02)
     memory = wrapped.start(told, built.parameters.gains)
     wrapped.law(memory, told, built.loop.wanted(0.0, built.parameters), built.parameters.gains, 0.1, PERIOD)
     assert len(asked[0].specific_force) == 0

@@ -47,8 +47,8 @@ class GeometricL1Gains(NamedTuple):
     turn: Turn
     pole: Number = gain(5.0, "1/s", "-A_s of the velocity's predictor", symbol="a_v", low=0.5, high=50.0)
     turn_pole: Number = gain(10.0, "1/s", "-A_s of the rates' predictor", symbol="a_w", low=0.5, high=50.0)
-    thrust_cutoff: Number = gain(usual(6.0, 1), "rad/s", "low-pass filter of what thrust undoes", zero=True)
-    lean_cutoff: Number = gain(usual(4.0, 1), "rad/s", "low-pass filter of what leaning undoes", zero=True)
+    thrust_cutoff: Number = gain(usual(12.0, 1), "rad/s", "low-pass filter of what thrust undoes", zero=True)
+    lean_cutoff: Number = gain(usual(6.0, 1), "rad/s", "low-pass filter of what leaning undoes", zero=True)
     turn_cutoff: Number = gain(usual(8.0, 1), "rad/s", "both low-pass filters of what torque undoes", zero=True)
     bound: Number = gain(15.0, "m/s^2", "largest estimate along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimate about an axis", tunable=False)
@@ -56,8 +56,8 @@ class GeometricL1Gains(NamedTuple):
 
 class GeometricL1Memory(NamedTuple):
     """velocity [m/s], rates [rad/s]: predicted, drawn to what was measured as A asks. unknown [m/s^2], turning [rad/s^2]: s.
-    along: of the first what thrust undoes [m/s^2]; across: what leaning does, world. about: of the second, after one filter and
-    after both. made: by the rotors.
+    along: of the first what thrust undoes [m/s^2]; across: what leaning does, world. about: of the second, after one filter
+    and after both. made: by the rotors.
     """
 
     velocity: Vector
