@@ -16,7 +16,7 @@ from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Vector, clip, minimum, vector
 from quadstep.numbers.repeated import repeated
-from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised, rotate
+from quadstep.numbers.rotations import from_rotation_vector, multiply, rotate
 
 NEEDS = "specific_force", "age"
 """What the predictor measures, beside what the controller does."""
@@ -89,7 +89,7 @@ def predicted(past: Sequence[Sample], now: Sample, known: Known, age: Number, bo
     later = repeated(step)
     for rates, force, span in reversed(spans):
         known = later(Span(known, rates, force, span))
-    return known._replace(attitude=normalised(known.attitude))
+    return known
 
 
 @dataclass(frozen=True)
