@@ -14,6 +14,7 @@ from quadstep import __version__
 from quadstep.commands import study
 from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
+from quadstep.commands.compare import compare
 from quadstep.commands.envelope import envelope
 from quadstep.commands.fly import fly
 from quadstep.commands.new import new
@@ -59,11 +60,11 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, vehicles, certify, new, verify):
+    for command in (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles, certify, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
-    studies.command()(study.vehicles)
+    studies.command()(study.controllers)
     app.add_typer(studies, name="study")
     return app
 

@@ -1,7 +1,7 @@
 """How certain a number is: intervals at 95 % for shares, means and quantiles of many flights.
 
-The incomplete beta function is written out here because `quadstep study vehicles` needs these intervals too, and runs without
-the extra that brings SciPy; tests hold it against SciPy's.
+The incomplete beta function is written out here because the core needs these intervals too, and runs without the extra that
+brings SciPy; tests hold it against SciPy's.
 """
 
 import math
