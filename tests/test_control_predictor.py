@@ -167,6 +167,7 @@ def test_another_controller_in_its_place_has_the_predictor_too():
     other = built.with_controller(controllers(Measured)["pid"](), ())
     assert isinstance(other.loop.controller, Predicting)
     assert type(other.loop.controller.flown) is controllers(Measured)["pid"]
+    assert other.loop.controller.alone is other.loop.controller.flown
 
 
 def test_a_function_of_the_users_flies_with_it(tmp_path, monkeypatch):

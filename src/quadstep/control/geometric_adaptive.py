@@ -40,7 +40,7 @@ class GeometricAdaptiveGains(NamedTuple):
     body: Body
     pull: Pull
     turn: Turn
-    adaptation: Number = gain(usual(5.0, 2), "1/s^2", "adaptation of the acceleration", symbol="g_x", zero=True)
+    adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation of the acceleration", symbol="g_x", zero=True)
     drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation of the drag", zero=True)
     turn_adaptation: Number = gain(usual(25.0, 2), "1/s^2", "adaptation of the angular acceleration", symbol="g_R", zero=True)
     turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation of the drag on turning", zero=True)

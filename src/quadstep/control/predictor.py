@@ -112,6 +112,11 @@ class Predicting(Controller):
         """The controller's."""
         return cls.Flown.loops()
 
+    @property
+    def alone(self) -> Controller:
+        """The controller."""
+        return self.flown
+
     def instead(self, other: Controller) -> Controller:
         """Another controller with the same predictor."""
         return predicting(type(other))(other, self.samples, self.board_late, self.gravity)
