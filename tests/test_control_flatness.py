@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quadstep import fly
-from quadstep.control.flatness import flat
+from quadstep.control.flatness import away_from_zero, flat, unit
 from quadstep.guidance.reference import Reference
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
@@ -105,6 +105,9 @@ def test_it_is_finite_where_flatness_is_not():
     falling = Reference(*[vector(0.0, 0.0, 0.0)] * 2, vector(0.0, 0.0, -9.81), 0.0, 0.0)
     found = flat(falling, vector(0.0, 0.0, 0.0), 9.81)
     assert np.isfinite([*found.rates, *(entry for row in found.rotation for entry in row)]).all()
+    assert [away_from_zero(x) for x in (0.2, 0.05, 0.0, -0.05, -0.2)] == [0.2, 0.1, 0.1, -0.1, -0.2]
+    assert list(unit(vector(0.0, 1e-3, 0.0))) == pytest.approx([0.0, 1.0, 0.0])
+    assert list(unit(vector(0.0, 1e-6, 0.0))) == pytest.approx([0.0, 1.0, 0.0])
 
 
 def circle(**controller):
