@@ -221,7 +221,7 @@ FAMILIES = {
 
 
 @pytest.mark.parametrize("kind", FAMILIES)
-@pytest.mark.parametrize(("seed", "bounds"), [(1, 1.0), (2, 1e3), (3, 0.001)])
+@pytest.mark.parametrize(("seed", "bounds"), [(1, 1.0), (2, 1e3), (3, 1e-5)])
 def test_it_commands_what_numpy_makes_of_the_paper(kind, seed, bounds):
     random = np.random.default_rng(seed)
     law, gains = law_of(kind)
