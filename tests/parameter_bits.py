@@ -13,6 +13,8 @@ from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
 from quadstep.comparison.cell import scenario_table
 from quadstep.comparison.flights import mission
+from quadstep.control.controller import Measured
+from quadstep.control.registry import controllers
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml
@@ -21,7 +23,7 @@ from quadstep.numbers import Table, flatten
 from quadstep.tuning.ground import asked
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+CONTROLLERS = tuple(controllers(Measured))
 STEP = {"type": "step", "end": [1.0, 0.0, 2.0], "duration": 3.0}
 FLIGHTS = np.arange(40)
 

@@ -20,6 +20,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "lqr.Lqr",
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
+        "nested_saturation_on_airframe.NestedSaturationOnAirframe",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
