@@ -1,4 +1,4 @@
-"""A rigid body in NumPy with a thrust and torques, ideal and at once: what laws of real vehicles are held to, written apart."""
+"""A rigid body in NumPy with a thrust and torques, ideal and at once: laws of real vehicles are held to it."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
