@@ -21,6 +21,8 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "rotation_backstepping.RotationBackstepping",
         "paper_on_airframe.PaperOnAirframe",
         "nested_saturation_on_airframe.NestedSaturationOnAirframe",
+        "hedged_inversion.HedgedInversion",
+        "filtered_backstepping.FilteredBackstepping",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
