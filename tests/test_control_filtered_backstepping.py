@@ -181,8 +181,8 @@ def test_a_sample_of_attitude_and_rates(seed, flying):
 def test_lyapunov_falls_as_theory_says_through_filters_and_limits():
     """V = c1 |p|^2 + |v|^2 + c3 |a|^2 + |w|^2 of the compensated errors, halved, + |W - W*|^2 / 2 Gamma, over a short step.
 
-    Neither the thrust nor the torque is what was asked for, the filters lag, and W*^T phi pushes and twists: V falls by k times
-    the squares all the same.
+    Neither the thrust nor the torque is what was asked for, the filters lag, and W*^T phi pushes and twists: V falls by k
+    times the squares all the same.
     """
     rng, h = np.random.default_rng(8), 1e-7
     x, reference, before = rng.normal(size=12) * 0.01, path(rng, 0.01), memory(rng, 0.01)
@@ -218,6 +218,13 @@ def test_lyapunov_falls_as_theory_says_through_filters_and_limits():
     wanted = -(C1 * K1 * p @ p + K2 * v @ v + C3 * (K3 * a) @ a + (K4 * w) @ w)
     got = (energy(after, later, onward) - energy(before, x, reference)) / h
     assert got == pytest.approx(wanted, rel=0.02)
+
+
+def test_no_more_force_is_asked_for_than_there_is():
+    x = np.zeros(12)
+    x[:3] = [40.0, -60.0, -50.0]
+    measured = told(x, MASS * G)
+    assert LAW.guide(LAW.start(measured, GAINS), measured, STILL, GAINS, 0.0, 0.01).force.norm() <= GAINS.most_thrust * 1.001
 
 
 def test_weights_keep_their_bounds():

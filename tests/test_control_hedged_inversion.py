@@ -40,12 +40,12 @@ def memory(rng, **changes):
     """Any: flying, everything different from everything else."""
     one = lambda size=1.0: column(rng.normal(size=3) * size)  # noqa: E731
     attitude = Rotation.from_rotvec(rng.normal(size=3) * 0.2)
+    lean = quaternion(Rotation.from_rotvec(rng.normal(size=3) * 0.2))
     return HedgedInversionMemory(
         place=one(0.3), speed=one(), model=FilteredAttitude(quaternion(attitude), one(0.5), same(0.0)),
         weights_1=weight_matrix(rng.normal(size=(10, 3))), weights_2=weight_matrix(rng.normal(size=(10, 3))), flying=1.0,
-        asked=one(2.0), force=vector(1.0, -2.0, MASS * G), wanted=LedAttitude(quaternion(Rotation.from_rotvec(rng.normal(size=3) * 0.2)), one(0.5), one(3.0)),
-        r1=one(), thrust=24.0, torque=one(0.1), asked_torque=one(0.1),
-        asked_turn=one(5.0),
+        asked=one(2.0), force=vector(1.0, -2.0, MASS * G), wanted=LedAttitude(lean, one(0.5), one(3.0)), r1=one(),
+        thrust=24.0, torque=one(0.1), asked_torque=one(0.1), asked_turn=one(5.0),
     )._replace(**changes)  # fmt: skip
 
 

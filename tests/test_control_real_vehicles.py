@@ -104,7 +104,7 @@ ANY_ATTITUDE = [(0.0, 0.0, 3.1), (0.3, 0.0, -2.9), (2.0, 1.4, 0.5), (0.0, -1.5, 
 NEAR_LEVEL = [attitude for attitude in ANY_ATTITUDE if abs(attitude[2]) < 2.0]
 """For laws that are linear about hover: not turned over."""
 
-LINEAR, ON_ANGLES = ("lqr",), ("backstepping", "nested-saturation")
+LINEAR, ON_ANGLES = ("lqr", "planned-lqr"), ("backstepping", "nested-saturation")
 """Laws about hover; laws on Euler angles, which are singular when the vehicle points straight up or down."""
 
 

@@ -8,11 +8,12 @@ rotors' limits and the next stage make of it is compensated: with x~ = x - x_c t
 
     xi_i' = -k_i xi_i + (x_(i+1),c - what was asked for) + the next stage's xi
 
-the compensated error x~ - xi has dynamics in which neither filters nor limits appear. Only from it do the unknown
-accelerations f learn. The next stage's xi stands in xi_i' as in the authors' later form (IEEE Transactions on Automatic
-Control 54, 2009); [18] takes it off what is asked for, where it is differentiated: with the lag of rotors that is unstable.
-f is made of local basis functions: of the speed along each axis for the place; of the sideways airspeed that twists about an axis
-for the body, of the yaw rate about its third.
+the compensated error x~ - xi has dynamics in which neither filters nor limits appear. Only from it is learnt. The next
+stage's xi stands in xi_i' as in the authors' later form (IEEE Transactions on Automatic Control 54, 2009); [18] takes it off
+what is asked for, where it is differentiated: with the lag of rotors that is unstable.
+
+What is learnt are unknown accelerations, as local basis functions: for the place of the speed along each axis; for the body
+of the sideways airspeed that twists about an axis, about its third of the yaw rate.
 
 What a path is known to do (velocity, acceleration, the turn of its wanted attitude) is not filtered, only the feedback is.
 """

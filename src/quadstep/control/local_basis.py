@@ -1,4 +1,4 @@
-"""Functions of one number by local basis functions: hats on evenly spaced nodes, so that learning here forgets nothing there."""
+"""Functions of one number as hats on evenly spaced nodes, a local basis: learning here forgets nothing there."""
 
 from quadstep.numbers import Matrix, Number, Vector, absolute, clip, maximum, total
 

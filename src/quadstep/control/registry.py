@@ -23,6 +23,7 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "nested_saturation_on_airframe.NestedSaturationOnAirframe",
         "hedged_inversion.HedgedInversion",
         "filtered_backstepping.FilteredBackstepping",
+        "planned_lqr.PlannedLqr",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }
