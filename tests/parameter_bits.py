@@ -11,8 +11,7 @@ import numpy as np
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
-from quadstep.comparison.cell import scenario_table
-from quadstep.comparison.flights import mission
+from quadstep.comparison.shipped import shipped_study
 from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
 from quadstep.mission.airframe import LAYOUTS
@@ -125,8 +124,10 @@ def digests():
                 places = np.linspace(0.0, 1.0, 23)
                 values = [gain.range.value(place) for gain in tuned.gains for place in places]
                 yield f"candidates of {path.stem}", digest(values, tuned.start)
-        for scenario, table in scenario_table("x500").items():
-            yield f"study, {scenario}", of_plan(mission("x500", "adaptive, nets", table, 1001).plan())
+        study = shipped_study()
+        for situation in study.situations():
+            content = study.content(situation, {"type": "rotation-backstepping"})
+            yield f"study, {situation.label}", of_plan(check_mission(content, "study").plan())
         for one, content, beside in missions(folder):
             yield one, of_plan(check_mission(content, one, beside).plan(beside))
         for one, campaign in campaigns(folder):

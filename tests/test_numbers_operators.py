@@ -24,7 +24,7 @@ def number(request):
     return a_lane() if request.param == "lane" else Record().input("x")
 
 
-@pytest.mark.parametrize("function", [float, int, round, math.sin, math.sqrt, math.floor])
+@pytest.mark.parametrize("function", [float, int, round, math.sin, math.sqrt, math.floor, np.sin, np.exp])
 def test_a_function_of_python_is_refused_with_what_to_use_instead(number, function):
     with pytest.raises(TypeError, match=r"take sin, cos, .* from quadstep\.numbers"):
         function(number)
@@ -33,6 +33,12 @@ def test_a_function_of_python_is_refused_with_what_to_use_instead(number, functi
 @pytest.mark.parametrize("function", [lambda x: max(x, 1.0), lambda x: min(1.0, x), lambda x: 1.0 if x > 0.0 else 0.0])
 def test_max_and_min_say_what_to_use_instead(number, function):
     with pytest.raises(TypeError, match="maximum"):
+        function(number)
+
+
+@pytest.mark.parametrize("function", [lambda x: x % 2.0, lambda x: 7.0 % x, lambda x: x // 2.0, lambda x: divmod(x, 2.0)])
+def test_remainders_are_refused(number, function):
+    with pytest.raises(TypeError, match="a law takes no remainders"):
         function(number)
 
 

@@ -10,6 +10,7 @@ from quadstep.control.commands import BodyRates
 from quadstep.control.controller import Measured
 from quadstep.control.rate_loop import RateGains, rate_loop
 from quadstep.flight.closed_loop import Outcome
+from quadstep.mission.template import template
 from quadstep.numbers import vector
 
 HEAD = '''
@@ -283,3 +284,10 @@ def test_a_command_for_other_rotors_is_one_line(mission):
 def test_a_loop_that_there_is_not_is_one_line(mission):
     with pytest.raises(UserError, match=r"loop_periods\.plan: the controller has no such loop; allowed: none"):
         mission(RATES, simulation={"loop_periods": {"plan": 0.5}})
+
+
+def test_a_written_mission_shows_the_loops_of_its_controller(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(LOOPS)
+    assert "# loop_periods = { plan = 0.1 } #" in template("x500", "own.py:Own", tmp_path)
+    assert "loop_periods" not in template("x500")

@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+import tomllib
 
 import numpy as np
 import pytest
@@ -153,3 +155,31 @@ def test_what_it_does_not_know_is_refused(tmp_path, change, said):
     run = quadstep("fly", path, "--out", tmp_path / "out")
     assert run.refused, run
     assert said in run.err
+
+
+@pytest.mark.parametrize("law", ["planar-pd", "planar-linearisation"])
+def test_a_mission_for_it_is_written_with_every_default_in_a_comment(tmp_path, law):
+    path = tmp_path / "new.toml"
+    assert quadstep("new", path, "--vehicle", "planar", "--controller", law).code == 0
+    written = path.read_text()
+    shown = re.sub(r"(?m)^# (\w+ = )", r"\1", written)
+    assert shown.count("\n") == written.count("\n")
+    first, second = (fly(Mission.model_validate(tomllib.loads(text))) for text in (written, shown))
+    np.testing.assert_array_equal(first.rows, second.rows)
+    assert first.outcome is Outcome.COMPLETED
+
+
+def test_a_mission_for_it_names_a_controller_that_flies_it(tmp_path):
+    run = quadstep("new", tmp_path / "new.toml", "--vehicle", "planar", "--controller", "pid")
+    assert run.refused
+    assert "allowed: planar-pd, planar-linearisation, or your own FILE.py:NAME" in run.err
+
+
+def test_a_mission_for_a_plant_of_ones_own_is_written_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(
+        "from quadstep.plants.planar import Planar\nclass Mine(Planar):\n    name = 'mine'\n    label = 'my own'\n"
+    )
+    assert quadstep("new", "new.toml", "--vehicle", "mine.py:Mine").code == 0
+    assert 'type = "mine.py:Mine"' in (tmp_path / "new.toml").read_text()
+    assert quadstep("fly", "new.toml", "--out", "out").code == 0

@@ -88,18 +88,23 @@ def fly_span(told: tuple[Any, ...], first: int, past: int) -> pa.Table:
 def unpacked(told: Order) -> Campaign:
     """The campaign to fly. Raises UserError where flights would differ from those on the requesting machine."""
     here = f"--engine ray: node {platform.node()}"
-    for (name, mine), (_, theirs) in zip(needs(), told.needs, strict=False):
-        if mine != theirs:
-            raise UserError(
-                f"{here} has {name} {mine}, the machine that asks for flights {theirs}: results could differ in the last "
-                "bits; all nodes have to be alike"
-            )
+    refuse_others(here, told.needs)
     campaign: Campaign = pickle.loads(told.campaign)
     if campaign.fingerprint != told.fingerprint:
         raise UserError(
             f"{here}: files that the mission names are not there, or others: share {campaign.folder} between nodes"
         )
     return campaign
+
+
+def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
+    """Refuses what decides a flight's bits where it is not as wanted. here: says where. Raises UserError."""
+    for (name, mine), (_, theirs) in zip(needs(), wanted, strict=False):
+        if mine != theirs:
+            raise UserError(
+                f"{here} has {name} {mine}, the machine that asks for flights {theirs}: results could differ in the last "
+                "bits; all nodes have to be alike"
+            )
 
 
 # What the driver does
@@ -162,7 +167,8 @@ def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tu
         if not flying:
             return
         for reference in over(ray, list(flying)):
-            table = fetched(ray, reference, flying[reference])
+            span = flying[reference]
+            table = fetched(ray, reference, f"flights {span.first} to {span.past - 1}")
             yield flying.pop(reference), table
 
 
@@ -177,16 +183,15 @@ def over(ray: Any, flying: list[Any]) -> list[Any]:
     return ready
 
 
-def fetched(ray: Any, reference: Any, span: Span) -> pa.Table:
-    """The result of a task. Raises what was raised there, UserError for an unsuitable worker."""
+def fetched(ray: Any, reference: Any, what: str) -> Any:
+    """The result of a task. what: it is, in words. Raises what was raised there, UserError for an unsuitable worker."""
     try:
         return ray.get(reference)
     except ray.exceptions.RayTaskError as error:
         refuse(error)
     except ray.exceptions.RayError as error:
         raise UserError(
-            f"--engine ray: flights {span.first} to {span.past - 1} are lost ({first_line(error)}); what is flown is kept, "
-            "--resume continues from there"
+            f"--engine ray: {what} are lost ({first_line(error)}); what is flown is kept, --resume continues from there"
         ) from None
 
 

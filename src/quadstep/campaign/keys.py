@@ -82,5 +82,7 @@ def replaced(section: Any, rest: list[str], value: Any) -> Any:
         place = int(name)
         return (*section[:place], replaced(section[place], below, value), *section[place + 1 :])
     if isinstance(section, BaseModel):
-        return section.model_copy(update={name: replaced(getattr(section, name), below, value)})
+        changed = section.model_copy(update={name: replaced(getattr(section, name), below, value)})
+        changed.__dict__.pop("modelled", None)  # a mission keeps its vehicle once that is built; this is another
+        return changed
     raise TypeError(f"nothing inside {section!r:.60}")

@@ -12,7 +12,10 @@ from quadstep.terminal.screen import command, say_whole
 def new(
     mission: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     vehicle: Annotated[
-        str | None, typer.Option(help="A preset listed by `quadstep vehicles`; default: x500.", show_default=False)
+        str | None,
+        typer.Option(
+            help="A preset listed by `quadstep vehicles`, planar, or your own FILE.py:NAME; default: x500.", show_default=False
+        ),
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's plant and controller instead of a vehicle.")] = False,
     controller: Annotated[

@@ -5,10 +5,12 @@ from typing import Annotated
 
 import typer
 
+from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, SeedsOption, check_seeds, run_study
 from quadstep.commands.options import OverwriteOption
-from quadstep.errors import UserError
+from quadstep.comparison.engine import CompareEngine
 from quadstep.exit_codes import FAILED
-from quadstep.terminal.bars import bar
+from quadstep.extras import needed_by
+from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.terminal.screen import say, say_whole
 from quadstep.terminal.tables import show_table
 
@@ -37,23 +39,21 @@ def completion(
         raise typer.Exit(FAILED)
 
 
-def vehicles(
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/vehicles"),
-    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Flights per scenario and controller.")] = 30,
-    only: Annotated[list[str] | None, typer.Option(help="Only this vehicle; may be repeated.", show_default=False)] = None,
+def controllers(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
+    seeds: SeedsOption = None,
+    engine: EngineOption = CompareEngine.LANES,
+    retune: RetuneOption = False,
+    keep_going: KeepGoingOption = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Fly every preset vehicle through hover, figure eights, a step, wind, payload and a weak rotor under five controllers."""
-    from quadstep.comparison import run
+    """Compare the controllers of the package on the 2.6 kg vehicle and the Crazyflie: wind, payload, faults, latency,
+    estimator.
 
-    chosen = list(dict.fromkeys(only or run.VEHICLES))
-    unknown = [name for name in chosen if name not in run.VEHICLES]
-    if unknown:
-        raise UserError(f"--only: {unknown[0]!r:.60} is not known; allowed: {', '.join(run.VEHICLES)}")
-    with bar("flying", "flights") as shown:
-        found = run.study_vehicles(out, seeds, chosen, overwrite, shown.to)
-    for vehicle in chosen:
-        show_table(f"{vehicle}: RMSE [cm], 95 % interval", ("", *run.CONTROLLERS), run.table_rows(found, vehicle))
-    for sentence in run.sentences(found, chosen):
-        say(sentence)
-    say_whole(f"Report: {out / 'report.html'}")
+    The study that `quadstep compare` would read is in the package, with the gains that it found; --retune finds them anew.
+    """
+    check_seeds(seeds)
+    with needed_by("`quadstep study controllers`"):
+        from quadstep.comparison.shipped import shipped_study
+
+        run_study(shipped_study(), out, seeds, engine, retune, keep_going, overwrite, sheet(USUAL, None, SCREEN))

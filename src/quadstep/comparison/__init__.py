@@ -1,1 +1,1 @@
-"""`quadstep study vehicles`: every preset vehicle through the same flights under every controller, over many seeds."""
+"""`quadstep compare`: controllers judged under the same conditions, on the same draws, with the same budget of tuning."""

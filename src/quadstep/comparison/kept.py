@@ -1,54 +1,74 @@
-"""Finished cells of an unfinished study, from which the same command continues after an interruption."""
+"""What a study has worked out so far, kept by content: gains, flights and margins, each under a digest of all that decides it.
+
+So a study that was interrupted goes on, and one that has grown works out only what is new.
+"""
 
 import contextlib
 import hashlib
 import json
+import os
+import shutil
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
-
-from pydantic import TypeAdapter
 
 from quadstep import __version__
-from quadstep.atomic import WRITING
-from quadstep.comparison.cell import Cell
-from quadstep.comparison.flights import FIRST_SEED, mission
+from quadstep.atomic import WRITING, replace_file
 from quadstep.errors import UserError
-from quadstep.files import JSON, read_text
 
-NAME = f"{WRITING}cells.jsonl"
-CELL = TypeAdapter(Cell)
+FLIGHTS, GAINS, MARGINS, JOURNALS = "flights", "gains", "margins", "journals"
+"""Folders of results, and of what a search has flown so far."""
+
+ENDINGS = {FLIGHTS: "parquet", GAINS: "json", MARGINS: "json", JOURNALS: "jsonl"}
+RUNNING = f"{WRITING}kept"
+"""Where results are before the study is over; no result folder is taken for another's because of it."""
 
 
 class Kept:
-    """The cells in a folder, by `key`; a line of JSON each, appended as they come."""
+    """The results of a study in a folder: what an unfinished run left, and what a finished one published."""
 
     def __init__(self, folder: Path) -> None:
-        self.path = folder / NAME
-        self.cells: dict[str, Cell] = {}
-        with contextlib.suppress(UserError):  # there is none, or something else wrote it
-            for line in read_text(self.path, JSON).splitlines():
-                self.read(line)
+        self.folder, self.running = folder, folder / RUNNING
 
-    def read(self, line: str) -> None:
-        """Take in one line; one that was cut short by a kill is ignored."""
+    def path(self, kind: str, key: str) -> Path:
+        """Where a new result goes."""
+        return self.running / kind / f"{key}.{ENDINGS[kind]}"
+
+    def find(self, kind: str, key: str) -> Path | None:
+        """The file of a result; None where it is still to be worked out."""
+        for path in (self.path(kind, key), self.folder / kind / f"{key}.{ENDINGS[kind]}"):
+            if path.is_file():
+                return path
+        return None
+
+    def add(self, kind: str, key: str, content: bytes) -> Path:
+        """Keep a result. Raises UserError where the disk does not take it."""
+        path = self.path(kind, key)
         try:
-            one = json.loads(line)  # with NaN, where no flight completed
-            self.cells[str(one["key"])] = CELL.validate_python(one["cell"])
-        except (ValueError, TypeError, KeyError, RecursionError):
-            return
+            path.parent.mkdir(parents=True, exist_ok=True)
+            replace_file(path, content, synced=True)
+        except OSError as error:
+            raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}; what is there is kept") from None
+        return path
 
-    def add(self, key: str, cell: Cell) -> None:
-        """Keep one more."""
-        self.cells[key] = cell
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write("\n" + json.dumps({"key": key, "cell": cell._asdict()}) + "\n")
+    def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:
+        """Put these results, by kind and key, into the folder of a finished study."""
+        for kind, key in wanted:
+            found = self.find(kind, key)
+            assert found
+            target = out / kind / found.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                os.link(found, target)
+            except OSError:  # a file system without links
+                shutil.copyfile(found, target)
 
     def remove(self) -> None:
-        """The study is over."""
-        self.path.unlink(missing_ok=True)
+        """The study is over, and published."""
+        with contextlib.suppress(OSError):
+            shutil.rmtree(self.running)
 
 
-def key(vehicle: str, controller: str, scenario: dict[str, Any], seeds: int) -> str:
-    """A digest of everything that decides a cell: the whole first mission, how many seeds, and by which version."""
-    first = mission(vehicle, controller, scenario, FIRST_SEED).model_dump_json()
-    return hashlib.sha256(f"{__version__} {seeds} {first}".encode()).hexdigest()[:16]
+def key(*decisive: object) -> str:
+    """A digest of all that decides a result, and of the version."""
+    text = json.dumps([__version__, *decisive], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,97 +1,79 @@
-"""The comparison as pictures: for each vehicle the RMSE of every scenario and controller, with its interval."""
+"""A comparison as pictures: for each vehicle, what every controller does in every situation."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from quadstep.comparison.cell import Cell
-from quadstep.comparison.flights import CONTROLLERS, PUBLISHED, WINDS
+from quadstep.comparison.found import Comparison, Result
+from quadstep.comparison.words import title, unit_of
+from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 
-MARKS = (("o", "black"), ("o", "white"), ("s", "#b2182b"), ("^", "#2166ac"), ("D", "0.55"))
-"""Shape and colour of each controller: told apart by shape alone."""
+SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
+"""Of marks: told apart by shape and fill."""
 
-SHORT = {
-    "adaptive, nets": "nets", "adaptive, no nets": "no nets", "paper's law": "paper's", "geometric": "geometric", "PID": "PID"
-}  # fmt: skip
+A_CONTROLLER, BETWEEN = 0.13, 0.22
+"""Height of a controller's line, and between situations [in]."""
 
 
-def draw_vehicle(folder: Path, vehicle: str, cells: Sequence[Cell]) -> None:
-    """vehicle.png and vehicle.svg: a row for each scenario, a mark for each controller, and what was lost."""
-    scenarios = list(dict.fromkeys(cell.scenario for cell in cells))
-    with drawing(Sheet()):
-        figure = Figure(figsize=(11.0, 1.2 + 0.42 * len(scenarios)))
+def mark(place: int) -> tuple[str, str]:
+    """Shape and fill of a controller."""
+    return SHAPES[place % len(SHAPES)], FACES[(place // len(SHAPES) + place) % len(FACES)]
+
+
+def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None:
+    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile."""
+    situations = [one for one in found.situations if one.vehicle == vehicle]
+    names = found.controllers
+    group = A_CONTROLLER * len(names) + BETWEEN
+    unit = unit_of(found.metrics[found.metric])
+    with drawing(sheet):
+        height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
+        figure = Figure(figsize=(sheet.inches(9.0), height), layout="constrained")
         axes: Any = figure.subplots()
-        figure.subplots_adjust(0.235, 0.08, 0.8, 0.88)
-        for place, (controller, (marker, colour)) in enumerate(zip(CONTROLLERS, MARKS, strict=True)):
-            for cell in cells:
-                if cell.controller == controller:
-                    height = len(scenarios) - 1 - scenarios.index(cell.scenario) + 0.28 - 0.14 * place
-                    draw_cell(axes, cell, height, marker, colour)
-            axes.plot([], [], linestyle="", marker=marker, color="black", markerfacecolor=colour, label=controller)
-        for row, scenario in enumerate(reversed(scenarios)):
-            lost = [
-                f"{SHORT[cell.controller]} {100 * cell.lost.value:.0f} %"
-                for cell in cells
-                if cell.scenario == scenario and cell.lost.value > 0.0
-            ]
-            text = "\n".join(", ".join(lost[i : i + 2]) for i in range(0, len(lost), 2))
-            if lost:
-                axes.text(1.01, row, f"lost: {text}", va="center", fontsize=7, transform=axes.get_yaxis_transform())
-        axes.set_yticks(range(len(scenarios)), scenarios[::-1])
+        for row, situation in enumerate(situations):
+            for one in found.of(situation):
+                place = names.index(one.controller)
+                draw_result(axes, one, found.metric, -row * group - place * A_CONTROLLER, unit.factor, mark(place))
+        for place, name in enumerate(names):
+            shape, face = mark(place)
+            axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
+        middle = 0.5 * A_CONTROLLER * (len(names) - 1)
+        labels = [", ".join(filter(None, one[1:])) or "missions" for one in situations]
+        axes.set_yticks([-row * group - middle for row in range(len(situations))], labels)
+        axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
+        axes.grid(visible=False, axis="y")
+        scaled(axes)
+        axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
+        figure.legend(loc="outside upper left", ncols=min(4, len(names)), fontsize=8)
+        write(figure, path, sheet)
+
+
+def draw_result(axes: Any, one: Result, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
+    """One controller in one situation; an arrow where its 95 % quantile is lost."""
+    median, high = one.spreads[metric].median, one.spreads[metric].high.value
+    if not math.isfinite(median.value):
+        axes.annotate("lost", (0.995, height), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=6)
+        return
+    value, low, top = (factor * part for part in median)
+    if math.isfinite(high):
+        axes.plot([value, factor * high], [height, height], color="0.65", linewidth=0.8, zorder=1)
+    else:
+        axes.annotate(
+            f"{100.0 * one.lost.value:.2g} % lost", (value, height), (12, 0), textcoords="offset points", va="center",
+            fontsize=6, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
+        )  # fmt: skip
+    if math.isfinite(low) and math.isfinite(top):
+        axes.plot([low, top], [height, height], color="black", linewidth=1.6, zorder=2)
+    shape, face = looks
+    axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
+
+
+def scaled(axes: Any) -> None:
+    """A logarithmic axis with plain numbers, where there is anything to be shown."""
+    if axes.has_data() and any(len(line.get_xdata()) for line in axes.lines):
         axes.set_xscale("log")
-        plain(axes.xaxis)
-        axes.set_xlabel("position RMSE [cm], mean over completed flights, 95 % interval")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, columnspacing=1.0, handletextpad=0.2)
-        figure.text(0.015, 0.955, vehicle, fontsize=11)
-        write(figure, folder / vehicle, Sheet())
-
-
-def draw_cell(axes: Any, cell: Cell, height: float, marker: str, colour: str) -> None:
-    """One mark with its interval."""
-    if math.isfinite(cell.rmse.value):
-        value, low, high = (100.0 * part for part in cell.rmse)
-        if math.isfinite(low):
-            axes.plot([low, high], [height, height], color="0.4", linewidth=1.0, zorder=1)
-        axes.plot(value, height, marker=marker, color="black", markerfacecolor=colour, markersize=4.5, linestyle="")
-
-
-def draw_wind(folder: Path, cells: Sequence[Cell]) -> None:
-    """wind.png and wind.svg: the vertical figure eight of the 2.6 kg vehicle over the wind, beside published real flights."""
-    winds = list(WINDS)
-    with drawing(Sheet()):
-        figure = Figure(figsize=(8.4, 4.2))
-        axes: Any = figure.subplots()
-        figure.subplots_adjust(0.09, 0.12, 0.69, 0.93)
-        for (name, values), dashes in zip(PUBLISHED.items(), ("-", "--", "-.", ":"), strict=True):
-            axes.plot(range(len(winds)), values, color="0.65", linestyle=dashes, linewidth=1.2, label=f"{name} (real flights)")
-        for place, (controller, (marker, colour)) in enumerate(zip(CONTROLLERS, MARKS, strict=True)):
-            named = {cell.scenario: cell for cell in cells if cell.controller == controller}
-            found = [named.get(f"vertical eight, wind {wind}") for wind in winds]
-            for i, cell in enumerate(found):
-                if cell and math.isfinite(cell.rmse.value):
-                    value, low, high = (100.0 * part for part in cell.rmse)
-                    at = i + 0.08 * (place - 2)
-                    if math.isfinite(low):
-                        axes.plot([at, at], [low, high], color="0.3", linewidth=1.0)
-                    axes.plot(at, value, marker=marker, color="black", markerfacecolor=colour, markersize=5)
-            axes.plot([], [], linestyle="", marker=marker, color="black", markerfacecolor=colour, label=controller)
-        axes.set_xticks(range(len(winds)), winds)
-        axes.set_yscale("log")
-        plain(axes.yaxis)
-        axes.set_xlabel("wind [m/s]")
-        axes.set_ylabel("position RMSE [cm]")
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        write(figure, folder / "wind", Sheet())
-
-
-def plain(axis: Any) -> None:
-    """Ticks of a logarithmic axis as plain numbers at 1, 2 and 5."""
-    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(NullLocator())
+        plain_decades(axes.xaxis)

@@ -1,213 +1,331 @@
-"""`quadstep study vehicles`: flown on all cores, written as one folder."""
+"""`quadstep compare`: from a study, or from missions, to a folder with what was found."""
 
-import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, as_completed
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from quadstep import __version__
-from quadstep.comparison import cell as flown
-from quadstep.comparison.cell import Cell
-from quadstep.comparison.flights import CONTROLLERS, FIRST_SEED, PUBLISHED, SENSORS, VEHICLES, WINDS
+import pyarrow.parquet as pq
+
+from quadstep import files
+from quadstep.campaign.schema import CampaignFile, campaign_of
+from quadstep.comparison import cost, margins
+from quadstep.comparison.engine import CompareEngine
+from quadstep.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
+from quadstep.comparison.found import Comparison, ranks, result
+from quadstep.comparison.jobs import Bear, Fly, Job, Tune, Worked
 from quadstep.comparison.kept import Kept, key
-from quadstep.errors import InterruptedRun
-from quadstep.report import page
-from quadstep.report.pool import drawing_pool
-from quadstep.report.publish import MANIFEST, publishing, write_json
-from quadstep.report.tables import write_csv
+from quadstep.comparison.report import write_results
+from quadstep.comparison.schema import EFFORTS, MarginEntry
+from quadstep.comparison.spread import Flown, flown_of
+from quadstep.comparison.study import Cell, Situation, Study
+from quadstep.comparison.training import read_lines
+from quadstep.comparison.workers import work
+from quadstep.control.controller import Controller
+from quadstep.documents import read_json, read_toml
+from quadstep.errors import InterruptedRun, UserError
+from quadstep.mission.check import check
+from quadstep.mission.presets import is_airframe
+from quadstep.mission.read import check_mission
+from quadstep.report.publish import publishing
+from quadstep.report.sheet import Sheet
 
-NAME = "Controllers on real vehicles"
-WINDY = "research-2.6kg"
-HARDEST = "vertical eight, wind 12.1"
-
-
-class Comparison(NamedTuple):
-    """Findings of the study."""
-
-    seeds: int
-    cells: list[Cell]
-
-    def cell(self, vehicle: str, scenario: str, controller: str) -> Cell:
-        """One of them."""
-        wanted = (vehicle, scenario, controller)
-        return next(cell for cell in self.cells if (cell.vehicle, cell.scenario, cell.controller) == wanted)
+Doing = Callable[[str], None]
+Done = Callable[[int, int], None]
 
 
-COLUMNS = (
-    "vehicle", "scenario", "controller", "flights", "rmse[m]", "rmse_low[m]", "rmse_high[m]", "largest[m]",
-    "activity[1/s]", "saturated_share", "lost_share", "lost_low", "lost_high",
-)  # fmt: skip
-"""Of cells.csv."""
-
-
-def study_vehicles(
-    folder: Path, seeds: int, vehicles: Sequence[str], overwrite: bool, progress: Callable[[int, int], None] | None = None
-) -> Comparison:
-    """Fly, and write `folder`: cells.csv, metrics.json, pictures, report.html. progress: told flights done, and of how many.
-
-    Cells that an interrupted run left in the folder are not flown again. Raises UserError, and InterruptedRun on Ctrl-C.
+class How(NamedTuple):
+    """engine: what flies. keep_going: whether others go on where one controller cannot. again: tune what the study has gains
+    for. doing, done: told the stage, and flights over and in all. sheet: what figures are drawn on.
     """
-    from quadstep.comparison.picture import draw_vehicle, draw_wind  # noqa: PLC0415 (matplotlib loads only where it draws)
 
-    with publishing(folder, f"vehicles {seeds} {','.join(vehicles)}", overwrite) as out, drawing_pool() as pool:
-        kept = Kept(folder)
-        try:
-            cells = fly_cells(pool, kept, vehicles, seeds, progress or (lambda *_: None))
-        except KeyboardInterrupt:
-            raise InterruptedRun(f"{len(kept.cells)} cells are kept in {folder}; the same command continues") from None
-        found = Comparison(seeds, cells)
-        write_cells(out / "cells.csv", found.cells)
-        write_json(out / MANIFEST, as_json(found))
-        for vehicle in vehicles:
-            draw_vehicle(out, vehicle, [cell for cell in found.cells if cell.vehicle == vehicle])
-        if WINDY in vehicles:
-            draw_wind(out, [cell for cell in found.cells if cell.vehicle == WINDY])
-        page.write_page(out / "report.html", NAME, sections(out, found, vehicles))
-    kept.remove()
+    engine: CompareEngine = CompareEngine.LANES
+    overwrite: bool = False
+    keep_going: bool = False
+    again: bool = False
+    doing: Doing = lambda _: None
+    done: Done = lambda *_: None
+    sheet: Sheet = Sheet()
+
+
+class Finished(NamedTuple):
+    """A comparison that is over, and where it is."""
+
+    found: Comparison
+    folder: Path
+
+
+class Run:
+    """Working out the pieces of a comparison. problems: so far; whoever has one takes part no more."""
+
+    def __init__(self, kept: Kept, how: How) -> None:
+        self.kept, self.how = kept, how
+        self.problems: list[Problem] = []
+
+    def met(self, problem: Problem) -> None:
+        """Something cannot go on. Raises UserError unless others shall."""
+        if not self.how.keep_going:
+            raise UserError(problem.line)
+        self.problems.append(problem)
+
+    def out(self, vehicle: str, controller: str) -> bool:
+        """Whether a controller takes part no more."""
+        return any(one.controller == (vehicle, controller) for one in self.problems)
+
+    def work(self, what: str, jobs: Sequence[Job]) -> None:
+        """Do these, but for what is kept."""
+        self.how.doing(what)
+        missing = [job for job in jobs if self.kept.find(job.kind, job.key) is None]
+        total = sum(job.flights for job in jobs)
+        over = total - sum(job.flights for job in missing)
+        going = {job.key: job for job in missing}
+        self.how.done(over, total)
+
+        def look() -> None:
+            self.how.done(min(total, over + sum(map(so_far, going.values()))), total)
+
+        for job, worked in work(missing, self.how.engine, look):
+            del going[job.key]
+            over += job.flights
+            self.keep(job, worked)
+            self.how.done(over, total)
+
+    def keep(self, job: Job, worked: Worked) -> None:
+        """Keep what a job gave."""
+        if worked.wrong and self.out(*job.controller):
+            return  # of which enough has been said
+        if worked.wrong:
+            self.met(Problem(job.controller, f"{job.label}: {worked.wrong}"))
+        else:
+            self.kept.add(job.kind, job.key, worked.content)
+
+
+def so_far(job: Job) -> int:
+    """Flights that an unfinished search has noted."""
+    if not isinstance(job, Tune) or job.journal is None or not job.journal.exists():
+        return 0
+    lines = read_lines(job.journal)
+    return int(lines[-1]["flights"]) if lines else 0
+
+
+def compare_study(study: Study, folder: Path, how: How) -> Finished:
+    """Tune, fly, judge, and write `folder`. What was worked out is kept there, and the same command goes on from it.
+
+    Raises UserError, and InterruptedRun on Ctrl-C.
+    """
+    run = Run(Kept(folder), how)
+    identity = key(study.file.model_dump(exclude={"name"}), study.text)
+    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
+        asked, problems = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
+        for problem in problems:
+            run.met(problem)
+        metrics = check_all(study, run, [one.entrant for one in asked])
+        jobs = [one.job for one in asked if one.job and not run.out(*one.job.controller)]
+        run.work("tuning", jobs)
+        everybody = [with_gains(study, one, run.kept) for one in asked if not run.out(one.entrant.vehicle, one.entrant.name)]
+        flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
+        bears = raises(study, run, everybody)
+        run.work("raising", bears)
+        found = Comparison(
+            name=study.file.name,
+            source=study.source,
+            seeds=study.file.seeds,
+            seed=study.file.seed,
+            metrics=metrics,
+            situations=tuple(flown),
+            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
+            ranked=ranks(flown, next(iter(metrics))),
+            entrants=tuple(everybody),
+            margins={
+                (one.asked.name, *one.controller): margins.from_json(read_json(path))
+                for one in bears
+                if (path := run.kept.find(one.kind, one.key))
+            },
+            raised=study.file.margins or {},
+            costs=costs(run, [job.cell for job in flights]),
+            problems=tuple(run.problems),
+        )
+        write_results(out, found, flights, how.sheet)
+        write_gains(out / "gains.json", everybody)
+        every: list[Job] = [*jobs, *flights, *bears]
+        run.kept.publish(out, [(job.kind, job.key) for job in every if run.kept.find(job.kind, job.key)])
+    run.kept.remove()
+    return Finished(found, folder)
+
+
+def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
+    """Everybody in every situation."""
+    found = []
+    for situation in study.situations():
+        for one in everybody:
+            if one.vehicle == situation.vehicle and not run.out(one.vehicle, one.name):
+                try:
+                    found.append(study.cell(situation, one.name, one.table))
+                except UserError as error:
+                    run.met(Problem((one.vehicle, one.name), str(error)))
     return found
 
 
-def fly_cells(
-    pool: Executor, kept: Kept, vehicles: Sequence[str], seeds: int, progress: Callable[[int, int], None]
-) -> list[Cell]:
-    """Every scenario of every vehicle under every controller, in this order; cells that are kept are not flown again."""
-    asked = {
-        key(vehicle, controller, scenario, seeds): (vehicle, controller, name, scenario)
-        for vehicle in vehicles
-        for controller in CONTROLLERS
-        for name, scenario in flown.scenario_table(vehicle).items()
-    }
-    over = len(asked.keys() & kept.cells.keys())
-    progress(over * seeds, len(asked) * seeds)
-    flying = {pool.submit(flown.fly_cell, *asked[one], seeds): one for one in asked if one not in kept.cells}
-    for future in as_completed(flying):
-        kept.add(flying[future], future.result())
-        over += 1
-        progress(over * seeds, len(asked) * seeds)
-    return [kept.cells[one] for one in asked]
-
-
-def as_json(found: Comparison) -> dict[str, Any]:
-    """The content of metrics.json; missing values are null."""
-
-    def number(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    cells = [
-        {
-            "vehicle": cell.vehicle,
-            "scenario": cell.scenario,
-            "controller": cell.controller,
-            "flights": cell.flights,
-            "rmse[m]": [number(value) for value in cell.rmse],
-            "largest[m]": number(cell.largest),
-            "activity[1/s]": number(cell.activity),
-            "saturated_share": number(cell.saturated),
-            "lost": list(cell.lost),
-        }
-        for cell in found.cells
-    ]
-    seeds = {"first": FIRST_SEED, "count": found.seeds}
-    return {"name": NAME, "version": __version__, "seeds": seeds, "sensors": SENSORS, "cells": cells}
-
-
-def write_cells(path: Path, cells: Sequence[Cell]) -> None:
-    """One row per cell."""
-    rows = ((*cell[:4], *cell.rmse, cell.largest, cell.activity, cell.saturated, *cell.lost) for cell in cells)
-    write_csv(path, COLUMNS, rows)
-
-
-def shown(cell: Cell) -> str:
-    """RMSE in centimetres with its interval, and what was lost."""
-    text = "-"
-    if math.isfinite(cell.rmse.value):
-        value, low, high = (100.0 * part for part in cell.rmse)
-        text = f"{value:.3g} [{low:.3g}, {high:.3g}]" if math.isfinite(low) else f"{value:.3g}"
-    return f"{text}; lost {100 * cell.lost.value:.0f} %" if cell.lost.value else text
-
-
-def sentences(found: Comparison, vehicles: Sequence[str]) -> list[str]:
-    """The finding in words, with its numbers."""
-    lines = []
-    if WINDY in vehicles:
-        with_nets, without, geometric, pid = (
-            found.cell(WINDY, HARDEST, name) for name in ("adaptive, nets", "adaptive, no nets", "geometric", "PID")
+def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[Situation, dict[str, Flown]]]:
+    """Fly all cells, and read them back. Raises UserError for a situation that nobody survives."""
+    jobs = [Fly(cell, seeds) for cell in wanted]
+    run.work("flying", jobs)
+    there = [job for job in jobs if not run.out(*job.controller)]
+    flown: dict[Situation, dict[str, Flown]] = {}
+    for job in there:
+        flown.setdefault(job.cell.situation, {})[job.cell.controller] = read_back(run.kept, job)
+    if not there:
+        raise UserError(
+            f"nobody is left to be compared: {run.problems[0].line}" if run.problems else "there is nothing to be flown"
         )
-        lines.append(
-            f"At 12.1 m/s wind the 2.6 kg vehicle keeps to the vertical figure eight within {shown(with_nets)} cm with nets, "
-            f"{shown(without)} without, {shown(geometric)} geometric, {shown(pid)} PID."
+    for situation, many in list(flown.items()):
+        if all(one.lost.all() for one in many.values()):
+            run.met(Problem(None, f"{situation.label or 'the missions'}: no controller completes any of {seeds} flights"))
+    return there, flown
+
+
+def read_back(kept: Kept, job: Fly) -> Flown:
+    """The flights of a cell. Raises UserError for a file that is not what was written."""
+    path = kept.find(job.kind, job.key)
+    assert path
+    try:
+        with files.opened(path, files.FLIGHTS) as file:
+            table = pq.read_table(file)
+        found = flown_of(table, job.cell.campaign)
+    except (OSError, ValueError, KeyError) as error:
+        raise UserError(f"{path}: cannot be read ({error}); delete it, and it is flown again") from None
+    if len(found.lost) != job.seeds:
+        raise UserError(f"{path}: does not hold {job.seeds} flights; delete it, and they are flown again")
+    return found
+
+
+def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
+    """The metrics to report. Looks at every cell and margin before hours of tuning. Raises UserError."""
+    run.how.doing("checking")
+    wanted = cells(study, run, everybody)
+    for cell in wanted:
+        if not run.out(cell.situation.vehicle, cell.controller):
+            try:
+                study.check_cell(cell)
+            except UserError as error:
+                run.met(Problem((cell.situation.vehicle, cell.controller), str(error)))
+    raises(study, run, everybody)
+    left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
+    return reported(study.source, study.file.metrics, left or wanted)
+
+
+def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
+    """The margins to be found."""
+    jobs: list[Bear] = []
+    for name, entry in (study.file.margins or {}).items():
+        for one in everybody:
+            if entry.suits(one.vehicle) and not run.out(one.vehicle, one.name):
+                try:
+                    jobs.append(Bear(margins.raised(study, one.vehicle, name, one.name, one.table)))
+                except UserError as error:
+                    run.met(Problem((one.vehicle, one.name), str(error)))
+    return jobs
+
+
+def costs(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], cost.Cost]:
+    """What each controller costs to compute, one after the other on a machine that does nothing else."""
+    run.how.doing("measuring")
+    found: dict[tuple[str, str], cost.Cost] = {}
+    for cell in wanted:
+        whose = (cell.situation.vehicle, cell.controller)
+        if whose not in found:
+            found[whose] = cost.cost_of(cell)
+    return found
+
+
+def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
+    """The metrics to report, with units. Raises UserError for one that not all flights have."""
+    known = [cell.campaign.thresholds for cell in flown]
+    common = {name: full for name, full in known[0].items() if all(name in one for one in known)}
+    for name in wanted:
+        if name not in common:
+            raise UserError(f"{source}: metrics: {name!r:.60} is not known; allowed: {', '.join(common)}")
+    return {name: common[name] for name in wanted}
+
+
+@contextlib.contextmanager
+def interruptible(run: Run) -> Iterator[None]:
+    """A block whose results so far are kept on Ctrl-C, which is said."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise InterruptedRun(f"what was flown is kept in {run.kept.folder}; the same command goes on") from None
+
+
+# Missions side by side
+
+MISSION_METRICS = ("position_rmse", "largest_error")
+
+
+def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
+    """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
+    run = Run(Kept(folder), how)
+    found_cells: list[Cell] = []
+    names = unique([path.stem for path in paths])
+    for name, path in zip(names, paths, strict=True):
+        try:
+            found_cells.append(cell_of(name, path, seeds))
+        except UserError as error:
+            run.met(Problem(("", name), str(error)))
+    identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
+    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
+        flights, flown = fly(run, found_cells, seeds)
+        metrics = reported("missions", MISSION_METRICS, found_cells)
+        found = Comparison(
+            name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
+            source=", ".join(map(str, paths)),
+            seeds=seeds,
+            seed=1,
+            metrics=metrics,
+            situations=tuple(flown),
+            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
+            ranked=ranks(flown, next(iter(metrics))),
+            entrants=tuple(
+                Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", law_of(cell))
+                for cell, path in zip(found_cells, paths, strict=False)
+            ),
+            margins={},
+            raised=dict[str, MarginEntry](),
+            costs=costs(run, [job.cell for job in flights]),
+            problems=tuple(run.problems),
         )
-    lost_alone = [
-        f"{cell.vehicle}, {cell.scenario}"
-        for cell in found.cells
-        if cell.controller == "adaptive, nets"
-        and cell.lost.value > found.cell(cell.vehicle, cell.scenario, "geometric").lost.value
-    ]
-    lines.append(
-        "The adaptive controller with nets loses more flights than the geometric one in: " + "; ".join(lost_alone) + "."
-        if lost_alone
-        else "Nowhere does the adaptive controller with nets lose more flights than the geometric one."
-    )
-    return lines
+        write_results(out, found, flights, how.sheet)
+        run.kept.publish(out, [(job.kind, job.key) for job in flights])
+    run.kept.remove()
+    return Finished(found, folder)
 
 
-def sections(out: Path, found: Comparison, vehicles: Sequence[str]) -> list[str]:
-    """The body of report.html."""
-    noise = ", ".join(f"{key} {value:g}" for key, value in SENSORS.items())
-    body = [
-        *(page.paragraph(line) for line in sentences(found, vehicles)),
-        page.paragraph(
-            f"{found.seeds} seeds a cell, from {FIRST_SEED} on; gains were found on others, with about the same budget for "
-            f"each controller. Every flight has noise and latency (SI units): {noise}. Turbulence: Dryden, MIL-F-8785C, its "
-            "wind at 20 ft the mean wind. Cells: mean position RMSE [cm] over completed flights and its 95 % "
-            "interval; share of flights lost."
-        ),
-    ]
-    if WINDY in vehicles:
-        body += [
-            page.heading("In the wind", "wind"),
-            page.figure(out / "wind.svg", "RMSE over the wind"),
-            page.paragraph(
-                "Real flights of a vehicle of that size and path, for the scale only: their air and sensors are not ours."
-            ),
-            page.table(("published [cm]", *WINDS), [[name, *map(str, values)] for name, values in PUBLISHED.items()]),
-        ]
-    for vehicle in vehicles:
-        cells = [cell for cell in found.cells if cell.vehicle == vehicle]
-        scenarios = list(dict.fromkeys(cell.scenario for cell in cells))
-        body += [
-            page.heading(vehicle, vehicle),
-            page.figure(out / f"{vehicle}.svg", f"RMSE of every scenario and controller, {vehicle}"),
-            page.table(
-                ("scenario: RMSE [cm]", *CONTROLLERS),
-                [[name, *(shown(cell) for cell in cells if cell.scenario == name)] for name in scenarios],
-            ),
-            page.table(
-                ("scenario: largest error [m], activity [1/s], saturated", *CONTROLLERS),
-                [
-                    [
-                        name,
-                        *(
-                            f"{cell.largest:.2g}, {cell.activity:.2g}, {100 * cell.saturated:.2g} %"
-                            if math.isfinite(cell.largest)
-                            else "-"
-                            for cell in cells
-                            if cell.scenario == name
-                        ),
-                    ]
-                    for name in scenarios
-                ],
-            ),
-        ]
-    return body
+def cell_of(name: str, path: Path, seeds: int) -> Cell:
+    """A mission as a cell: the flights of its own noise. Raises UserError."""
+    content = read_toml(path)
+    if "paths" in content or "mission" in content:
+        what = "a study" if "paths" in content else "a campaign"
+        raise UserError(f"{path}: looks like {what}; beside other files, `quadstep compare` takes missions")
+    given = content.get("metrics", [])
+    own = list(given) if isinstance(given, list) else []
+    if is_airframe(content.get("vehicle")):
+        content = {**content, "metrics": [*own, *(one for one in EFFORTS if one not in own)]}
+    check_mission(content, str(path), path.parent)
+    file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
+    return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
 
 
-def table_rows(found: Comparison, vehicle: str) -> list[list[str]]:
-    """The rows for the screen."""
-    cells = [cell for cell in found.cells if cell.vehicle == vehicle]
-    scenarios = list(dict.fromkeys(cell.scenario for cell in cells))
-    return [[name, *(shown(cell) for cell in cells if cell.scenario == name)] for name in scenarios]
+def law_of(cell: Cell) -> type[Controller]:
+    """Of a cell's mission."""
+    campaign = cell.campaign
+    found: type[Controller] = check_mission(campaign.content, campaign.source, campaign.folder).controller.controller
+    return found
 
 
-__all__ = ["CONTROLLERS", "VEHICLES", "Comparison", "sentences", "study_vehicles", "table_rows"]
+def unique(names: Sequence[str]) -> list[str]:
+    """Names with a number where one comes twice."""
+    found: list[str] = []
+    for name in names:
+        candidates = [name, *(f"{name} ({number})" for number in range(2, len(names) + 2))]
+        found.append(next(one for one in candidates if one not in found))
+    return found

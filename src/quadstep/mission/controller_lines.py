@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, get_args
 
+from pydantic import BaseModel
+
 from quadstep.control.controller import Controller
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
@@ -34,6 +36,15 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
         yield "\n[controller.nets]"
         yield from net_lines(nets, learning_numbers(controller, gains))
     yield ""
+
+
+def number_lines(section: type[BaseModel]) -> Iterator[str]:
+    """The keys of a table of declared numbers, with their defaults."""
+    for key, field in section.model_fields.items():
+        for note in field.metadata:
+            if isinstance(note, Quantity):
+                value = field.get_default(call_default_factory=True)
+                yield commented(f"# {key} = {written(value)}", note.unit, note.meaning)
 
 
 def net_lines(nets: NetsSection, derived: Mapping[str, float]) -> Iterator[str]:

@@ -8,9 +8,11 @@ from pydantic import BeforeValidator, Field
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
 from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
+from quadstep.analysis.effort import EffortMetric
 from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
+from quadstep.flight.own_metric import Metric
 from quadstep.guidance.reference import Reference
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
@@ -79,6 +81,7 @@ class MultirotorMission(Mission):
     tune: TuneSection | None = None
 
     measures: ClassVar = Measured
+    with_rotors: ClassVar = True
 
     @cached_property
     def modelled(self) -> BuiltAirframe:
@@ -87,6 +90,14 @@ class MultirotorMission(Mission):
     @property
     def plant(self) -> Multirotor:
         return Multirotor(self.modelled.geometry, self.modelled.effects)
+
+    @property
+    def own_metrics(self) -> tuple[Metric, ...]:
+        named = super().own_metrics
+        if not any(isinstance(one, EffortMetric) for one in named):
+            return named
+        airframe, rotors = self.modelled.airframe, len(self.modelled.geometry.mounts)
+        return tuple(one.of_vehicle(airframe, rotors) if isinstance(one, EffortMetric) else one for one in named)
 
     @property
     def noisy(self) -> bool:

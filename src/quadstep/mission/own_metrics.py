@@ -1,4 +1,4 @@
-"""Metrics of the user's own in a mission: `metrics = ["my_metrics.py:Overshoot"]`."""
+"""Metrics that a mission names: of effort, `metrics = ["energy"]`, or of the user's own, `["my_metrics.py:Overshoot"]`."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
+from quadstep.analysis.effort import EFFORT
 from quadstep.errors import UserError
 from quadstep.flight.own_metric import Metric
 from quadstep.mission.fields import as_tuple
@@ -39,9 +40,12 @@ def own_metrics(named: Sequence[str], folder: Path) -> tuple[Metric, ...]:
 
 def own_metric(kind: str, folder: Path) -> Metric:
     """One of them."""
+    if kind in EFFORT:
+        return EFFORT[kind]()
     thing = own_class(kind, Metric, METRICS, folder)
     if thing is None:
-        raise UserError(f'{kind!r:.60}: names no class of a Python file, such as "my_metrics.py:Overshoot"')
+        said = 'names no class of a Python file, such as "my_metrics.py:Overshoot"'
+        raise UserError(f"{kind!r:.60}: {said}, and is none of {', '.join(EFFORT)}")
     name, unit = getattr(thing, "name", None), thing.unit
     if not (isinstance(name, str) and NAMED.fullmatch(name)):
         raise UserError(f"{kind}: its `name` should be letters, digits and _, at most 60, not {name!r:.60}")

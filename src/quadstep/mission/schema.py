@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
+from quadstep.analysis.effort import EFFORT
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
@@ -87,6 +88,9 @@ class Mission(Section):
         """Whether flights of the same numbers differ by their noise."""
         return False
 
+    with_rotors: ClassVar[bool] = False
+    """Whether its vehicle has rotors of its own, whose effort can be measured."""
+
     measures: ClassVar[type]
     """What the vehicle tells its controllers."""
 
@@ -119,7 +123,7 @@ class Mission(Section):
 
     @property
     def own_metrics(self) -> tuple[Metric, ...]:
-        """Those of the user's own that the mission names."""
+        """Those that the mission names."""
         return own_metrics(self.metrics, self.folder)
 
     @property
@@ -191,7 +195,9 @@ class Mission(Section):
 
     @model_validator(mode="after")
     def _names_its_metrics_apart(self) -> Self:
-        for one in self.own_metrics:
+        for one in own_metrics(self.metrics, self.folder):
+            if one.name in EFFORT and not self.with_rotors:
+                raise ValueError(f"metrics: {one.name}: only of real vehicles; name one in [vehicle]")
             if one.name in bare(score_names(self.plant)):
                 raise ValueError(f"metrics: {one.name}: every flight has a metric of this name")
         return self

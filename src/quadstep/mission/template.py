@@ -1,17 +1,27 @@
 """The commented mission files that `quadstep new` writes."""
 
 from pathlib import Path
+from typing import Any
 
 from quadstep.atomic import write_beside
-from quadstep.control.controller import Measured
+from quadstep.control.controller import Controller, Measured
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
-from quadstep.mission.controller_lines import controller_lines
+from quadstep.mission.clock import PERIODS
+from quadstep.mission.controller_lines import controller_lines, number_lines
+from quadstep.mission.declared import PLANTS, declared_kind
 from quadstep.mission.derived import section_of
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.own_controller import own_section
 from quadstep.mission.presets import preset_names
+from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
+from quadstep.plants.declared import DeclaredPlant
+from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.user_code.installed import installed
+from quadstep.user_code.loading import load
 from quadstep.user_code.places import place
 from quadstep.vehicle.state import State
 
@@ -74,7 +84,7 @@ CONTROLLER
 # duration = 10.0           # s; the path's own length if left out
 # step = 0.002              # of the integrator (RK4) [s]
 # control_period = 0.002    # of the sampled controller [s], a multiple of step
-# log_period = 0.01         # s, a multiple of step
+LOOPS# log_period = 0.01         # s, a multiple of step
 
 [limits]                    # when a flight counts as diverged
 # distance = 100.0          # off the path [m]
@@ -143,12 +153,41 @@ CONTROLLER
 # step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
 # control_period = 0.002    # of the attitude loop [s]
 # guidance_period = 0.01    # of the position loop [s]
-# air_period = 0.01         # of the turbulence [s]
+LOOPS# air_period = 0.01         # of the turbulence [s]
 # log_period = 0.01         # s
 
 [limits]                    # when a flight counts as lost
 # distance = 100.0          # off the path [m]
 # rate = 100.0              # about a body axis [rad/s]
+"""
+
+
+PLANT_TEMPLATE = """\
+# A quadstep mission for {label}. Fly it: quadstep fly THIS_FILE
+# SI units, angles in radians, z up; commented lines show defaults.
+
+name = "My first flight"
+
+[vehicle]
+type = "{kind}"
+{numbers}
+
+[path]
+# From rest to rest with the least jerk; the end point is held.
+type = "minimum-jerk"
+end = [2.0, 0.0, 1.0]       # m
+duration = 4.0              # s
+
+{controller}
+[simulation]
+# duration = 4.0            # s; the path's own length if left out
+# step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
+# control_period = 0.002    # of the controller's law [s]
+# guidance_period = 0.01    # of its slower loop, if it has one [s]
+{loops}# log_period = 0.01         # s
+
+[limits]                    # when a flight counts as lost
+{limits}
 """
 
 
@@ -166,12 +205,54 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     write_beside(path, text)
 
 
+def is_plant(name: str, folder: Path) -> bool:
+    """Whether a plant that declares itself has this name, and no preset. Raises UserError for a file that cannot be read."""
+    if name in PLANTS or name in installed(PLANTS_OF_OTHERS):
+        return True
+    found = place(name)
+    thing = load(found, folder) if found else None
+    return isinstance(thing, type) and issubclass(thing, DeclaredPlant)
+
+
+def plant_template(kind: str, controller: str | None, folder: Path) -> str:
+    """The text of a mission for a plant that declares itself. Raises UserError."""
+    mission = declared_kind(kind, folder)
+    fields: Any = mission.model_fields
+    vehicle = fields["vehicle"].annotation
+    known = controllers(mission.measures)
+    own = own_section(controller, mission.measures, folder) if controller and controller not in known else None
+    name = controller or next(iter(known), None)
+    if name is None:
+        raise UserError(f"--controller: the package has none for {kind}; name your own, FILE.py:NAME")
+    if own is None and name not in known:
+        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
+    section = own or section_of(known[name])
+    model = vehicle(type=kind).model()
+    return PLANT_TEMPLATE.format(
+        kind=kind,
+        label=vehicle.plant.label or kind,
+        numbers="\n".join(number_lines(vehicle)),
+        controller="\n".join(controller_lines(section, model, [other for other in known if other != name])),
+        loops=loop_line(section.controller, mission),
+        limits="\n".join(number_lines(fields["limits"].annotation)),
+    )
+
+
+def loop_line(controller: type[Controller], mission: type[Mission]) -> str:
+    """The line about loops that have no key of their own; nothing for a controller without any."""
+    usual = {**Controller.rates, **controller.rates}
+    clock: Any = mission.model_fields["simulation"].annotation
+    further = [f"{name} = {usual[name]!r}" for name in controller.loops() if PERIODS.get(name) not in clock.model_fields]
+    return f"# loop_periods = {{ {', '.join(further)} }} # of the controller's further loops [s]\n" if further else ""
+
+
 def template(preset: str | None = None, controller: str | None = None, folder: Path = Path()) -> str:
     """The text of a mission: for the paper's plant, or for a real vehicle. folder: where it will be. Raises UserError."""
+    if preset is not None and is_plant(preset, folder):
+        return plant_template(preset, controller, folder)
     if preset is not None and preset not in preset_names() and place(preset) is None:
-        raise UserError(
-            f"--vehicle: {preset!r:.60} is not known; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME"
-        )
+        allowed = ", ".join((*preset_names(), *PLANTS))
+        raise UserError(f"--vehicle: {preset!r:.60} is not known; allowed: {allowed}, or your own FILE.py:NAME")
     measures = Measured if preset else State
     known = controllers(measures)
     own = own_section(controller, measures, folder) if controller and controller not in known else None
@@ -179,5 +260,7 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     if own is None and name not in known:
         raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}")
     model = load_preset(preset, folder).model() if preset else VehicleSection().model()
-    lines = "\n".join(controller_lines(own or section_of(known[name]), model, [other for other in known if other != name]))
-    return (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
+    section = own or section_of(known[name])
+    lines = "\n".join(controller_lines(section, model, [other for other in known if other != name]))
+    text = (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
+    return text.replace("LOOPS", loop_line(section.controller, MultirotorMission if preset else LagrangeMission))

@@ -26,3 +26,11 @@ class PythonOperators:
         raise TypeError(f"a {type(self).__name__} {INSTEAD}")
 
     __int__ = __index__ = __round__ = __trunc__ = __floor__ = __ceil__ = __float__
+
+    def __mod__(self, other: object) -> Any:
+        raise TypeError("a law takes no remainders: % and // jump, and there is no such operation among its numbers")
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__
+
+    # What numpy.sin(x) and the like call on an object that is no array.
+    sin = cos = tan = exp = log = sqrt = fabs = tanh = arcsin = arccos = arctan = sinh = cosh = __float__

@@ -92,6 +92,24 @@ def solve_square(rows: Rows, right: Sequence[float]) -> list[float]:
     return x
 
 
+def inverse(rows: Rows) -> list[list[float]]:
+    """A^-1 by elimination, the largest entry of each column first. Raises ValueError where A is singular."""
+    count = len(rows)
+    system = [[*row, *(1.0 if i == j else 0.0 for j in range(count))] for i, row in enumerate(rows)]
+    for i in range(count):
+        largest = max(range(i, count), key=lambda k: abs(system[k][i]))
+        system[i], system[largest] = system[largest], system[i]
+        pivot = system[i][i]
+        if not abs(pivot) > 0.0:
+            raise ValueError("singular")
+        row = system[i] = [value / pivot for value in system[i]]
+        for k in range(count):
+            share = system[k][i]
+            if k != i and share != 0.0:
+                system[k] = [value - share * other for value, other in zip(system[k], row, strict=True)]
+    return [row[count:] for row in system]
+
+
 def least_norm_inverse(rows: Sequence[Vector]) -> list[Vector]:
     """The pseudo-inverse of a matrix of full row rank, of any kind of numbers: for each column a vector, an entry a row.
 

@@ -15,6 +15,7 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.page.conditions import page_conditions
+from quadstep.page.identity import identity
 from quadstep.page.laws import Laws, widened
 from quadstep.page.model import Controller
 from quadstep.page.sliders import sliders
@@ -27,14 +28,31 @@ GHOSTS = {
 """Controllers offered beside a mission's own, by what they are told."""
 
 
-def controllers(mission: Any, plan: FlightPlan, folder: Path, laws: Laws) -> list[Controller]:
-    """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page."""
-    result = [controller(mission.controller, mission, plan, folder, laws)]
-    for section in ghosts(mission.controller):
-        if laws.room_for_ghosts:
+def controllers(
+    mission: Any,
+    plan: FlightPlan,
+    folder: Path,
+    laws: Laws,
+    called: str = "",
+    rivals: Mapping[str, ControllerSection] | None = None,
+) -> list[Controller]:
+    """All that can fly this mission, its own first. Raises UserError where its own cannot be held by the page.
+
+    called: its own one's name, if not that of its kind. rivals: the others, by name; those of the package if there are none.
+    """
+    own = controller(mission.controller, mission, plan, folder, laws)
+    result = [renamed(own, called) if called else own]
+    for name, section in rivals.items() if rivals else (("", one) for one in ghosts(mission.controller)):
+        if laws.room_for_ghosts or rivals:
             with contextlib.suppress(UserError):  # no room for it
-                result.append(controller(section, mission, plan, folder, laws))
+                one = controller(section, mission, plan, folder, laws)
+                result.append(renamed(one, name) if name else one)
     return result
+
+
+def renamed(one: Controller, name: str) -> Controller:
+    """A controller under a name of its own."""
+    return one._replace(id=identity(name, ()), label=name)
 
 
 def ghosts(own: ControllerSection) -> Iterator[ControllerSection]:

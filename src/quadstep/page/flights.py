@@ -8,6 +8,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
@@ -27,7 +28,9 @@ RECORDED_NUMBERS = 70_000
 class Flown(NamedTuple):
     """A flight to show. mission, plan: None where they are not known; metrics: of the log, as reported.
 
-    folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand.
+    folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
+    controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
+    package's if there are none.
     """
 
     id: str
@@ -42,6 +45,8 @@ class Flown(NamedTuple):
     claims: tuple[int, ...] = ()
     warnings: tuple[str, ...] = ()
     why_not: str = ""
+    called: str = ""
+    rivals: Mapping[str, ControllerSection] = {}
 
 
 def outcomes() -> list[dict[str, Any]]:
@@ -110,7 +115,7 @@ def fliers(flown: Flown, plan: FlightPlan, laws: Laws) -> Live:
     """The laws of a flight. Raises UserError where the page cannot fly it."""
     check_length(plan.ticks)
     if flown.mission is not None:
-        found = controllers(flown.mission, plan, flown.folder, laws)
+        found = controllers(flown.mission, plan, flown.folder, laws, flown.called, flown.rivals)
         return Live(tuple(found), tuple(controls(flown.mission, plan)))
     return Live((lone_controller(plan, laws),), ())
 

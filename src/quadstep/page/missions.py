@@ -1,7 +1,6 @@
 """A page of missions: each is flown once by Python, and again when a slider is moved."""
 
 import contextlib
-import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
+from quadstep.page.identity import identity
 from quadstep.page.model import Link
 
 GROUP = "Missions"
@@ -47,10 +47,3 @@ def flown_mission(mission: Mission, plan: FlightPlan, log: FlightLog, folder: Pa
     metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)
-
-
-def identity(name: str, taken: Sequence[str]) -> str:
-    """An id of letters, digits and hyphens that is not taken."""
-    base = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40].strip("-") or "flight"
-    candidates = [base, *(f"{base}-{number}" for number in range(2, len(taken) + 3))]
-    return next(candidate for candidate in candidates if candidate not in taken)

@@ -10,7 +10,8 @@ from quadstep.mission.read import check_mission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown, facts
 from quadstep.page.folder import manifest, read_log
-from quadstep.page.missions import GROUP, identity
+from quadstep.page.identity import identity
+from quadstep.page.missions import GROUP
 from quadstep.page.model import Link
 
 

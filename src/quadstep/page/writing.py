@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record
+from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record, constant_text
 from quadstep.numbers.script_functions import JAVASCRIPT
 
 DEEPEST = 40
@@ -161,7 +161,10 @@ class Writer:
         return "".join([*lines, *(f"{output.target}={names[output.place]};" for output in final)])
 
     def _leaf_text(self, place: int) -> str:
-        return f"{self.constants}[{self.kept[place]}]" if place in self.kept else self.nodes[place].text
+        if place in self.kept:
+            return f"{self.constants}[{self.kept[place]}]"
+        node = self.nodes[place]
+        return constant_text(float(node.text)) if node.operation == CONSTANT else node.text
 
     def _written(self, place: int, names: dict[int, str]) -> str:
         """The operation of a number around its operands, those without a name written out in turn."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
@@ -129,4 +130,11 @@ def logarithmic_time(axes: Axes, t: Numbers) -> None:
     axis: Any = axes.xaxis
     axis.set_major_locator(LogLocator(10.0, (1.0,)))
     axis.set_major_formatter(powers())
+    axis.set_minor_locator(NullLocator())
+
+
+def plain_decades(axis: Axis) -> None:
+    """Ticks of a logarithmic axis as plain numbers at 1, 2 and 5."""
+    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())

@@ -32,6 +32,17 @@ def paragraph(text: str, set_as: Callable[[str], str] = escape) -> str:
     return f"<p>{set_as(text)}</p>"
 
 
+def listing(lines: Iterable[str]) -> str:
+    """A list of sentences."""
+    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
+def links(places: Iterable[tuple[str, str]]) -> str:
+    """A list of links: address and text of each."""
+    items = (f'<li><a href="{escape(place)}">{escape(text)}</a></li>' for place, text in places)
+    return f"<ul>{''.join(items)}</ul>"
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = escape) -> str:
     """A table of plain text, its names set as `paragraph` does."""
 

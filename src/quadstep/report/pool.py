@@ -30,8 +30,9 @@ Result = TypeVar("Result")
 class DrawingPool(ProcessPoolExecutor):
     """Drawing processes, each started when it is first needed."""
 
-    def __init__(self) -> None:
-        workers = max(1, min(MOST_WORKERS, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2))
+    def __init__(self, workers: int | None = None) -> None:
+        if workers is None:
+            workers = max(1, min(MOST_WORKERS, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2))
         super().__init__(workers, multiprocessing.get_context("forkserver"), initializer=prepare_worker)
 
     def submit(self, function: Callable[Given, Result], /, *args: Given.args, **kwargs: Given.kwargs) -> Future[Result]:
@@ -88,11 +89,14 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def drawing_pool() -> Iterator[DrawingPool]:
-    """A pool for as long as the block takes; if the block fails, its processes are gone before its results are."""
+def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
+    """A pool for as long as the block takes; if the block fails, its processes are gone before its results are.
+
+    workers: how many processes; as many as there are cores, and few, where figures are all that they do.
+    """
     start_server()
     others = multiprocessing.active_children()
-    pool = DrawingPool()
+    pool = DrawingPool(workers)
     try:
         yield pool
         pool.shutdown()

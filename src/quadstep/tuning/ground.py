@@ -12,11 +12,12 @@ import numpy as np
 
 from quadstep import files
 from quadstep.campaign.draws import Drawn, draw
-from quadstep.campaign.flown import Flyer, Progress
+from quadstep.campaign.flown import Flyer, Progress, Sweeper
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import bare
+from quadstep.flight.sweep import Sweep
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -79,7 +80,12 @@ def asked(path: Path) -> Asked:
     content = read_toml(path)
     if "tune" not in content and "mission" in content:
         raise UserError(f"{path}: looks like a campaign; `quadstep tune` takes a mission with a table [tune]")
-    mission = check_mission(content, str(path), path.parent)
+    return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
+
+
+def asked_of(path: Path, text: str, content: dict[str, Any], folder: Path) -> Asked:
+    """The tuning request in the content of a mission. path: of its file, for errors. Raises UserError."""
+    mission = check_mission(content, str(path), folder)
     section = mission.tune
     if section is None:
         raise UserError(f"{path}: {ASK}")
@@ -91,18 +97,18 @@ def asked(path: Path) -> Asked:
         for end in (one.range.low, one.range.high):
             tried = with_numbers(content, mission, one.numbers(end))
             try:
-                check_mission(tried, str(path), path.parent)
+                check_mission(tried, str(path), folder)
             except UserError as error:
                 said = str(error).removeprefix(f"{path}: ")
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
     different = bool(section.vary or section.correlated) or mission.noisy
-    return Asked(path, files.read_text(path, files.TOML), content, mission, section, gains, different)
+    return Asked(path, text, content, mission, section, gains, different)
 
 
 class Ground:
-    """Flies candidates. drawing: what varies; flying: the same and the gains."""
+    """Flies candidates. drawing: what varies; flying: the same and the gains. sweeper: as of a `Flyer`."""
 
-    def __init__(self, wanted: Asked, seed: int) -> None:
+    def __init__(self, wanted: Asked, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
         section, source = wanted.section, str(wanted.path)
         self.asked = wanted
         shared: dict[str, Any] = {
@@ -122,7 +128,7 @@ class Ground:
         flying = check(CampaignFile, {**shared, "vary": {**section.vary, **ends}}, f"{source}: tune")
         content = with_numbers(wanted.content, wanted.mission, wanted.present)
         self.campaign: Campaign = campaign_of(flying, "", content, source, wanted.path.parent)
-        self.flyer = Flyer(self.campaign)
+        self.flyer = Flyer(self.campaign, sweeper)
         plan = self.flyer.planner.plan(self.draws(0).at(0))
         self.duration = plan.ticks.last * plan.ticks.step
 

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from quadstep.comparison.picture import plain
+from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 from quadstep.tuning.ground import Asked
@@ -50,7 +50,7 @@ def draw_objective(axes: Any, found: Found) -> None:
         )  # fmt: skip
     if known and min(one.judged.objective for one in known) > 0.0:
         axes.set_yscale("log")
-        plain(axes.yaxis)
+        plain_decades(axes.yaxis)
     axes.set_ylabel("objective")
     if known:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3)

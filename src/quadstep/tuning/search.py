@@ -134,19 +134,10 @@ class Search:
         self, run: int, generation: int, values: list[dict[str, float]], points: list[list[float]], moved: list[float]
     ) -> list[Candidate]:
         """Candidates flown and judged."""
-        before, best = self.flights, math.nan if self.best is None else self.best.judged.objective
-
-        def progress(more: int) -> None:
-            self.flights += more
-            self.told(self.flights, best)
-
-        flown = self.ground.fly(values, 0, self.asked.seeds, progress)
-        if run == 0:
-            self.judge = self.judge.in_units_of(flown[0])
-        self.flights = before + len(values) * self.asked.seeds
+        judged = self.judged(values)
         found = [
-            Candidate(run, generation, numbers, point, far, self.judge.judge(flights), self.flights)
-            for numbers, point, far, flights in zip(values, points, moved, flown, strict=True)
+            Candidate(run, generation, numbers, point, far, one, self.flights)
+            for numbers, point, far, one in zip(values, points, moved, judged, strict=True)
         ]
         self.history += found
         for one in found:
@@ -154,6 +145,20 @@ class Search:
                 self.best = one
         self.told(self.flights, math.nan if self.best is None else self.best.judged.objective)
         return found
+
+    def judged(self, values: list[dict[str, float]]) -> list[Judged]:
+        """Candidates flown and judged; the first of all is what the others are measured in."""
+        before, best = self.flights, math.nan if self.best is None else self.best.judged.objective
+
+        def progress(more: int) -> None:
+            self.flights += more
+            self.told(self.flights, best)
+
+        flown = self.ground.fly(values, 0, self.asked.seeds, progress)
+        if not self.history:
+            self.judge = self.judge.in_units_of(flown[0])
+        self.flights = before + len(values) * self.asked.seeds
+        return [self.judge.judge(flights) for flights in flown]
 
 
 def started(begin: list[float], count: int, seed: list[int]) -> Any:

@@ -1,0 +1,118 @@
+"""`quadstep compare`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
+from quadstep.comparison.engine import CompareEngine
+from quadstep.errors import UserError
+from quadstep.exit_codes import BAD_INPUT
+from quadstep.extras import needed_by
+from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
+from quadstep.terminal.bars import Bar, bar
+from quadstep.terminal.screen import complain, say, say_whole
+from quadstep.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from quadstep.comparison.run import Finished, How
+    from quadstep.comparison.study import Study
+
+MOST_SEEDS, USUAL_SEEDS = 100_000, 100
+
+EngineOption = Annotated[CompareEngine, typer.Option(help="lanes: all cores. ray: a cluster.")]
+SeedsOption = Annotated[
+    int | None, typer.Option(help="Flights of a cell, instead of the study's; of missions 100.", show_default=False)
+]
+KeepGoingOption = Annotated[
+    bool, typer.Option("--keep-going", help="Go on with the others where a controller cannot; exit code 2 in the end.")
+]
+RetuneOption = Annotated[bool, typer.Option("--retune", help="Tune also those for which the study brings gains along.")]
+
+
+def compare(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.", show_default=False)
+    ],
+    seeds: SeedsOption = None,
+    engine: EngineOption = CompareEngine.LANES,
+    retune: RetuneOption = False,
+    keep_going: KeepGoingOption = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<study's name>.")] = None,
+    overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
+) -> None:
+    """Compare controllers: tuned with equal budgets, flown through the same draws, judged with intervals (docs/compare.md).
+
+    Writes report.html, page.html, cells.csv, pairs.csv, table.tex, gains.json, flights/*.parquet. Interrupted, the same
+    command goes on.
+
+    Exit code 0: compared. 2: bad input, or something could not be flown. 130: interrupted.
+    """
+    check_seeds(seeds)
+    drawn_on = sheet(figures, width, style)
+    folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
+    with needed_by("`quadstep compare`"):
+        from quadstep.comparison.run import compare_missions
+        from quadstep.comparison.study import read_study
+
+        if len(files) == 1:
+            run_study(read_study(files[0]), folder, seeds, engine, retune, keep_going, overwrite, drawn_on)
+            return
+        with bar("flying", "flights") as shown:
+            how = how_of(shown, engine, overwrite, keep_going, retune, drawn_on)
+            done = compare_missions(files, folder, seeds or USUAL_SEEDS, how)
+    show(done)
+
+
+def check_seeds(seeds: int | None) -> None:
+    """Refuses a number of flights that is none. Raises UserError."""
+    if seeds is not None and not 2 <= seeds <= MOST_SEEDS:
+        raise UserError(f"--seeds: should be from 2 to {MOST_SEEDS}, not {seeds}")
+
+
+def run_study(
+    study: "Study", folder: Path, seeds: int | None, engine: CompareEngine, retune: bool, keep_going: bool, overwrite: bool,
+    drawn_on: Sheet,
+) -> None:  # fmt: skip
+    """Work a study out, and say what was found."""
+    from quadstep.comparison.run import compare_study
+
+    if seeds is not None:
+        study = study._replace(file=study.file.model_copy(update={"seeds": seeds}))
+    with bar("tuning", "flights") as shown:
+        done = compare_study(study, folder, how_of(shown, engine, overwrite, keep_going, retune, drawn_on))
+    show(done)
+
+
+def how_of(shown: Bar, engine: CompareEngine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
+    """How it is worked out. shown: the progress bar."""
+    from quadstep.comparison.run import How
+
+    return How(engine, overwrite, keep_going, retune, shown.doing, shown.to, drawn_on)
+
+
+def show(done: "Finished") -> None:
+    """Print tables and sentences. Raises typer.Exit where something could not be flown."""
+    from quadstep.comparison import tables, words
+
+    found = done.found
+    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
+        header, rows = tables.matrix(found, vehicle)
+        said = f"{vehicle}: " if vehicle else ""
+        show_table(f"{said}{words.title(found.metrics[found.metric])}, median (95 % quantile)", header, rows)
+    if found.margins:
+        show_table("Margins, 95 % intervals", tables.MARGIN_HEADER, tables.margin_rows(found))
+    show_table("Gains and cost", tables.WHO_HEADER, tables.who_rows(found))
+    problems = [one.line for one in found.problems]
+    for sentence in words.sentences(found):
+        if sentence not in problems:
+            say(sentence)
+    say_whole(f"Report: {done.folder / 'report.html'}")
+    for line in problems:
+        complain(f"error: {line}")
+    if problems:
+        raise typer.Exit(BAD_INPUT)

@@ -1,0 +1,126 @@
+"""What a controller costs to compute: time for a sample of its laws alone, as scalar code on one core, and memory."""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.comparison.study import Cell
+from quadstep.control.opaque import Opaque
+from quadstep.flight.closed_loop import Clock, Task, Ticks
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Cycle, Loop
+from quadstep.flight.scored import scored
+from quadstep.flight.sweep import Batch, Sweep, prepare
+from quadstep.mission.read import check_mission
+from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
+
+SAMPLES, REPEATS = 50_000, 12
+"""Samples of the law in one measurement, and measurements, of which the fastest counts."""
+
+A_NUMBER = 8
+"""Bytes of a number in f64."""
+
+SHIFT = 1e-9
+"""By how much everything measured changes from sample to sample, so that nothing is worked out once and for all."""
+
+
+class Cost(NamedTuple):
+    """nanoseconds: of a sample of the law, its position loop at its own rate included; NaN of a Python function. memory: bytes
+    that live from sample to sample; numbers: bytes of gains.
+    """
+
+    nanoseconds: float
+    memory: int
+    numbers: int
+
+
+@dataclass(frozen=True)
+class LawAlone(Loop):
+    """A loop in which only the controller runs: what it is told drifts a little, and nothing flies.
+
+    idle: whether not even the controller does, only what surrounds it here.
+    """
+
+    idle: bool = False
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """The controller's."""
+        return self.sampled
+
+    def measured(self, state: Structure, sensed: Structure, held: Structure) -> Structure:
+        """The truth."""
+        told = self.plant.told(self.plant.truth(state), held)
+        if not self.controller.also_measures:
+            return told
+        more = {"specific_force": told.velocity, "rotor_speeds": self.plant.rotor_speeds(state), "age": 0.01}
+        return told._replace(**{name: more[name] for name in self.controller.also_measures})
+
+    def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+        """The law, and nothing of what actuators make of it."""
+        reference = self.wanted(clock.time, p)
+        if self.idle:
+            drift = SHIFT * total(flatten(reference))
+            return cycle._replace(command=rebuild(cycle.command, iter([one + drift for one in flatten(cycle.command)]))), 0.0
+        asked, memory = self.controller.law(cycle.memory, self.told(cycle), reference, p.gains, clock.time, clock.period)
+        return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
+
+    def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+        """A sample of a slower loop."""
+        return (cycle, 0.0) if self.idle else super().slower(name, cycle, p, clock)
+
+    def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
+        """Everything a little further, by what the law asked for too, so that none of it is left out."""
+        thrust, *others = flatten(cycle.command)
+        asked = total((thrust, *others[:3]))
+        moved = [one + (SHIFT + (SHIFT * SHIFT) * asked) for one in flatten(cycle.state)]
+        return cycle._replace(state=rebuild(cycle.state, iter(moved)))
+
+
+def cost(plan: FlightPlan) -> Cost:
+    """Measure a flight's controller."""
+    loop, parameters = plan.loop, plan.parameters
+    memory = loop.start(plan.start, parameters).memory
+    sizes = [sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(one)) for one in (memory, parameters.gains)]
+    if isinstance(loop.controller, Opaque):
+        return Cost(math.nan, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+    alone, idle = nanoseconds(law_alone(plan, idle=False), law_alone(plan, idle=True))
+    return Cost(max(0.0, alone - idle), A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+
+
+def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:
+    """The plan of nothing but its controller, one step a sample."""
+    loop = LawAlone(plan.loop.plant, plan.loop.path, plan.loop.controller, None, None, plan.loop.guided, idle)
+    every = plan.ticks.every[-len(loop.sampled) :]
+    ticks = Ticks(every[-1] * plan.ticks.step, tuple(max(1, round(one / every[-1])) for one in every), SAMPLES, SAMPLES)
+    return plan._replace(loop=loop, ticks=ticks)
+
+
+class Scalar(Sweep):
+    """A sweep of one flight as scalar code, as a flight controller would run it."""
+
+    def __init__(self, plan: FlightPlan) -> None:
+        loop, ticks = scored(plan.loop, plan.ticks, SAMPLES * plan.ticks.step)
+        Batch.__init__(self, loop, ticks, plan.start, plan.parameters, (), double=True)
+        self.width = 1
+        self.kernel = prepare(loop, plan.start, plan.parameters, frozenset(), True, 1)
+
+
+def nanoseconds(*plans: FlightPlan) -> list[float]:
+    """Of a sample of each, measured in turn."""
+    sweeps, took = [Scalar(plan) for plan in plans], [math.inf] * len(plans)
+    for _ in range(REPEATS):
+        for place, sweep in enumerate(sweeps):
+            started = time.process_time()  # of this process, whatever else the machine does
+            sweep.fly(np.zeros((1, 0)), threads=1)
+            took[place] = min(took[place], time.process_time() - started)
+    return [1e9 * one / SAMPLES for one in took]
+
+
+def cost_of(cell: Cell) -> Cost:
+    """Of a cell's controller. Raises UserError."""
+    mission = check_mission(cell.campaign.content, cell.campaign.source, cell.campaign.folder)
+    return cost(mission.plan(cell.campaign.folder, warn=False))

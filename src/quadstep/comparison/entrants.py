@@ -1,0 +1,148 @@
+"""Who takes part in a study: every controller with what it knows, and with the gains that it flies with on each vehicle."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.comparison import training
+from quadstep.comparison.jobs import Tune
+from quadstep.comparison.kept import JOURNALS, Kept
+from quadstep.comparison.schema import ControllerEntry
+from quadstep.comparison.study import Content, Study
+from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
+from quadstep.control.controller import Command, Controller
+from quadstep.documents import read_json
+from quadstep.errors import UserError
+
+FROM_FILE = "from {}"
+
+COMMANDS = {
+    Command: "thrust and torque",
+    BodyRates: "thrust and body rates",
+    RotorThrusts: "rotor thrusts",
+    RotorSpeeds: "rotor speeds",
+}
+
+
+class Entrant(NamedTuple):
+    """A controller on a vehicle. table: of a mission, with all that it knows and its gains. origin: of the gains, in words.
+
+    trained: how they were found; None where they are frozen. law: what it is.
+    """
+
+    vehicle: str
+    name: str
+    table: Content
+    origin: str
+    law: type[Controller]
+    trained: training.Trained | None = None
+
+    @property
+    def differs(self) -> tuple[str, str, str, str]:
+        """In what it differs from others beside its law: commands, what more it measures, how far it looks ahead, sample
+        times.
+        """
+        law = self.law
+        loops = ", ".join(f"{name} {1e3 * period:g} ms" for name, period in law.rates.items())
+        ahead = f"{max(law.preview):g} s" if law.preview else ""
+        return COMMANDS.get(law.commands, law.commands.__name__), ", ".join(law.also_measures), ahead, loops
+
+
+class Asked(NamedTuple):
+    """An entrant whose gains are to be found. job: None where they are not."""
+
+    entrant: Entrant
+    job: Tune | None
+
+
+class Problem(NamedTuple):
+    """What keeps a controller from taking part. controller: vehicle and name; None where it is all of a situation's."""
+
+    controller: tuple[str, str] | None
+    line: str
+
+
+def entrants(study: Study, kept: Kept, again: bool, local: bool) -> tuple[list[Asked], list[Problem]]:
+    """Everybody, and who cannot take part. again: tune also what the study has gains for. local: whether journals can be kept.
+
+    Raises UserError for a file of gains that cannot be read.
+    """
+    given = {} if again else gains_file(study)
+    found: list[Asked] = []
+    problems: list[Problem] = []
+    for vehicle in study.file.vehicles:
+        for name, entry in study.controllers(vehicle).items():
+            try:
+                found.append(entrant(study, kept, vehicle, name, entry, given, local))
+            except UserError as error:
+                said = str(error).removeprefix(f"{study.source}: ")
+                line = f"{study.source}: {name} cannot fly {vehicle}: {said}" if name not in said else str(error)
+                problems.append(Problem((vehicle, name), line))
+    return found, problems
+
+
+def entrant(
+    study: Study, kept: Kept, vehicle: str, name: str, entry: ControllerEntry, given: Mapping[str, Content], local: bool
+) -> Asked:
+    """One of them. Raises UserError."""
+    table = study.knowing(vehicle, entry.controller)
+    mission = study.nominal(vehicle, table)
+    mission.plan(study.folder, warn=True)
+    law = mission.controller.controller
+    if entry.frozen is not None or study.file.tuning is None:
+        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law), None)
+    task = training.task(study, vehicle, name, entry, table)
+    known = given.get(f"{name} on {vehicle}")
+    if known is not None:
+        trained = trained_of(known)
+        tuned = study.tuned(vehicle, table, trained.values)
+        return Asked(Entrant(vehicle, name, tuned, FROM_FILE.format(study.file.tuning.gains), law, trained), None)
+    training.check_task(task)
+    job = Tune(task, None)
+    if local:
+        job = job._replace(journal=kept.path(JOURNALS, job.key).absolute())
+    return Asked(Entrant(vehicle, name, table, "tuned", law), job)
+
+
+def with_gains(study: Study, asked: Asked, kept: Kept) -> Entrant:
+    """An entrant with the gains that were found for it."""
+    if asked.job is None:
+        return asked.entrant
+    path = kept.find(asked.job.kind, asked.job.key)
+    assert path
+    trained = trained_of(read_json(path))
+    table = study.tuned(asked.entrant.vehicle, asked.entrant.table, trained.values)
+    return asked.entrant._replace(table=table, trained=trained)
+
+
+def trained_of(content: Content) -> training.Trained:
+    """Gains from JSON. Raises UserError."""
+    try:
+        found = training.Trained(**{name: content[name] for name in training.Trained._fields})
+        _ = {str(key): float(value) for one in (found.values, found.before) for key, value in one.items()}
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise UserError("gains: are not as `quadstep compare` writes them") from None
+    return found
+
+
+def gains_file(study: Study) -> dict[str, Content]:
+    """The gains that a study brings along, by controller and vehicle. Raises UserError."""
+    name = study.file.tuning.gains if study.file.tuning else None
+    if name is None:
+        return {}
+    path = study.folder / name
+    try:
+        content = read_json(path)
+        entries: dict[str, Content] = {str(one["controller"]): one for one in content["gains"]}
+    except (KeyError, TypeError):
+        raise UserError(f"{path}: is no file of gains as `quadstep compare` writes it") from None
+    except UserError as error:
+        raise UserError(f"{study.source}: tuning.gains: {error}") from None
+    return entries
+
+
+def write_gains(path: Path, found: list[Entrant]) -> None:
+    """gains.json: what was tuned, so that another study can take it from there."""
+    gains = [{"controller": f"{one.name} on {one.vehicle}", **one.trained._asdict()} for one in found if one.trained]
+    path.write_text(json.dumps({"gains": gains}, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,81 @@
+"""What a comparison has found, in numbers."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from quadstep.analysis.statistics import Estimate
+from quadstep.comparison import ranking
+from quadstep.comparison.cost import Cost
+from quadstep.comparison.entrants import Entrant, Problem
+from quadstep.comparison.margins import Margin
+from quadstep.comparison.ranking import Ranked
+from quadstep.comparison.schema import MarginEntry
+from quadstep.comparison.spread import Effort, Flown, Spread, effort, losses, spread
+from quadstep.comparison.study import Situation
+
+
+class Result(NamedTuple):
+    """A controller in a situation. spreads: by metric."""
+
+    situation: Situation
+    controller: str
+    flights: int
+    lost: Estimate
+    spreads: dict[str, Spread]
+    effort: Effort
+
+
+class Comparison(NamedTuple):
+    """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
+    their name, vehicle and controller. costs: by vehicle and controller. problems: what could not take part, or went
+    wrong.
+    """
+
+    name: str
+    source: str
+    seeds: int
+    seed: int
+    metrics: dict[str, str]
+    situations: tuple[Situation, ...]
+    results: tuple[Result, ...]
+    ranked: dict[Situation, Ranked]
+    entrants: tuple[Entrant, ...]
+    margins: dict[tuple[str, str, str], Margin]
+    raised: dict[str, MarginEntry]
+    costs: dict[tuple[str, str], Cost]
+    problems: tuple[Problem, ...]
+
+    @property
+    def metric(self) -> str:
+        """The one that ranks."""
+        return next(iter(self.metrics))
+
+    @property
+    def controllers(self) -> list[str]:
+        """In order."""
+        return list(dict.fromkeys(one.controller for one in self.results))
+
+    @property
+    def pairs(self) -> int:
+        """How many were compared: the size of each family of tests."""
+        return sum(len(one.pairs) for one in self.ranked.values())
+
+    def of(self, situation: Situation) -> list[Result]:
+        """Its results."""
+        return [one for one in self.results if one.situation == situation]
+
+    def overall(self) -> dict[str, float]:
+        """The mean rank of each controller over all situations, 0 the best and 1 the worst."""
+        return ranking.overall(list(self.ranked.values()))
+
+
+def result(situation: Situation, controller: str, flown: Flown, metrics: Mapping[str, str]) -> Result:
+    """The numbers of a cell."""
+    spreads = {name: spread(flown, name) for name in metrics}
+    return Result(situation, controller, len(flown.lost), losses(flown), spreads, effort(flown))
+
+
+def ranks(flown: Mapping[Situation, Mapping[str, Flown]], metric: str) -> dict[Situation, Ranked]:
+    """Every situation, p-values corrected over all of them."""
+    found = [ranking.compare(one, metric) for one in flown.values()]
+    return dict(zip(flown, ranking.corrected(found), strict=True))

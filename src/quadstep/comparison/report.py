@@ -1,0 +1,139 @@
+"""The files of a comparison: tables, figures, report, and the page on which the best fly the same flight."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from quadstep import __version__
+from quadstep.comparison import tables, words
+from quadstep.comparison.found import Comparison
+from quadstep.comparison.ghosts import ghosts
+from quadstep.comparison.jobs import Fly
+from quadstep.comparison.picture import draw_vehicle
+from quadstep.errors import UserError
+from quadstep.page.identity import identity
+from quadstep.report import page
+from quadstep.report.publish import MANIFEST, write_json
+from quadstep.report.sheet import Sheet
+
+REPORT, PAGE = "report.html", "page.html"
+
+
+def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
+    """Everything but the flights and gains. Raises UserError."""
+    tables.write_tables(out, found)
+    vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
+    drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
+    (out / "figures").mkdir()
+    for vehicle, name in drawn.items():
+        draw_vehicle(
+            out / name, found, vehicle, sheet if "svg" in sheet.formats else sheet._replace(formats=(*sheet.formats, "svg"))
+        )
+    links, missing = write_ghosts(out, found, flights)
+    write_json(out / MANIFEST, as_json(found, flights))
+    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing))
+
+
+def write_ghosts(out: Path, found: Comparison, flights: Sequence[Fly]) -> tuple[list[tuple[str, str]], str]:
+    """page.html; links into it with what they show, or why there is none."""
+    try:
+        shown = ghosts(found, flights)
+    except UserError as error:
+        return [], str(error)
+    (out / PAGE).write_text(shown.html, encoding="utf-8")
+    return [(f"{PAGE}#flight={flight}{f'&ghost={ghost}' if ghost else ''}", text) for flight, ghost, text in shown.flights], ""
+
+
+def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[tuple[str, str]], missing: str) -> list[str]:
+    """The body of report.html."""
+    metric = words.title(found.metrics[found.metric])
+    first, *others = words.sentences(found)
+    body = [page.paragraph(first), page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    if links:
+        body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
+    else:
+        body += [page.paragraph(f"There is no page of flights: {missing}.")]
+    for vehicle, name in drawn.items():
+        label = vehicle or "Missions"
+        header, rows = tables.matrix(found, vehicle)
+        body += [
+            page.heading(label, identity(label, ())),
+            page.figure(out / f"{name}.svg", f"{metric} of every situation and controller, {label}"),
+            page.paragraph(
+                f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."
+            ),
+            page.table(header, rows),
+        ]
+    if len(found.controllers) > 1:
+        body += [
+            page.heading("Who is better than whom", "pairs"),
+            page.paragraph(
+                "Situations in which the row's controller is certainly better than the column's / undecided / worse."
+            ),
+            page.table(("", *found.controllers), words.wins(found)),
+            page.table(
+                ("controller", "mean rank over all situations, from 0, the best, to 1"),
+                [[name, f"{rank:.2f}"] for name, rank in found.overall().items()],
+            ),
+        ]
+    body += [
+        page.heading("Gains and cost", "gains"),
+        page.paragraph(
+            "Tuned gains were all found with the same flights, objective and budget; none of these flights is among those "
+            "above. Gains that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario "
+            "makes of it. Time is that of the law alone, as scalar code on one core of this machine."
+        ),
+        page.table(tables.WHO_HEADER, tables.who_rows(found)),
+        page.paragraph("What else differs between controllers; all else is the same for all:"),
+        page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
+    ]
+    if found.margins:
+        body += [
+            page.heading("Margins", "margins"),
+            page.paragraph(
+                "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit. The last "
+                "column is the share, of as many other flights, that fails at the 50 % point."
+            ),
+            page.table(tables.MARGIN_HEADER, tables.margin_rows(found)),
+        ]
+    for vehicle in drawn:
+        header, rows = tables.full_rows(found, vehicle)
+        label = vehicle or "missions"
+        body += [page.heading(f"All numbers: {label}", f"all-{identity(label, ())}"), page.table(header, rows)]
+        body += [page.table(tables.EFFORT_HEADER, tables.effort_rows(found, vehicle))]
+    return body
+
+
+def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, Any]:
+    """The content of metrics.json."""
+    files = {job.cell.label: f"{job.kind}/{job.key}.parquet" for job in flights}
+    unit = found.metrics[found.metric].removeprefix(found.metric)
+    return {
+        "name": found.name,
+        "version": __version__,
+        "study": found.source,
+        "seeds": found.seeds,
+        "seed": found.seed,
+        "metric": found.metrics[found.metric],
+        "sentences": words.sentences(found),
+        "cells": list(tables.cell_rows(found)),
+        "pairs": list(tables.pair_rows(found)),
+        "overall": found.overall(),
+        "friedman": {situation.label: one.friedman for situation, one in found.ranked.items()},
+        "controllers": [
+            {
+                "vehicle": one.vehicle,
+                "controller": one.name,
+                "gains": one.origin,
+                "tuned": one.trained._asdict() if one.trained and one.trained.objective == one.trained.objective else None,
+            }
+            for one in found.entrants
+        ],
+        "margins": [
+            {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
+            for row in tables.margin_rows(found)
+        ],
+        "difference_unit": unit,
+        "flights": files,
+        "problems": [one.line for one in found.problems],
+    }

@@ -1,0 +1,209 @@
+"""A study read and laid out: every vehicle, path, scenario and controller that belong together are one cell."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from quadstep import files
+from quadstep.campaign.draws import draw
+from quadstep.campaign.planner import planner
+from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
+from quadstep.comparison.schema import EFFORTS, ControllerEntry, StudyFile
+from quadstep.documents import parse_toml, read_toml
+from quadstep.errors import UserError
+from quadstep.mission.check import check
+from quadstep.mission.kinds import kind_of
+from quadstep.mission.presets import is_airframe, preset_names
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
+from quadstep.tuning.gains import filled_in, with_numbers
+from quadstep.tuning.ground import UNSEEN
+
+Content: TypeAlias = dict[str, Any]
+"""A mission, or a table of one, as parsed TOML."""
+
+MOST_CELLS = 20_000
+"""Of one study: each needs some seconds."""
+
+
+class Situation(NamedTuple):
+    """What every controller is put into alike, by the names that the study gives it."""
+
+    vehicle: str
+    path: str
+    scenario: str
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return ", ".join(filter(None, self))
+
+
+class Cell(NamedTuple):
+    """A controller in a situation: flights of one campaign."""
+
+    situation: Situation
+    controller: str
+    campaign: Campaign
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return f"{self.controller}: {self.situation.label}"
+
+
+class Study(NamedTuple):
+    """A study as read. source, folder: of its file, for errors and for the files it names."""
+
+    file: StudyFile
+    text: str
+    source: str
+    folder: Path
+
+    # What is flown
+
+    def situations(self) -> Iterator[Situation]:
+        """All, vehicle by vehicle."""
+        for vehicle in self.file.vehicles:
+            for path, scenario in self.places(vehicle):
+                yield Situation(vehicle, path, scenario)
+
+    def places(self, vehicle: str) -> Iterator[tuple[str, str]]:
+        """The paths and scenarios of a vehicle."""
+        for path, way in self.file.paths.items():
+            for scenario, one in self.file.scenarios.items():
+                if way.suits(vehicle) and one.suits(vehicle) and (one.paths is None or path in one.paths):
+                    yield path, scenario
+
+    def draws(self, scenario: str) -> Content:
+        """What differs from flight to flight in a scenario, as in a campaign."""
+        one = self.file.scenarios[scenario]
+        varying = {key: value.model_dump(exclude_none=True) for key, value in one.vary.items()}
+        return {"vary": varying, "correlated": [group.model_dump(exclude_none=True) for group in one.correlated]}
+
+    def controllers(self, vehicle: str) -> dict[str, ControllerEntry]:
+        """Those that fly a vehicle."""
+        return {name: one for name, one in self.file.controllers.items() if one.suits(vehicle)}
+
+    # Missions
+
+    def content(self, situation: Situation, controller: Content) -> Content:
+        """The mission of a controller in a situation."""
+        file, named = self.file, {"vehicle": vehicle_table(situation.vehicle)}
+        path, scenario = file.paths[situation.path].mission, file.scenarios[situation.scenario].mission
+        mission = together(file.common, path, scenario, named)
+        return {**mission, "name": situation.label, "controller": controller, "metrics": self.summed(mission)}
+
+    def summed(self, mission: Content) -> list[str]:
+        """The metrics that a mission has to name: effort, where its vehicle has rotors of its own."""
+        return list(EFFORTS) if is_airframe(mission["vehicle"]) else []
+
+    def nominal(self, vehicle: str, controller: Content) -> Mission:
+        """The mission of a vehicle as its makers know it, on its first path in no scenario."""
+        path = next(one.mission for one in self.file.paths.values() if one.suits(vehicle))
+        mission = together(self.file.common, path, {"vehicle": vehicle_table(vehicle)})
+        return check_mission({**mission, "controller": controller}, self.source, self.folder)
+
+    def knowing(self, vehicle: str, controller: Content) -> Content:
+        """A controller's table with every number written out that follows from the vehicle: what it knows is the vehicle as
+        its makers know it, whatever a scenario makes of it. Raises UserError.
+        """
+        mission = self.nominal(vehicle, controller)
+        known = filled_in(mission)
+        left = {key: value for key, value in known.items() if getattr(mission.controller, key) is None}
+        return {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
+
+    def tuned(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
+        """A controller's table with these gains, by key of the mission."""
+        mission = self.nominal(vehicle, controller)
+        changed: Content = with_numbers({"controller": controller}, mission, dict(values))["controller"]
+        return changed
+
+    def cell(self, situation: Situation, name: str, controller: Content) -> Cell:
+        """A controller in a situation. Raises UserError naming both."""
+        mission = self.content(situation, controller)
+        try:
+            campaign = campaign_with(self, mission, self.draws(situation.scenario))
+        except UserError as error:
+            said = str(error).removeprefix(f"{self.source}: ")
+            raise UserError(f"{self.source}: {name} cannot fly {situation.label}: {said}") from None
+        return Cell(situation, name, campaign)
+
+    def check_cell(self, cell: Cell) -> None:
+        """Refuses a cell whose first flight cannot be built. Raises UserError."""
+        first = {name: one.at(0) for name, one in draw(cell.campaign.file, np.array([FIRST])).items()}
+        try:
+            planner(cell.campaign).plan(first)
+        except UserError as error:
+            said = str(error).removeprefix(f"{self.source}: ")
+            raise UserError(f"{self.source}: {cell.controller} cannot fly {cell.situation.label}: {said}") from None
+
+
+def campaign_with(study: Study, mission: Content, draws: Content) -> Campaign:
+    """The flights of one mission. Raises UserError."""
+    file = study.file
+    asked = {
+        "mission": mission,
+        "flights": file.seeds,
+        "seed": file.seed,
+        "precision": file.precision,
+        **({} if file.score_period is None else {"score_period": file.score_period}),
+        **draws,
+    }
+    return campaign_of(check(CampaignFile, asked, study.source), "", mission, study.source, study.folder)
+
+
+FIRST = UNSEEN
+"""The number of the first flight that is reported: none of these was used to find a gain."""
+
+
+def vehicle_table(name: str) -> Content:
+    """What a mission says of a vehicle: a preset, or a file."""
+    return {"preset": name} if name in preset_names() else {"file": name}
+
+
+def together(*tables: Content) -> Content:
+    """Tables key by key, the later ones on top; tables in them likewise."""
+    found: Content = {}
+    for table in tables:
+        for key, value in table.items():
+            before = found.get(key)
+            found[key] = together(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
+    return found
+
+
+def read_study(path: Path) -> Study:
+    """The study in a TOML file. Raises UserError naming file, key and what is allowed."""
+    content = read_toml(path)
+    if "paths" not in content and {"path", "mission"} & content.keys():
+        what = "a mission: name two or more of them" if "path" in content else "a campaign"
+        raise UserError(f"{path}: looks like {what}; a study has tables [paths], [scenarios] and [controllers]")
+    return study_of(files.read_text(path, files.TOML), str(path), path.parent.resolve())
+
+
+def study_of(text: str, source: str, folder: Path) -> Study:
+    """The study in TOML. Raises UserError."""
+    study = Study(check(StudyFile, parse_toml(text, source), source, folder), text, source, folder)
+    empty = [vehicle for vehicle in study.file.vehicles if not list(study.places(vehicle))]
+    if empty:
+        raise UserError(f"{source}: vehicles: {empty[0]} has no path and scenario that suit it")
+    cells = sum(len(study.controllers(one.vehicle)) for one in study.situations())
+    if cells > MOST_CELLS:
+        raise UserError(f"{source}: {cells} cells; allowed are at most {MOST_CELLS}")
+    check_vehicles(study)
+    return study
+
+
+def check_vehicles(study: Study) -> None:
+    """Refuses vehicles that are not there, or of which nothing is known. Raises UserError."""
+    for vehicle in study.file.vehicles:
+        if vehicle not in preset_names() and not (study.folder / vehicle).exists():
+            raise UserError(
+                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; presets: "
+                f"{', '.join(preset_names())}"
+            )
+        if not study.controllers(vehicle):
+            raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
+        kind_of({"vehicle": vehicle_table(vehicle)}, study.folder)

@@ -1,0 +1,228 @@
+"""Gains found for one controller and vehicle, on the same flights and with the same budget as every other controller's.
+
+The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same
+for all controllers. A generation that was flown is written into a journal, from which an interrupted search goes on.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.atomic import replace_file
+from quadstep.campaign.cluster import OneThread
+from quadstep.campaign.schema import digests
+from quadstep.comparison.schema import ControllerEntry
+from quadstep.comparison.study import Content, Situation, Study
+from quadstep.errors import UserError
+from quadstep.mission.schema import Mission
+from quadstep.tuning.ground import Ground, asked_of
+from quadstep.tuning.judge import Judge, Judged, squashed
+from quadstep.tuning.search import FEWEST_GENERATIONS, Search, population
+
+
+class Task(NamedTuple):
+    """A controller to be tuned for a vehicle. missions: with their tables [tune], one for each situation."""
+
+    vehicle: str
+    controller: str
+    missions: tuple[Content, ...]
+    source: str
+    folder: Path
+    budget: int
+    seed: int
+
+    @property
+    def decisive(self) -> list[object]:
+        """What decides its result."""
+        return [self.missions, digests(list(self.missions), self.folder), self.budget, self.seed]
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return f"{self.controller} on {self.vehicle}"
+
+
+class Trained(NamedTuple):
+    """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights
+    that were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many
+    gains.
+    """
+
+    values: dict[str, float]
+    before: dict[str, float]
+    objective: float
+    objective_before: float
+    lost: int
+    flights: int
+    seeds: int
+    tuned: int
+
+
+def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content) -> Task:
+    """The tuning of a controller. controller: its table with all that it knows. Raises UserError."""
+    tuning = study.file.tuning
+    assert tuning
+    situations = [Situation(vehicle, *place) for place in study.places(vehicle) if place in flown_in(study)]
+    if not situations:
+        raise UserError(f"{study.source}: tuning.flown: nothing of it is flown by {vehicle}")
+    mission = study.nominal(vehicle, controller)
+    gains = {f"controller.{key.removeprefix('controller.')}": one for key, one in ranges(entry, mission).items()}
+    if not gains:
+        raise UserError(f'{study.source}: {name} has no gain to be tuned; say frozen = "as shipped", or name ranges')
+    section = {
+        "gains": gains,
+        "seeds": tuning.seeds,
+        "objective": tuning.objective,
+        "aggregate": tuning.aggregate,
+        "precision": study.file.precision,
+        **({} if study.file.score_period is None else {"score_period": study.file.score_period}),
+    }
+    missions = tuple(
+        {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
+    )
+    return Task(vehicle, name, missions, study.source, study.folder, tuning.budget, study.file.seed)
+
+
+def flown_in(study: Study) -> list[tuple[str, str]]:
+    """The paths and scenarios that are tuned on."""
+    assert study.file.tuning
+    return [(one.path, one.scenario) for one in study.file.tuning.flown]
+
+
+def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
+    """What is searched: as the study says, or every gain that the controller declares, each entry by itself where they
+    differ.
+    """
+    if entry.ranges is not None:
+        return {key: {} if one is None else one.model_dump() for key, one in entry.ranges.items()}
+    found: dict[str, Content] = {}
+    for key, (_, gain) in mission.controller.controller.by_key().items():
+        if gain.tunable:
+            parts = () if gain.stands_for_three else gain.parts
+            found |= {f"{key}.{place}": {} for place in range(len(parts))} if parts else {key: {}}
+    nets = mission.controller.table
+    if nets is not None and nets.enabled:
+        found |= {f"nets.{key}": {} for key, value in nets if type(value) is float and value > 0.0}
+    return found
+
+
+class Journal:
+    """The generations of a search that were flown, a line of JSON each. path: None to keep none."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.lines = read_lines(path) if path else []
+        self.next = 0
+        if path and path.exists():  # go on after the last whole line
+            text = "".join(json.dumps(one) + "\n" for one in self.lines)
+            replace_file(path, text.encode())
+
+    def taken(self, values: Sequence[dict[str, float]]) -> list[Judged] | None:
+        """The judgements of the next generation, if it is there and of these candidates."""
+        if self.next < len(self.lines) and self.lines[self.next]["values"] == list(values):
+            found = [Judged(*judged) for judged in self.lines[self.next]["judged"]]
+            self.next += 1
+            return found
+        return None
+
+    def add(self, flights: int, values: Sequence[dict[str, float]], judged: Sequence[Judged]) -> None:
+        """One more generation."""
+        if self.path:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"flights": flights, "values": list(values), "judged": judged}) + "\n")
+
+
+def read_lines(path: Path) -> list[Content]:
+    """The whole lines of a journal; one that was cut short by a kill ends it."""
+    found: list[Content] = []
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError:
+        return found
+    for line in text.splitlines():
+        try:
+            one = json.loads(line)
+            _ = one["flights"], one["values"], [Judged(*judged) for judged in one["judged"]]
+        except (ValueError, TypeError, KeyError, RecursionError):
+            break
+        found.append(one)
+    return found
+
+
+class Training(Search):
+    """A search whose candidates fly in several situations."""
+
+    def __init__(self, grounds: Sequence[Ground], budget: int, seed: int, journal: Journal) -> None:
+        super().__init__(grounds[0], budget, seed, lambda *_: None)
+        self.grounds, self.journal = grounds, journal
+        first = self.asked
+        every = first.section.model_copy(update={"seeds": sum(one.asked.seeds for one in grounds)})
+        self.asked = first._replace(section=every, different=True)
+
+    def judged(self, values: list[dict[str, float]]) -> list[Judged]:
+        """Candidates flown in every situation, and judged."""
+        found = self.journal.taken(values)
+        if found is None:
+            flown = [one.fly(values, 0, one.asked.seeds) for one in self.grounds]
+            judges = [Judge(one.asked.section, one.duration) for one in self.grounds]
+            each = [[judge.judge(one) for one in many] for judge, many in zip(judges, flown, strict=True)]
+            found = [over_all(list(one), judges) for one in zip(*each, strict=True)]
+            self.journal.add(self.flights + len(values) * self.asked.seeds, values, found)
+        self.flights += len(values) * self.asked.seeds
+        return found
+
+
+def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
+    """One judgement of a candidate from those of each situation; no unit in it depends on the controller."""
+    objective = float(np.mean([one.objective for one in parts]))
+    lost = sum(one.lost for one in parts)
+    least = [squashed(one.objective / judge.unit) for one, judge in zip(parts, judges, strict=True)]
+    losses = sum(one.cost - low for one, low in zip(parts, least, strict=True))  # what each adds for lost flights
+    names = parts[0].parts
+    means = {name: float(np.mean([one.parts[name] for one in parts])) for name in names}
+    violation = sum(one.violation for one in parts)
+    return Judged(objective, means, lost, violation, squashed(objective) + losses)
+
+
+def train(asked: Task, journal: Path | None = None) -> Trained:
+    """Tune a controller. journal: where it notes what was flown. Raises UserError."""
+    path = Path(asked.source)
+    grounds = [Ground(asked_of(path, "", content, asked.folder), asked.seed, OneThread) for content in asked.missions]
+    search = Training(grounds, asked.budget, asked.seed, Journal(journal))
+    found = search.run()
+    best, before = found.best.judged, found.present.judged
+    return Trained(
+        values=found.best.values,
+        before=found.present.values,
+        objective=best.objective,
+        objective_before=before.objective,
+        lost=best.lost,
+        flights=search.flights,
+        seeds=search.asked.seeds,
+        tuned=len(search.asked.gains),
+    )
+
+
+def check_task(asked: Task) -> int:
+    """How many gains are tuned. Refuses a budget that is too small for them, and gains that cannot be tuned. Raises
+    UserError.
+    """
+    path = Path(asked.source)
+    try:
+        wanted = [asked_of(path, "", content, asked.folder) for content in asked.missions]
+    except UserError as error:
+        said = str(error).removeprefix(f"{asked.source}: ")
+        raise UserError(f"{asked.source}: {asked.label} cannot be tuned: {said}") from None
+    seeds, gains = sum(one.seeds for one in wanted), len(wanted[0].gains)
+    count = population(gains, seeds)
+    least = seeds * (1 + FEWEST_GENERATIONS * count)
+    if asked.budget < least:
+        raise UserError(
+            f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
+            f"needed are at least {least}: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
+        )
+    return gains

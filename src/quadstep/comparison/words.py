@@ -1,0 +1,150 @@
+"""What a comparison has found, in words: what is decided, and what is not."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from quadstep.analysis.statistics import Estimate
+from quadstep.comparison.found import Comparison, Result
+from quadstep.comparison.ranking import ALPHA, Ranked
+from quadstep.comparison.study import Situation
+
+LOST, NOTHING = "lost", "-"
+
+METHOD = (
+    "Every controller flies the same flights of a situation: the same path, wind, noise and draws. A lost flight counts as "
+    "worse than any other. Pairs are tested by Wilcoxon's signed ranks and, for who loses which flights, by McNemar's exact "
+    "test; the p-values of all pairs in all situations are corrected by Holm, so that with 95 % confidence no pair that is "
+    "called decided is wrong."
+)
+
+
+class Unit(NamedTuple):
+    """What a metric is shown in. factor: times the value in SI."""
+
+    name: str
+    factor: float
+
+
+def unit_of(full: str) -> Unit:
+    """Of a metric by its name with unit: centimetres for metres."""
+    unit = full.partition("[")[2].rstrip("]")
+    return Unit("cm", 100.0) if unit == "m" else Unit(unit, 1.0)
+
+
+def title(full: str) -> str:
+    """A metric with the unit it is shown in."""
+    name, unit = full.partition("[")[0].replace("_", " ").replace("rmse", "RMSE"), unit_of(full).name
+    return f"{name} [{unit}]" if unit else name
+
+
+def shown(estimate: Estimate, factor: float = 1.0) -> str:
+    """A number with its interval; what is infinite is lost."""
+    value, low, high = (one * factor for one in estimate)
+    if not math.isfinite(value):
+        return LOST if value > 0.0 else NOTHING
+    return f"{value:.3g} [{end(low)}, {end(high)}]" if not math.isnan(low) else f"{value:.3g}"
+
+
+def end(value: float) -> str:
+    """An end of an interval."""
+    return f"{value:.3g}" if math.isfinite(value) else LOST if value > 0.0 else NOTHING
+
+
+def percent(estimate: Estimate) -> str:
+    """A share with its interval."""
+    value, low, high = (100.0 * one for one in estimate)
+    return f"{value:.3g} % [{low:.2g}, {high:.2g}]"
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names as a sentence has them."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"
+
+
+# Sentences
+
+
+def sentences(found: Comparison) -> list[str]:
+    """The finding as a whole, then situation by situation."""
+    lines = [of_all(found)] if len(found.controllers) > 1 else []
+    lines += [of_situation(found, situation, ranked) for situation, ranked in found.ranked.items()]
+    lines += [problem.line for problem in found.problems]
+    return lines
+
+
+def of_all(found: Comparison) -> str:
+    """How much is decided, and who ranks first."""
+    pairs = [pair for one in found.ranked.values() for pair in one.pairs]
+    decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
+    many = len(found.ranked)
+    over = f" over {many} situations" if many > 1 else ""
+    first, *_ = found.overall().items()
+    text = (
+        f"{len(found.controllers)} controllers, {found.seeds} flights each of every situation. Of {len(pairs)} pairs{over}, "
+        f"it is decided of {decided} which tracks better, and of {kept} which loses fewer flights; of the others it is not."
+    )
+    return f"{text} {first[0]} has the best mean rank." if many > 1 else text
+
+
+def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
+    """Who is best in a situation, against whom that is decided, and who loses flights."""
+    results = {one.controller: one for one in found.of(situation)}
+    best = min(results, key=lambda name: (results[name].spreads[found.metric].median.value, ranked.ranks[name]))
+    where, full = situation.label or "the missions", found.metrics[found.metric]
+    unit = unit_of(full)
+    median = results[best].spreads[found.metric].median
+    if not math.isfinite(median.value):
+        text = f"{where}: every controller loses at least half of its flights; nothing is said of tracking"
+        return f"{text}. {losing(results)}".strip()
+    text = f"{where}: {best} has the least median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
+    text += f"{shown(median, unit.factor)} {unit.name}"
+    beaten: list[str] = []
+    better: list[str] = []
+    open_: list[str] = []
+    for pair in ranked.pairs:
+        if best in (pair.first, pair.second):
+            other = pair.second if pair.first == best else pair.first
+            (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
+    if beaten:
+        text += f"; decided against {'all others' if len(beaten) == len(results) - 1 > 1 else listed(beaten)}"
+    if open_:
+        text += f"; not decided against {listed(open_)}"
+    if better:
+        text += (
+            f"; flight by flight {listed(better)} is better"
+            if len(better) == 1
+            else f"; flight by flight {listed(better)} are better"
+        )
+    return f"{text}. {losing(results)}".strip()
+
+
+def losing(results: dict[str, Result]) -> str:
+    """Who loses flights."""
+    lost = [f"{name} {percent(one.lost)}" for name, one in results.items() if one.lost.value > 0.0]
+    return f"Lost: {', '.join(lost)}." if lost else ""
+
+
+def wins(found: Comparison) -> list[list[str]]:
+    """For each controller against each other: situations in which it is certainly better, undecided, and certainly worse."""
+    rows = []
+    for one in found.controllers:
+        row = [one]
+        for other in found.controllers:
+            pairs = [
+                pair for ranked in found.ranked.values() for pair in ranked.pairs if {pair.first, pair.second} == {one, other}
+            ]
+            better = sum(pair.winner == one for pair in pairs)
+            worse = sum(pair.winner == other for pair in pairs)
+            row.append(NOTHING if one == other or not pairs else f"{better} / {len(pairs) - better - worse} / {worse}")
+        rows.append(row)
+    return rows
+
+
+def tests(found: Comparison) -> str:
+    """The size of what was corrected for."""
+    certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
+    return (
+        f"{found.pairs} pairs in each family of tests. Friedman's test finds that controllers differ in {certain} of "
+        f"{len(found.ranked)} situations (corrected by Bonferroni)."
+    )

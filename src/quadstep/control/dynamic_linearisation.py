@@ -1,0 +1,103 @@
+"""Exact linearisation by dynamic feedback, the paper's [20], with a sliding-mode observer of what pushes the vehicle, its [6].
+
+Mistler, Benallegue, M'Sirdi (2001): with the thrust's rate a state, position is a chain of four integrators, which a linear
+law places the poles of. Mokhtari, Benallegue, Orlov (2006) add sliding-mode observers; here the one of the velocity is a
+super-twisting observer (Davila, Fridman, Levant 2005), whose second state is the disturbance's acceleration.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain, given, usual
+from quadstep.control.projection import project
+from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, absolute, sqrt, vector
+from quadstep.numbers.rotations import cross
+
+SMOOTH = 0.01
+"""Velocity error [m/s] below which the observer's sign is a slope."""
+
+
+class DynamicLinearisationGains(NamedTuple):
+    """What the controller believes of the vehicle; gains of the chain of integrators and of the observer, in x, y, z."""
+
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    position: Vector = gain(usual(4700.0, 4), "1/s^4", "gain of the position error", key="k_0")
+    velocity: Vector = gain(usual(1750.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
+    acceleration: Vector = gain(usual(400.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
+    jerk: Vector = gain(usual(36.0, 1), "1/s", "gain of the jerk error", key="k_3")
+    observer: Vector = gain(usual(4.0, 1), "m^0.5/s^1.5", "super-twisting observer: of the root of its error", key="l_1")
+    drift: Vector = gain(usual(6.0, 2), "m/s^3", "super-twisting observer: of its error's sign", key="l_2")
+    bound: Number = gain(8.0, "m/s^2", "largest acceleration that the observer ascribes to a disturbance")
+    heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
+    turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
+
+
+class DynamicLinearisationMemory(NamedTuple):
+    """push: the extended thrust. velocity [m/s], disturbance [m/s^2]: observed, world axes."""
+
+    push: Push
+    velocity: Vector
+    disturbance: Vector
+
+
+def sign(x: Vector) -> Vector:
+    """The sign of each entry, a slope near 0."""
+    return Vector(one / (absolute(one) + SMOOTH) for one in x)
+
+
+@dataclass(frozen=True)
+class DynamicLinearisation(Controller):
+    """Position, attitude and observer in one, at the attitude loop's rate."""
+
+    name = "dynamic-linearisation"
+    label = "exact linearisation by dynamic feedback"
+    source = "Mistler, Benallegue, M'Sirdi 2001; Mokhtari, Benallegue, Orlov 2006"
+    Gains = DynamicLinearisationGains
+
+    def start(self, measured: Measured, gains: DynamicLinearisationGains) -> DynamicLinearisationMemory:
+        """In hover, undisturbed."""
+        return DynamicLinearisationMemory(Push(gains.gravity, 0.0), measured.velocity, vector(0.0, 0.0, 0.0))
+
+    def law(
+        self,
+        memory: DynamicLinearisationMemory,
+        measured: Measured,
+        reference: Reference,
+        gains: DynamicLinearisationGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, DynamicLinearisationMemory]:
+        """One sample: the wanted snap, and the inputs that make it."""
+        now = motion(measured, memory.push)
+        off = measured.velocity - memory.velocity
+        falling = now.force - vector(0.0, 0.0, gains.gravity)
+        acceleration = falling + memory.disturbance
+        snap = (
+            reference.snap
+            + gains.jerk * (reference.jerk - now.force_rate)
+            + gains.acceleration * (reference.acceleration - acceleration)
+            + gains.velocity * (reference.velocity - measured.velocity)
+            + gains.position * (reference.position - measured.position)
+        )
+        asked = inputs(measured, memory.push, snap)
+        around = turning(measured, now.axis, reference, gains.heading, gains.turning)
+        angular = vector(asked.about_x, asked.about_y, around)
+        command = Command(
+            thrust=gains.mass * memory.push.value,
+            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            r1=reference.velocity - measured.velocity,
+            r2=-measured.rates,
+        )
+        roots = Vector(sqrt(absolute(one)) for one in off)
+        following = DynamicLinearisationMemory(
+            push=driven(memory.push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period),
+            velocity=memory.velocity + period * (acceleration + gains.observer * roots * sign(off)),
+            disturbance=project(memory.disturbance + period * (gains.drift * sign(off)), gains.bound),
+        )
+        return command, following

@@ -1,0 +1,177 @@
+"""Exact linearisation with an H-infinity law outside, after the paper's [7] and [14].
+
+Mokhtari, Benallegue, Daachi (2006) linearise the vehicle by dynamic feedback, which makes position a chain of four
+integrators, and close it by a robust law, since what the model misses comes in as a disturbance. Per axis, with time in
+units of 1/pace,
+
+    x = (int e, e, e', e'', e'''),    e'' <- e'' + w,    z = (sqrt(weights) x, u),
+
+where w is the acceleration that nobody accounts for. The state feedback keeps the L2 gain from w to z below gamma (Doyle,
+Glover, Khargonekar, Francis 1989); gamma is `margin` times the least there is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed, gain, given, usual
+from quadstep.control.model import Model
+from quadstep.control.projection import project
+from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, sqrt, vector
+from quadstep.numbers.riccati import riccati
+from quadstep.numbers.rotations import cross
+from quadstep.numbers.solve import cholesky
+
+PARTS = ("integral", "position", "velocity", "acceleration", "jerk")
+STATES, PUSHED = len(PARTS), 2
+"""Of the chain; w drives the third of them."""
+
+LEAST_GAMMA, MOST_GAMMA, HALVINGS = 0.1, 1e4, 24
+"""Where the least gamma is looked for, by halving on a logarithmic scale."""
+
+
+class HInfinityWeights(NamedTuple):
+    """What the controller believes of the vehicle, and what the law is made from.
+
+    pace: unit of time. weights: on the squared states in that unit, against that of the input.
+    """
+
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    pace: Number = gain(usual(7.0, 1), "1/s", "how fast the loop is")
+    weights: Vector = gain((1.0, 3.0, 3.0, 3.0, 1.0), "-", "weights of the integral, position and its rates", parts=PARTS)
+    margin: Number = gain(1.5, "-", "gamma over the least there is", low=1.01, high=10.0)
+    steady: Number = gain(8.0, "m/s^2", "largest steady acceleration that the integral makes up for")
+    heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
+    turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
+
+
+class HInfinityGains(NamedTuple):
+    """What the law flies, worked out from `HInfinityWeights`.
+
+    feedback: on the five states, giving snap. integral_bound: of the integral of the position error [m s].
+    """
+
+    mass: Number
+    inertia: Vector
+    gravity: Number
+    most_thrust: Number
+    feedback: Vector
+    integral_bound: Number
+    heading: Number
+    turning: Number
+
+
+class HInfinityMemory(NamedTuple):
+    """push: the extended thrust. integral: of the position error [m s]."""
+
+    push: Push
+    integral: Vector
+
+
+def solution(weights: Sequence[float], gamma: float) -> list[list[float]] | None:
+    """The stabilising positive definite X for this gamma; None where there is none."""
+    chain = [[1.0 if j == i + 1 else 0.0 for j in range(STATES)] for i in range(STATES)]
+    squares = [[0.0] * STATES for _ in range(STATES)]
+    squares[-1][-1], squares[PUSHED][PUSHED] = 1.0, -1.0 / (gamma * gamma)
+    cost = [[weight if i == j else 0.0 for j in range(STATES)] for i, weight in enumerate(weights)]
+    try:
+        found = riccati(chain, squares, cost)
+        cholesky(found)
+    except ValueError:
+        return None
+    return found
+
+
+@lru_cache(maxsize=256)
+def least_gamma(weights: tuple[float, ...]) -> float:
+    """The least gamma for which there is a law."""
+    low, high = LEAST_GAMMA, MOST_GAMMA
+    for _ in range(HALVINGS):
+        middle = sqrt(low * high)
+        low, high = (low, middle) if solution(weights, middle) else (middle, high)
+    return high
+
+
+def feedback(weights: tuple[float, ...], margin: float, pace: float) -> list[float]:
+    """Gains on the five states, K = (0, 0, 0, 0, 1) X, back in seconds.
+
+    Raises ValueError where there is no law.
+    """
+    found = solution(weights, max(margin, 1.0 + 1e-6) * least_gamma(weights))
+    if found is None:
+        raise ValueError("no H-infinity law for these weights")
+    scale, gains = 1.0, []
+    for one in reversed(found[-1]):
+        scale *= pace
+        gains.append(one * scale)
+    return gains[::-1]
+
+
+@dataclass(frozen=True)
+class HInfinityLinearisation(Controller):
+    """Position and attitude in one, at the attitude loop's rate."""
+
+    name = "h-infinity-linearisation"
+    label = "exact linearisation with an H-infinity law"
+    source = "Mokhtari, Benallegue, Daachi 2006; Yang, Liu 2003"
+    Gains = HInfinityWeights
+
+    def prepare(self, gains: HInfinityWeights, model: Model) -> HInfinityGains:
+        """The H-infinity law."""
+        found = feedback(tuple(gains.weights), gains.margin, gains.pace)
+        return HInfinityGains(
+            mass=gains.mass,
+            inertia=gains.inertia,
+            gravity=gains.gravity,
+            most_thrust=gains.most_thrust,
+            feedback=Vector(found),
+            integral_bound=gains.steady * found[3] / found[0],
+            heading=gains.heading,
+            turning=gains.turning,
+        )
+
+    def start(self, measured: Measured, gains: HInfinityGains) -> HInfinityMemory:
+        """In hover, nothing integrated."""
+        return HInfinityMemory(Push(gains.gravity, 0.0), vector(0.0, 0.0, 0.0))
+
+    def law(
+        self,
+        memory: HInfinityMemory,
+        measured: Measured,
+        reference: Reference,
+        gains: HInfinityGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, HInfinityMemory]:
+        """One sample: the snap that the law asks for, and the inputs that make it."""
+        now = motion(measured, memory.push)
+        falling = now.force - vector(0.0, 0.0, gains.gravity)
+        e = reference.position - measured.position
+        states = (
+            memory.integral,
+            e,
+            reference.velocity - measured.velocity,
+            reference.acceleration - falling,
+            reference.jerk - now.force_rate,
+        )
+        snap = reference.snap
+        for one, state in zip(gains.feedback, states, strict=True):
+            snap = snap + one * state
+        asked = inputs(measured, memory.push, snap)
+        around = turning(measured, now.axis, reference, gains.heading, gains.turning)
+        angular = vector(asked.about_x, asked.about_y, around)
+        command = Command(
+            thrust=gains.mass * memory.push.value,
+            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            r1=states[2],
+            r2=-measured.rates,
+        )
+        push = driven(memory.push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period)
+        return command, HInfinityMemory(push, project(memory.integral + period * e, gains.integral_bound))

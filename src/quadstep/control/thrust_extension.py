@@ -1,0 +1,81 @@
+"""Thrust with its first rate as states of the controller, so that snap can be commanded: position is then a chain of four
+integrators in each axis, by a change of inputs that is exact wherever there is thrust.
+
+Mistler, Benallegue, M'Sirdi (2001), the paper's [20]; Mahony, Hamel, Dzul (1999), its [26].
+"""
+
+from typing import NamedTuple
+
+from quadstep.control.controller import Measured
+from quadstep.control.wanted_attitude import up_axis, wanted_attitude
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, clip, vector, where
+from quadstep.numbers.rotations import rotation_matrix
+
+LEAST, MOST = 0.2, 0.95
+"""Specific thrust held between these shares of gravity and of what a position loop may ask for."""
+
+
+class Push(NamedTuple):
+    """Specific thrust u / m [m/s^2], and its rate [m/s^3]."""
+
+    value: Number
+    rate: Number
+
+
+class Motion(NamedTuple):
+    """Third axis of the body, and the specific force that the thrust makes [m/s^2] with its rate [m/s^3]; world axes."""
+
+    axis: Vector
+    force: Vector
+    force_rate: Vector
+
+
+class Inputs(NamedTuple):
+    """Second rate of the specific thrust [m/s^4]; angular acceleration about body x and y [rad/s^2]."""
+
+    push: Number
+    about_x: Number
+    about_y: Number
+
+
+def motion(measured: Measured, push: Push) -> Motion:
+    """What the extended thrust does now: d/dt (push b3) = rate b3 + push R (Omega x e3)."""
+    rotation, (p, q, _) = rotation_matrix(measured.attitude), measured.rates
+    axis = up_axis(rotation)
+    return Motion(axis, push.value * axis, push.rate * axis + push.value * (rotation @ vector(q, -p, 0.0)))
+
+
+def inputs(measured: Measured, push: Push, snap: Vector) -> Inputs:
+    """What gives the specific force this second rate [m/s^4], world axes:
+
+    R^T snap = push_dd e3 + 2 push_d (Omega x e3) + push (Omega (Omega . e3) - |Omega|^2 e3 + Omega_d x e3).
+    """
+    p, q, r = measured.rates
+    along_x, along_y, along_z = rotation_matrix(measured.attitude).T @ snap
+    over = 1.0 / push.value
+    return Inputs(
+        push=along_z + push.value * (p * p + q * q),
+        about_x=q * r - over * (along_y + 2.0 * push.rate * p),
+        about_y=over * (along_x - 2.0 * push.rate * q) - p * r,
+    )
+
+
+def driven(push: Push, change: Number, gravity: Number, most: Number, period: Number) -> Push:
+    """The specific thrust one period [s] later, within its limits; at a limit its rate does not lead beyond it.
+
+    change: its second rate [m/s^4]. most: the largest specific thrust that the rotors can make [m/s^2].
+    """
+    rate = push.rate + period * change
+    free = push.value + period * push.rate + 0.5 * period * period * change
+    value = clip(free, LEAST * gravity, MOST * most)
+    return Push(value, where(value < free, clip(rate, -1e9, 0.0), where(value > free, clip(rate, 0.0, 1e9), rate)))
+
+
+def turning(measured: Measured, axis: Vector, reference: Reference, stiffness: Number, damping: Number) -> Number:
+    """Angular acceleration about body z [rad/s^2] that turns the heading to the wanted one; the third axis stays."""
+    zero = vector(0.0, 0.0, 0.0)
+    wanted = wanted_attitude(axis, zero, zero, reference.yaw, 0.0).rotation
+    across = rotation_matrix(measured.attitude).T @ wanted
+    error = 0.5 * (across[1, 0] - across[0, 1])
+    return stiffness * error + damping * (axis[2] * reference.yaw_rate - measured.rates[2])

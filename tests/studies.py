@@ -1,0 +1,67 @@
+"""What the tests of comparisons share: a small study of short flights, and what a folder of results holds."""
+
+import csv
+import json
+from pathlib import Path
+
+from quadstep.comparison.study import study_of
+from tests.commands import write
+
+HEAD = """
+name = "Small"
+vehicles = ["research-2.6kg"]
+seeds = 12
+"""
+BODY = """
+[common]
+limits = { distance = 5.0, rate = 60.0 }
+sensors = { position_noise = 0.005, gyro_noise = 0.01 }
+simulation = { control_period = 0.004, guidance_period = 0.012 }
+
+[paths.up.mission]
+path = { type = "step", end = [0.2, 0.0, 0.3], time = 0.1, duration = 0.6 }
+
+[scenarios.calm]
+[scenarios.windy]
+mission = { wind = { mean = [4.0, 0.0, 0.0], turbulence = { wind_20 = 8.0, height = 6.0 } } }
+vary = { "vehicle.mass" = { type = "uniform", low = 2.4, high = 2.9 } }
+"""
+CONTROLLERS = """
+[controllers.soft]
+controller = { type = "geometric", k_x = 3.0, k_v = 1.0 }
+frozen = "far too soft"
+[controllers.firm]
+controller = "geometric"
+frozen = "as shipped"
+"""
+TUNING = """
+[controllers.PID]
+controller = "pid"
+ranges = { position = {}, velocity = { low = 1.0, high = 20.0 } }
+[tuning]
+budget = 4500
+flown = [{ path = "up", scenario = "windy" }]
+"""
+SMALL = HEAD + BODY + CONTROLLERS
+
+
+def study(text=SMALL, folder=None):
+    """A study as read."""
+    return study_of(text, "study.toml", folder or Path())
+
+
+def written(folder, text=SMALL):
+    """A study's file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return write(folder, text, "study.toml")
+
+
+def rows(folder, name):
+    """The rows of a CSV."""
+    with (folder / name).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def metrics(folder):
+    """metrics.json."""
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))

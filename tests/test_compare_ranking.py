@@ -1,0 +1,146 @@
+"""Pairs, ranks and corrections, against formulas worked out here and against SciPy."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import binom, binomtest, friedmanchisquare, wilcoxon
+
+from quadstep.comparison.ranking import compare, corrected, differences, holm, median_difference, overall, pair, signed_ranks
+from quadstep.comparison.spread import Flown, losses, ordered_quantile, spread
+
+METRIC = "position_rmse"
+
+
+def flown(values):
+    """Flights with these errors; infinite: lost."""
+    values = np.array(values, dtype=float)
+    lost = np.isinf(values)
+    return Flown(lost, {METRIC: np.where(lost, math.nan, values)})
+
+
+def normal(mean, seed, count=60):
+    return np.abs(np.random.default_rng(seed).normal(mean, 0.1, count))
+
+
+def test_holm_as_his_paper_does_it():
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.5, 0.9]) == [1.0, 1.0]
+    assert holm([]) == []
+
+
+def test_the_correction_is_over_all_situations_of_a_study():
+    one = compare({"a": flown(normal(1.0, 1)), "b": flown(normal(1.05, 2))}, METRIC)
+    alone, together = corrected([one])[0], corrected([one] * 10)
+    assert alone.pairs[0].p == one.pairs[0].p
+    assert together[0].pairs[0].p == pytest.approx(min(1.0, 10 * one.pairs[0].p))
+    assert {found.pairs[0].p for found in together} == {together[0].pairs[0].p}
+
+
+def test_a_pair_has_the_p_value_of_wilcoxon_and_the_median_of_the_flights_differences():
+    a, b = normal(1.0, 1), normal(1.1, 2)
+    found = pair("a", "b", flown(a), flown(b), METRIC)
+    assert found.p == pytest.approx(wilcoxon(a - b, method="asymptotic").pvalue)
+    assert found.difference.value == pytest.approx(np.median(a - b))
+    assert found.difference.low < found.difference.value < found.difference.high
+    assert found.better == pytest.approx(np.mean(a < b))
+    assert (found.winner, found.keeper, found.p_lost) == ("a", None, 1.0)
+    turned = pair("b", "a", flown(b), flown(a), METRIC)
+    assert turned.effect == pytest.approx(-found.effect)
+    assert turned.winner == "a"
+
+
+def test_pairing_decides_what_the_flights_alone_would_not():
+    gusts = np.random.default_rng(3).normal(5.0, 2.0, 80)
+    a, b = gusts, gusts + np.random.default_rng(4).normal(0.05, 0.05, 80)
+    together, apart = (signed_ranks(x - y) for x, y in ((a, b), (a, np.roll(b, 7))))
+    assert together < 1e-6
+    assert apart > 0.05
+
+
+def test_a_lost_flight_is_worse_than_any_other_and_never_counts_twice():
+    a, b = normal(1.0, 1), normal(1.0, 1) + 0.001
+    a[:10] = math.inf
+    found = pair("a", "b", flown(a), flown(b), METRIC)
+    assert found.better == pytest.approx(50 / 60)
+    assert found.lost == pytest.approx(10 / 60)
+    assert found.p_lost == pytest.approx(binomtest(10, 10).pvalue)
+    assert found.keeper == "b"
+    assert found.difference.value == pytest.approx(-0.001)  # of those that both complete
+    both = differences(np.array([math.inf, math.inf, 1.0]), np.array([math.inf, 1.0, math.inf]))
+    assert both.tolist() == [0.0, math.inf, -math.inf]
+
+
+def test_the_losses_decide_by_the_flights_that_only_one_of_them_loses():
+    a, b = np.ones(100), np.ones(100)
+    a[:20] = b[:15] = math.inf
+    found = pair("a", "b", flown(a), flown(b), METRIC)
+    assert found.p_lost == pytest.approx(binomtest(5, 5).pvalue)  # 15 flights are lost by both and say nothing
+    assert found.keeper is None
+
+
+def test_the_winner_is_whom_the_ranks_of_the_differences_favour_not_who_wins_more_often():
+    gap = np.array([-0.001] * 32 + [1.0 + 0.01 * i for i in range(28)])
+    found = pair("a", "b", flown(1.0 + np.maximum(gap, 0.0)), flown(1.0 - np.minimum(gap, 0.0)), METRIC)
+    assert found.better > 0.5
+    assert found.effect > 0.0
+    assert found.winner == "b"
+
+
+def test_ranks_of_a_situation_are_friedmans():
+    table = {name: normal(mean, place) for place, (name, mean) in enumerate({"a": 1.0, "b": 1.0, "c": 1.2}.items())}
+    found = compare({name: flown(values) for name, values in table.items()}, METRIC)
+    assert found.friedman == pytest.approx(friedmanchisquare(*table.values()).pvalue)
+    assert sum(found.ranks.values()) == pytest.approx(6.0)
+    assert found.ranks["c"] == max(found.ranks.values())
+    assert [(one.first, one.second) for one in found.pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
+
+
+def test_where_all_are_alike_nothing_is_decided():
+    same = flown(np.ones(20))
+    found = corrected([compare({"a": same, "b": same, "c": same}, METRIC)])[0]
+    assert found.friedman == 1.0
+    assert {one.winner for one in found.pairs} == {None}
+    assert set(found.ranks.values()) == {2.0}
+
+
+def test_overall_ranks_are_shares_so_that_situations_of_few_count_alike():
+    a, b, c = (flown(np.full(10, value)) for value in (1.0, 2.0, 3.0))
+    found = overall([compare({"a": a, "b": b, "c": c}, METRIC), compare({"a": b, "b": a}, METRIC)])
+    assert found == pytest.approx({"b": 0.25, "a": 0.5, "c": 1.0})
+    assert list(found) == ["b", "a", "c"]
+
+
+def test_the_bootstrap_interval_is_the_same_on_every_call_and_as_wide_as_it_must_be():
+    gap = np.random.default_rng(0).normal(0.0, 1.0, 400)
+    first = median_difference(gap)
+    assert first == median_difference(gap)
+    expected = 2.0 * 1.96 * 1.2533 / math.sqrt(400)  # of a normal's median
+    assert first.high - first.low == pytest.approx(expected, rel=0.25)
+    assert math.isnan(median_difference(np.zeros(0)).value)
+
+
+def test_quantiles_are_values_with_exact_intervals_and_losses_are_infinite():
+    values = np.arange(1.0, 101.0)
+    found = ordered_quantile(values, 0.5)
+    assert found == (50.0, 40.0, 61.0)  # Conover (1999): ranks from the binomial distribution
+    few = ordered_quantile(np.arange(1.0, 13.0), 0.95)
+    assert (few.value, few.high) == (12.0, math.inf)  # 12 flights cannot bound a 95 % quantile from above
+    half = flown([1.0] * 94 + [math.inf] * 6)
+    assert spread(half, METRIC).high.value == math.inf
+    assert spread(half, METRIC).median.value == 1.0
+    assert spread(half, METRIC).mean == 1.0
+    assert losses(half).value == pytest.approx(0.06)
+    assert math.isnan(spread(flown([math.inf] * 5), METRIC).mean)
+
+
+@pytest.mark.parametrize("q", [0.05, 0.5, 0.95])
+def test_the_interval_of_a_quantile_holds_it_as_often_as_the_binomial_distribution_says(q):
+    random = np.random.default_rng(1)
+    found = [ordered_quantile(random.random(100), q) for _ in range(2000)]
+    held = np.mean([one.low <= q <= one.high for one in found])
+    below = binom(100, q)
+    low, high = (next(k for k in range(101) if below.cdf(k) >= share) for share in (0.025, 0.975))
+    exact = below.cdf(high) - below.cdf(low - 1)
+    assert exact >= 0.95
+    assert held == pytest.approx(exact, abs=0.01)

@@ -1,0 +1,371 @@
+"""`quadstep compare` from file to folder: what it writes, what is the same for all, how it goes on, and what it refuses."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import Future
+from contextlib import contextmanager
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from quadstep.comparison import jobs, workers
+from quadstep.comparison.kept import RUNNING, Kept
+from quadstep.comparison.study import FIRST, Situation, read_study
+from quadstep.comparison.tables import tex
+from quadstep.flight.engines import fly
+from tests.campaigns import soon
+from tests.commands import LINE, heeding_interrupts, quadstep, write
+from tests.studies import SMALL, TUNING, metrics, rows, written
+
+MARGIN = """
+[margins.wind]
+keys = ["wind.mean.0"]
+path = "up"
+scenario = "calm"
+high = 40.0
+flights = 20
+error = 0.6
+unit = "m/s"
+"""
+LAW = """
+def controller(t, measured, reference):
+    if t > 0.1:
+        raise RuntimeError("no idea")
+    return 26.0, (0.0, 0.0, 0.0)
+"""
+MISSION = """
+[vehicle]
+preset = "research-2.6kg"
+[path]
+type = "step"
+end = [0.2, 0.0, 0.3]
+time = 0.1
+duration = 0.6
+[sensors]
+position_noise = 0.005
+"""
+
+
+class Here:
+    """A pool that works at once, in this process."""
+
+    def submit(self, function, *arguments):
+        future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def here(_workers=None):
+    yield Here()
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Processes of their own cost seconds; one test has them."""
+    monkeypatch.setattr(workers, "drawing_pool", here)
+    monkeypatch.setattr("quadstep.comparison.cost.REPEATS", 1)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """The command run once, with tuning and a margin."""
+    folder = tmp_path_factory.mktemp("compare")
+    file = written(folder, SMALL + TUNING + MARGIN)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "drawing_pool", here)
+        patch.setattr("quadstep.comparison.cost.REPEATS", 1)
+        return quadstep("compare", file, "--out", folder / "out"), folder / "out", file
+
+
+def test_it_writes_tables_flights_gains_report_and_page(done):
+    result, out, _ = done
+    assert (result.code, result.err) == (0, "")
+    names = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    wanted = {"cells.csv", "cells.parquet", "pairs.csv", "pairs.parquet", "table.tex", "metrics.json", "gains.json"}
+    wanted |= {"report.html", "page.html", "figures/research-2-6kg.png", "figures/research-2-6kg.svg"}
+    assert wanted <= names
+    assert sum(name.startswith("flights/") for name in names) == 6
+    assert sum(name.startswith("margins/") for name in names) == 3
+    assert not [name for name in names if RUNNING in name]
+    assert set(metrics(out)["files"]) == names
+
+
+def test_nothing_that_is_read_says_nan_or_infinity(done):
+    result, out, _ = done
+    for text in (result.out, *((out / name).read_text(encoding="utf-8") for name in ("report.html", "cells.csv"))):
+        assert "nan" not in text.lower().replace("nanosecond", "")
+        assert " inf" not in text
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    json.loads((out / "metrics.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_a_cell_holds_the_flights_that_its_missions_give(done):
+    _, out, file = done
+    table = pq.read_table(out / "flights").to_pylist()
+    mine = [row for row in table if (row["scenario"], row["controller"]) == ("windy", "firm")]
+    assert [row["flight"] for row in mine] == list(range(FIRST, FIRST + 12))
+    study, there = read_study(file), Situation("research-2.6kg", "up", "windy")
+    cell = study.cell(there, "firm", study.knowing("research-2.6kg", {"type": "geometric"}))
+    for row in mine[:3]:
+        drawn = json.loads(row["drawn"])
+        plan = jobs.Flyer(cell.campaign).planner.plan(drawn, row["flight"])
+        log = fly(plan)
+        distance = np.linalg.norm(log.table("x", "y", "z") - log.table("x_d", "y_d", "z_d"), axis=1)
+        assert row["position_rmse[m]"] == pytest.approx(math.sqrt(np.mean(distance**2)), rel=0.02)
+        assert 2.4 <= drawn["vehicle.mass"] <= 2.9
+
+
+def test_every_controller_flew_the_same_draws(done):
+    table = pq.read_table(done[1] / "flights").to_pylist()
+    windy = [row for row in table if row["scenario"] == "windy"]
+    drawn = {name: [row["drawn"] for row in windy if row["controller"] == name] for name in ("soft", "firm", "PID")}
+    assert drawn["soft"] == drawn["firm"] == drawn["PID"]
+    assert len(set(drawn["soft"])) == 12
+
+
+def test_the_soft_controller_is_found_worse_and_that_is_decided(done):
+    result, out, _ = done
+    cells = {(row["scenario"], row["controller"]): row for row in rows(out, "cells.csv")}
+    for scenario in ("calm", "windy"):
+        soft, firm = (float(cells[scenario, name]["position_rmse_median[m]"]) for name in ("soft", "firm"))
+        assert firm < soft
+    names = ("scenario", "first", "second")
+    (pair,) = (row for row in rows(out, "pairs.csv") if [row[name] for name in names] == ["calm", "soft", "firm"])
+    assert pair["better"] == "firm"
+    assert float(pair["difference_low[m]"]) > 0.0
+    assert float(pair["p_holm"]) < 0.05
+    assert "decided against" in result.out
+
+
+def test_margins_and_costs_are_there(done):
+    _, out, _ = done
+    found = metrics(out)
+    assert [one["controller"] for one in found["margins"]] == ["soft", "firm", "PID"]
+    assert "m/s" in found["margins"][0]["half"]
+    report = (out / "report.html").read_text(encoding="utf-8")
+    for text in ("flights a gain", "ns a sample", "Margins", "Who is better than whom", "page.html#flight=", "far too soft"):
+        assert text in report
+    tuned = next(one for one in found["controllers"] if one["controller"] == "PID")["tuned"]
+    assert tuned["flights"] <= 4500
+    assert tuned["tuned"] == 2
+
+
+def test_the_table_for_latex_has_a_row_for_each_situation(done):
+    text = (done[1] / "table.tex").read_text(encoding="utf-8")
+    assert r"\begin{tabular}{lrrr}" in text
+    assert " & soft & firm & PID" in text
+    assert text.count(r"\\") == 3
+    assert tex("R_1 & 5 %") == r"R\_1 \& 5 \%"
+
+
+def test_the_page_has_the_rivals_with_their_own_gains(done):
+    text = (done[1] / "page.html").read_text(encoding="utf-8")
+    for name in ("soft", "firm", "PID"):
+        assert f'"label":"{name}"' in text
+
+
+def test_the_same_command_again_flies_nothing_and_gives_the_same_tables(done, monkeypatch):
+    _, out, file = done
+    before = {name: (out / name).read_bytes() for name in ("cells.csv", "pairs.csv", "gains.json")}
+    monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
+    monkeypatch.setattr(workers, "worked", lambda job: pytest.fail(f"{job.label} is known"))
+    assert quadstep("compare", file, "--out", out).code == 0
+    assert before == {name: (out / name).read_bytes() for name in before}
+
+
+def test_gains_found_once_can_be_brought_along(done, tmp_path, monkeypatch):
+    _, out, _ = done
+    (tmp_path / "known.json").write_bytes((out / "gains.json").read_bytes())
+    file = written(tmp_path, SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "known.json"'))
+    monkeypatch.setattr(jobs.Tune, "work", lambda self: pytest.fail("it is known"))
+    assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
+    assert (tmp_path / "out" / "gains.json").read_bytes() == (out / "gains.json").read_bytes()
+    with pytest.raises(pytest.fail.Exception):
+        quadstep("compare", file, "--out", tmp_path / "again", "--retune")
+
+
+def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
+    _, out, file = done
+    real, left = workers.worked, [4]
+
+    def stopped(job):
+        left[0] -= 1
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        return real(job)
+
+    monkeypatch.setattr(workers, "worked", stopped)
+    result = quadstep("compare", file, "--out", tmp_path / "out")
+    assert result.code == 130
+    assert f"what was flown is kept in {tmp_path / 'out'}; the same command goes on" in result.err
+    assert not (tmp_path / "out" / "metrics.json").exists()
+    left[0] = 10
+    assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
+    assert 10 - left[0] < 1 + 6 + 3
+    for name in ("cells.csv", "pairs.csv", "gains.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes()
+
+
+def test_results_of_another_study_are_not_replaced_unasked(done, tmp_path):
+    _, out, _ = done
+    file = written(tmp_path, SMALL)
+    assert "--overwrite" in quadstep("compare", file, "--out", out).err
+
+
+def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
+    file, out = written(tmp_path), tmp_path / "out"
+    assert quadstep("compare", file, "--out", out).code == 0
+    damaged = next((out / "flights").iterdir())
+    damaged.write_bytes(damaged.read_bytes()[:-30])
+    result = quadstep("compare", file, "--out", out)
+    assert result.refused
+    assert f"{damaged}: cannot be read" in result.err
+
+
+def test_processes_of_their_own_give_the_same_bytes(done, tmp_path, monkeypatch):
+    monkeypatch.undo()
+    file = written(tmp_path)
+    assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
+    ours = {path.name: path.read_bytes() for path in (tmp_path / "out" / "flights").iterdir()}
+    theirs = {path.name: path.read_bytes() for path in (done[1] / "flights").iterdir()}
+    assert len(ours) == 4
+    assert all(theirs[name] == content for name, content in ours.items())
+
+
+# Missions side by side
+
+
+def test_missions_that_differ_in_anything_fly_the_same_noise(tmp_path):
+    one = write(tmp_path, MISSION + '[controller]\ntype = "pid"\n', "pid.toml")
+    other = write(tmp_path, MISSION + '[controller]\ntype = "geometric"\n', "geometric.toml")
+    heavy = write(tmp_path, MISSION.replace("[path]", "mass = 2.9\n[path]") + '[controller]\ntype = "pid"\n', "heavy.toml")
+    result = quadstep("compare", one, other, heavy, "--seeds", 10, "--out", tmp_path / "out")
+    assert (result.code, result.err) == (0, "")
+    assert [row["controller"] for row in rows(tmp_path / "out", "cells.csv")] == ["pid", "geometric", "heavy"]
+    table = pq.read_table(tmp_path / "out" / "flights").to_pylist()
+    assert len(table) == 30
+    assert "the missions: " in result.out
+
+
+def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):
+    paper = write(tmp_path, LINE, "paper.toml")
+    real = write(tmp_path, MISSION, "real.toml")
+    result = quadstep("compare", paper, real, "--seeds", 4, "--out", tmp_path / "out")
+    assert result.code == 0
+    assert {row["energy[J]"] == "" for row in rows(tmp_path / "out", "cells.csv")} == {True, False}
+
+
+# What goes wrong
+
+
+def test_a_controller_that_fails_in_its_own_code_is_one_line(tmp_path):
+    (tmp_path / "law.py").write_text(LAW, encoding="utf-8")
+    file = written(tmp_path, SMALL + '[controllers.own]\ncontroller = "law.py:controller"\nfrozen = "mine"\n')
+    result = quadstep("compare", file, "--out", tmp_path / "out")
+    assert result.refused
+    assert "law.py:4: RuntimeError: no idea" in result.err
+    again = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
+    assert again.code == 2
+    assert again.err.count("\n") == 1
+    assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
+    assert "RuntimeError: no idea" in metrics(tmp_path / "out")["problems"][0]
+
+
+def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
+    hail = "[scenarios.hail]\nmission = { limits = { distance = 1e-6 } }\n"
+    file = written(tmp_path, SMALL.replace("[scenarios.windy]", f"{hail}[scenarios.windy]"))
+    result = quadstep("compare", file, "--out", tmp_path / "out")
+    assert result.refused
+    assert "research-2.6kg, up, hail: no controller completes any of 12 flights" in result.err
+    again = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
+    assert again.code == 2
+    assert "lost" in again.out
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "every controller loses at least half of its flights" in report
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL.replace('controller = "geometric"', 'controller = "geometry"'), "'geometry' is not known; allowed: geometric"),
+        (SMALL.replace('controller = "geometric"', 'controller = "planar-pd"'), "planar-pd"),
+        (SMALL.replace("k_x = 3.0", "k_x = -3.0"), "k_x: every entry must be greater than 0"),
+        (SMALL.replace('"vehicle.mass"', '"vehicle.weight"'), "weight: unknown key"),
+        (SMALL.replace("mean = [4.0, 0.0, 0.0]", "mean = [4.0]"), "wind.mean: should be a list of three"),
+        (SMALL.replace("seeds = 12", 'seeds = 12\nmetrics = ["speed"]'), "metrics: 'speed' is not known; allowed: "),
+        (SMALL + TUNING.replace("4500", "300"), "300 flights are too few for the 2 gains of PID"),
+        (SMALL + TUNING.replace("position = {}", "hope = {}"), "PID on research-2.6kg cannot be tuned: tune.gains: "),
+        (SMALL + TUNING.replace("[tuning]", '[tuning]\ngains = "no.json"'), "tuning.gains: "),
+        ("vehicles = 3\n[paths]\n", "vehicles"),
+        ("paths = [", "not valid TOML"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line_before_anything_flies(tmp_path, monkeypatch, text, said):
+    monkeypatch.setattr(workers, "worked", lambda job: pytest.fail("it must not fly"))
+    result = quadstep("compare", written(tmp_path, text), "--out", tmp_path / "out")
+    assert result.refused, result
+    assert said in result.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["no.toml"], "no.toml: cannot be read"),
+        (["--seeds", "1"], "--seeds: should be from 2 to 100000, not 1"),
+        (["--engine", "gpu"], "gpu"),
+        (["--figures", "bmp"], "bmp"),
+    ],
+)
+def test_a_wrong_command_is_one_line(tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    file = [] if arguments[0].endswith("toml") else [written(tmp_path)]
+    result = quadstep("compare", *file, *arguments, "--out", tmp_path / "out")
+    assert result.code == 2
+    assert said in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_study_beside_another_file_is_told_from_a_mission(tmp_path):
+    study, mission = written(tmp_path), write(tmp_path, MISSION)
+    assert "looks like a study" in quadstep("compare", study, mission, "--out", tmp_path / "out").err
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_all_processes_and_keeps_what_was_flown(tmp_path):
+    file = written(tmp_path, SMALL.replace("seeds = 12", "seeds = 20000"))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "quadstep", "compare", str(file), "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
+    )  # fmt: skip
+    kept = tmp_path / "out" / RUNNING / "flights"
+    assert soon(lambda: any(kept.glob("*.parquet")), 120.0)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, (out, err)
+    assert "the same command goes on" in err
+    assert list(kept.glob("*.parquet"))
+
+
+def test_what_is_kept_is_found_while_running_and_when_published(tmp_path):
+    kept = Kept(tmp_path)
+    kept.add("gains", "a", b"1")
+    assert kept.find("gains", "a").read_bytes() == b"1"
+    (tmp_path / "new").mkdir()
+    kept.publish(tmp_path / "new", [("gains", "a")])
+    kept.remove()
+    assert kept.find("gains", "a") is None
+    assert Kept(tmp_path / "new").find("gains", "a").read_bytes() == b"1"

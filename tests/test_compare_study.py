@@ -1,0 +1,161 @@
+"""A study file: what it is laid out as, what everybody knows, and what is refused."""
+
+import numpy as np
+import pytest
+
+from quadstep import UserError
+from quadstep.campaign.draws import draw
+from quadstep.campaign.planner import planner
+from quadstep.comparison import margins, training
+from quadstep.comparison.shipped import shipped_study
+from quadstep.comparison.study import FIRST, Situation, read_study, together
+from quadstep.numbers import flatten
+from tests.commands import LINE, write
+from tests.studies import BODY, HEAD, SMALL, TUNING, study
+
+VEHICLE = "research-2.6kg"
+
+
+def test_every_vehicle_path_and_scenario_that_suit_one_another_are_a_situation():
+    text = SMALL.replace('["research-2.6kg"]', '["research-2.6kg", "crazyflie"]') + (
+        '[paths.far]\nvehicles = ["crazyflie"]\nmission = { path = { type = "step", end = [1.0, 0.0, 0.3] } }\n'
+        '[scenarios.storm]\npaths = ["up"]\nvehicles = ["research-2.6kg"]\n'
+    )
+    assert [tuple(one) for one in study(text).situations()] == [
+        (VEHICLE, "up", "calm"),
+        (VEHICLE, "up", "windy"),
+        (VEHICLE, "up", "storm"),
+        ("crazyflie", "up", "calm"),
+        ("crazyflie", "up", "windy"),
+        ("crazyflie", "far", "calm"),
+        ("crazyflie", "far", "windy"),
+    ]
+
+
+def test_a_scenario_lies_on_top_of_the_path_and_that_on_top_of_what_is_common():
+    lowest, middle, top = {"a": {"b": 1, "c": 2}, "d": [1]}, {"a": {"c": 3}}, {"d": [2], "e": 4}
+    assert together(lowest, middle, top) == {"a": {"b": 1, "c": 3}, "d": [2], "e": 4}
+    assert lowest == {"a": {"b": 1, "c": 2}, "d": [1]}
+
+
+def test_every_controller_flies_the_same_draws_and_noise():
+    one = study()
+    there, entries = Situation(VEHICLE, "up", "windy"), one.file.controllers
+    cells = [one.cell(there, name, entry.controller) for name, entry in entries.items()]
+    values = [draw(cell.campaign.file, np.arange(FIRST, FIRST + 5))["vehicle.mass"].values for cell in cells]
+    assert values[0].tolist() == values[1].tolist()
+    assert len(set(values[0].tolist())) == 5
+    plans = [planner(cell.campaign).plan({"vehicle.mass": 2.5}, FIRST) for cell in cells]
+    assert flatten(plans[0].parameters.key) == flatten(plans[1].parameters.key)
+    assert flatten(plans[0].parameters.wind) == flatten(plans[1].parameters.wind)
+
+
+def test_a_controller_knows_the_vehicle_as_its_makers_do_whatever_the_scenario():
+    one = study()
+    table = one.knowing(VEHICLE, {"type": "geometric", "k_x": 3.0})
+    assert (table["mass"], table["k_x"]) == (2.644, 3.0)
+    cell = one.cell(Situation(VEHICLE, "up", "windy"), "firm", table)
+    heavy, light = (planner(cell.campaign).plan({"vehicle.mass": mass}).parameters for mass in (2.9, 2.4))
+    assert heavy.airframe.mass == 2.9
+    assert flatten(heavy.gains) == flatten(light.gains)
+
+
+def test_flights_that_are_reported_are_none_that_gains_were_tuned_on():
+    one = study(SMALL.replace("[controllers.firm]", "[controllers.firm]\nvehicles = ['research-2.6kg']") + TUNING)
+    assert one.file.tuning.seeds >= 64
+    assert one.file.tuning.seeds < FIRST
+
+
+def test_every_controller_is_tuned_on_the_same_flights_with_the_same_objective_and_budget():
+    text = HEAD + BODY + '[controllers.a]\ncontroller = "pid"\n[controllers.b]\ncontroller = "geometric"\n' + "[tuning]\n"
+    one = study(text + 'budget = 100000\nflown = [{ path = "up", scenario = "windy" }, { path = "up", scenario = "calm" }]\n')
+    tasks = [
+        training.task(one, VEHICLE, name, entry, one.knowing(VEHICLE, entry.controller))
+        for name, entry in one.controllers(VEHICLE).items()
+    ]
+    first, second = tasks
+    assert (first.budget, first.seed) == (second.budget, second.seed)
+    for ours, theirs in zip(first.missions, second.missions, strict=True):
+        same = {key: value for key, value in ours.items() if key not in ("controller", "tune")}
+        assert same == {key: value for key, value in theirs.items() if key not in ("controller", "tune")}
+        assert {**ours["tune"], "gains": 0} == {**theirs["tune"], "gains": 0}
+    assert [len(one.missions) for one in tasks] == [2, 2]
+    assert [training.check_task(one) for one in tasks] == [12, 6]
+
+
+def test_gains_of_unlike_parts_are_tuned_each_by_itself():
+    one = study(SMALL)
+    mission = one.nominal(VEHICLE, {"type": "lqr"})
+    keys = list(training.ranges(one.file.controllers["firm"].model_copy(update={"frozen": None}), mission))
+    assert keys[:3] == ["level.0", "level.1", "level.2"]
+    mission = one.nominal(VEHICLE, {"type": "rotation-backstepping", "nets": {"enabled": False}})
+    keys = list(training.ranges(one.file.controllers["firm"].model_copy(update={"frozen": None}), mission))
+    assert not [key for key in keys if key.startswith("nets")]
+
+
+def test_the_study_that_ships_can_be_flown():
+    one = shipped_study()
+    assert one.file.seeds >= 500
+    assert one.file.tuning.seeds >= 64
+    assert list(one.file.vehicles) == [VEHICLE, "crazyflie"]
+    for situation in one.situations():
+        table = one.knowing(situation.vehicle, {"type": "pid"})
+        one.check_cell(one.cell(situation, "PID", table))
+    for name, entry in one.file.margins.items():
+        for vehicle in one.file.vehicles:
+            if entry.suits(vehicle):
+                margins.raised(one, vehicle, name, "PID", one.knowing(vehicle, {"type": "pid"}))
+
+
+MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"\nhigh = 20.0\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL.replace('["research-2.6kg"]', '["x5"]'), "vehicles: 'x5' is neither a preset nor a file; presets: crazyflie"),
+        (SMALL.replace('["research-2.6kg"]', "[]"), "vehicles: should have at least 1 entries"),
+        (SMALL.replace('["research-2.6kg"]', '["x500", "x500"]'), "vehicles: x500 is named twice"),
+        (SMALL.replace("seeds = 12", "seeds = 1"), "seeds: should be greater than or equal to 2, not 1"),
+        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\npaths = ['down']"), "'down' is not in the study; allowed: up"),
+        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nwind = 3"), "scenarios.calm.wind: unknown key"),
+        (SMALL.replace("[scenarios.calm]", "[scenarios.calm]\nmission = { seed = 3 }"), "seed cannot be set here"),
+        (SMALL.replace('path = { type = "step"', 'way = { type = "step"'), "mission.path: missing"),
+        (HEAD + BODY, "controllers: missing"),
+        (SMALL + MARGIN.replace("20.0", "-1.0"), "low = 0 must be below high = -1"),
+        (SMALL + MARGIN.replace('"calm"', '"hail"'), "'hail' is not in the study; allowed: calm, windy"),
+        (SMALL + TUNING.replace("budget = 4500", ""), "tuning.budget: missing"),
+        (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 64"),
+        (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: 'hail' is not in the study"),
+        (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
+        (SMALL.replace("vehicle.mass", "seed"), "seed"),
+    ],
+)
+def test_what_a_study_cannot_say_is_refused_in_one_line(text, said):
+    with pytest.raises(UserError) as error:
+        one = study(text)
+        for situation in one.situations():
+            one.cell(situation, "firm", {"type": "geometric"})
+    assert str(error.value).startswith("study.toml: ")
+    assert said in str(error.value)
+
+
+def test_a_budget_too_small_for_its_gains_says_how_much_is_needed():
+    one = study(SMALL + TUNING.replace("4500", "3000"))
+    task = training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}))
+    said = "3000 flights are too few for the 2 gains of PID on research-2[.]6kg; needed are at least 3904"
+    with pytest.raises(UserError, match=said):
+        training.check_task(task)
+
+
+def test_a_margin_of_an_unknown_key_is_refused_before_anything_flies():
+    one = study(SMALL + MARGIN.replace("wind.mean.0", "wind.men"))
+    with pytest.raises(UserError, match=r"margins.wind: firm on research-2.6kg: .*men: unknown key"):
+        margins.raised(one, VEHICLE, "wind", "firm", {"type": "geometric"})
+
+
+def test_a_campaign_or_a_lone_mission_is_told_from_a_study(tmp_path):
+    with pytest.raises(UserError, match="looks like a mission: name two or more of them"):
+        read_study(write(tmp_path, LINE))
+    with pytest.raises(UserError, match="looks like a campaign"):
+        read_study(write(tmp_path, 'mission = "m.toml"\n'))

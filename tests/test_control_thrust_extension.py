@@ -1,0 +1,178 @@
+"""Laws that drive the thrust's rate, on a rigid body that is integrated here, by SciPy and rotation matrices alone."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from quadstep.control.controller import Measured
+from quadstep.control.dynamic_linearisation import DynamicLinearisation
+from quadstep.control.thrust_extended_backstepping import ThrustExtendedBackstepping, backstepped
+from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.guidance.reference import Reference
+from quadstep.mission.vehicle_list import load_preset
+from quadstep.numbers import Vector, vector
+
+GRAVITY = 9.81
+MODEL = load_preset("research-2.6kg").model()
+RNG = np.random.default_rng(7)
+ORBIT = 0.7
+
+
+def reference(t):
+    """An orbit whose derivatives are written out here."""
+    size, phase = np.array([1.0, 0.8, 0.3]), np.array([0.0, 1.0, 2.0])
+    turns = [size * ORBIT**n * np.sin(ORBIT * t + phase + n * np.pi / 2.0) for n in range(5)]
+    return Reference(*(Vector(one) for one in turns[:3]), 0.4, 0.0, Vector(turns[3]), Vector(turns[4]))
+
+
+def measured(position, velocity, rotation, rates):
+    x, y, z, w = rotation.as_quat()
+    return Measured(*map(Vector, (position, velocity, (w, x, y, z), rates)), 26.0, vector(0.0, 0.0, 0.0))
+
+
+def any_state():
+    rotation = Rotation.from_euler("xyz", RNG.uniform(-0.5, 0.5, 3))
+    return RNG.normal(size=3), RNG.normal(size=3), rotation, RNG.normal(size=3), Push(RNG.uniform(6.0, 14.0), RNG.normal())
+
+
+def flown(state, drive, times):
+    """A rigid body and an extended thrust: drive(t, position, velocity, rotation, rates, push) -> push_dd, angular."""
+    position, velocity, rotation, rates, push = state
+    start = np.concatenate([position, velocity, rotation.as_matrix().ravel(), rates, push])
+
+    def unpacked(y):
+        return y[:3], y[3:6], Rotation.from_matrix(y[6:15].reshape(3, 3)), y[15:18], Push(*y[18:])
+
+    def rate(t, y):
+        parts = unpacked(y)
+        change, angular = drive(t, *parts)
+        p, q, r = parts[3]
+        hat = np.array([[0.0, -r, q], [r, 0.0, -p], [-q, p, 0.0]])
+        turn = y[6:15].reshape(3, 3) @ hat
+        force = y[18] * y[6:15].reshape(3, 3)[:, 2] - [0.0, 0.0, GRAVITY]
+        return np.concatenate([y[3:6], force, turn.ravel(), angular, [y[19], change]])
+
+    found = solve_ivp(rate, (times[0], times[-1]), start, t_eval=times, rtol=1e-10, atol=1e-11, method="DOP853")
+    return [unpacked(y) for y in found.y.T]
+
+
+def pushed(state):
+    """The specific force of the thrust."""
+    return state[4].value * state[2].as_matrix()[:, 2]
+
+
+def test_the_inputs_give_the_specific_force_the_second_rate_asked_for():
+    for _ in range(20):
+        state = any_state()
+        snap = RNG.normal(size=3) * 20.0
+        asked = inputs(measured(*state[:4]), state[4], Vector(snap))
+        angular = np.array([asked.about_x, asked.about_y, 0.7])
+        h = 1e-3
+        path = flown(state, lambda *_, asked=asked, angular=angular: (asked.push, angular), np.linspace(0.0, 4 * h, 5))
+        forces = np.array([pushed(one) for one in path])
+        # forward differences of fourth and third order about t = 0
+        second = (35 * forces[0] - 104 * forces[1] + 114 * forces[2] - 56 * forces[3] + 11 * forces[4]) / (12 * h * h)
+        first = (-25 * forces[0] + 48 * forces[1] - 36 * forces[2] + 16 * forces[3] - 3 * forces[4]) / (12 * h)
+        np.testing.assert_allclose(second, snap, atol=2e-2)
+        np.testing.assert_allclose(first, list(motion(measured(*state[:4]), state[4]).force_rate), atol=1e-6)
+
+
+def test_the_lyapunov_function_falls_as_the_proof_says():
+    """V by its definition, its rate by differences along the motion: -sum k_i |e_i|^2, and -k_1 |e1|^2 also with e0."""
+    values = {
+        "k_0": [3.0, 4.0, 5.0],
+        "k_1": [2.0, 2.5, 3.0],
+        "k_2": [3.0, 3.5, 4.5],
+        "k_3": [6.0, 7.0, 8.0],
+        "k_4": [9.0, 8.0, 10.0],
+    }
+    gains = ThrustExtendedBackstepping.gains(MODEL, {key: tuple(value) for key, value in values.items()})
+    k = [np.array(values[f"k_{i}"]) for i in range(5)]
+    for _ in range(10):
+        state, integral = any_state(), RNG.normal(size=3)
+
+        def errors(t, state, integral=integral):
+            known = measured(*state[:4])
+            now = motion(known, state[4])
+            return backstepped(gains, Vector(integral), known, reference(t), now.force, now.force_rate)
+
+        def drive(t, *state):
+            asked = inputs(measured(*state[:4]), state[4], errors(t, state, at(t)).snap)
+            return asked.push, np.array([asked.about_x, asked.about_y, 0.3])
+
+        first = np.array(list(errors(0.0, state).position))
+        slope = np.array(list(state[1])) - np.array(list(reference(0.0).velocity))
+
+        def at(t, integral=integral, first=first, slope=slope):
+            return integral + first * t + 0.5 * slope * t * t
+
+        h = 2e-4
+        values_of = []
+        for t, one in zip(np.linspace(0.0, 4 * h, 5), flown(state, drive, np.linspace(0.0, 4 * h, 5)), strict=True):
+            e = [at(t), *(np.array(list(part)) for part in errors(t, one, at(t))[:4])]
+            values_of.append(0.5 * (k[0] @ e[0] ** 2 + sum(part @ part for part in e[1:])))
+        found = (-25 * values_of[0] + 48 * values_of[1] - 36 * values_of[2] + 16 * values_of[3] - 3 * values_of[4]) / (12 * h)
+        wanted = -sum(k[i] @ (np.array(list(part)) ** 2) for i, part in enumerate(errors(0.0, state)[:4], start=1))
+        assert found == pytest.approx(wanted, rel=1e-5, abs=1e-5 * values_of[0])
+
+
+def test_position_is_a_linear_chain_under_dynamic_feedback():
+    """The flight from an offset against the matrix exponential of the chain, gains as declared, the observer settled."""
+    law, period = DynamicLinearisation(), 2e-4
+    gains = DynamicLinearisation.gains(MODEL)
+    rotation = Rotation.from_matrix(np.eye(3))
+    state = (np.array([0.3, -0.2, 0.1]), np.zeros(3), rotation, np.zeros(3), Push(GRAVITY, 0.0))
+    here = Reference(*(vector(0.0, 0.0, 0.0),) * 3, 0.0, 0.0)
+    memory = law.start(measured(*state[:4]), gains)
+    path = []
+    for i in range(5000):
+        path.append(state[0])
+        known = measured(*state[:4])
+        command, memory = law.law(memory, known, here, gains, i * period, period)
+        inertia = np.array(list(MODEL.inertia))
+        rates = state[3]
+        angular = (np.array(list(command.torque)) - np.cross(rates, inertia * rates)) / inertia
+        force = command.thrust / MODEL.mass * state[2].as_matrix()[:, 2] - [0.0, 0.0, GRAVITY]
+        turned = state[2] * Rotation.from_rotvec(period * rates)
+        state = (state[0] + period * state[1], state[1] + period * force, turned, rates + period * angular, memory.push)
+    chain = np.diag([1.0, 1.0, 1.0], 1)
+    chain[3] = [-gains.position[0], -gains.velocity[0], -gains.acceleration[0], -gains.jerk[0]]
+    wanted = [expm(chain * period * i)[0, 0] * np.array([0.3, -0.2, 0.1]) for i in range(0, 5000, 250)]
+    np.testing.assert_allclose(path[::250], wanted, atol=2e-3)
+
+
+def test_the_observer_finds_a_steady_push():
+    law, period = DynamicLinearisation(), 0.002
+    gains = DynamicLinearisation.gains(MODEL)
+    push, velocity = np.array([1.5, -0.8, 0.4]), np.zeros(3)
+    here = Reference(*(vector(0.0, 0.0, 0.0),) * 3, 0.0, 0.0)
+    memory = law.start(measured(np.zeros(3), velocity, Rotation.identity(), np.zeros(3)), gains)
+    for i in range(2500):  # held level: all that it does not know of is the push
+        known = measured(np.zeros(3), velocity, Rotation.identity(), np.zeros(3))
+        _, memory = law.law(memory._replace(push=Push(GRAVITY, 0.0)), known, here, gains, i * period, period)
+        velocity = velocity + period * push
+    np.testing.assert_allclose(list(memory.disturbance), push, atol=0.05)
+
+
+def test_a_thrust_at_its_limit_waits_there_and_comes_back_at_once():
+    push = Push(19.0, 30.0)
+    for _ in range(100):
+        push = driven(push, 50.0, GRAVITY, 20.0, 0.002)
+        assert push.value <= 19.0
+    assert push == (19.0, 0.0)
+    assert driven(push, -50.0, GRAVITY, 20.0, 0.002).value < 19.0
+    low = driven(Push(2.0, -30.0), -50.0, GRAVITY, 20.0, 0.02)
+    assert low == (pytest.approx(0.2 * GRAVITY), 0.0)
+    free = driven(Push(10.0, 2.0), 3.0, GRAVITY, 20.0, 0.1)
+    assert free == (pytest.approx(10.0 + 0.2 + 0.015), pytest.approx(2.3))
+
+
+@pytest.mark.parametrize("yaw", [0.3, -2.0, 3.0])
+def test_the_heading_is_turned_by_the_shorter_way_and_damped(yaw):
+    level = measured(np.zeros(3), np.zeros(3), Rotation.from_euler("z", yaw - 0.2), np.zeros(3))
+    wanted = reference(0.0)._replace(yaw=yaw)
+    assert turning(level, vector(0.0, 0.0, 1.0), wanted, 10.0, 4.0) == pytest.approx(10.0 * np.sin(0.2))
+    spinning = level._replace(rates=vector(0.0, 0.0, 0.5))
+    assert turning(spinning, vector(0.0, 0.0, 1.0), wanted._replace(yaw_rate=0.2), 0.0, 4.0) == pytest.approx(4.0 * -0.3)
