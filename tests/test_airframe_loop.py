@@ -24,7 +24,8 @@ from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild, vecto
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.plants.multirotor import Spun
 
-CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+FAMILIES = ("indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness")
+CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping", *FAMILIES)
 SENSORS = {
     "gyro_noise": 0.002,
     "gyro_bias": 0.005,
@@ -164,7 +165,7 @@ def flown(*quick):
     )
 
 
-@flown(("rotation-backstepping", False), ("backstepping", False), ("geometric", True))
+@flown(("rotation-backstepping", False), ("backstepping", False), ("geometric", True), ("indi", True), ("flatness", False))
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
     one = everything(controller, estimator)
     floats = on_floats(one)

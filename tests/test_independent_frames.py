@@ -23,7 +23,8 @@ from tests.flights import array
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 AXES = ["roll", "pitch", "yaw"]
-CONTROLLERS = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
+FAMILIES = ["indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness"]
+CONTROLLERS = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping", *FAMILIES]
 PACE = {"paper": 8.0}
 """How many times slower than the others a vehicle turns."""
 

@@ -33,6 +33,7 @@ class FlightPlan(NamedTuple):
 
         Raises UserError for one that has other loops, for which the plan has no sample times, or that measures more.
         """
+        controller = self.loop.controller.instead(controller)
         loop = replace(self.loop, controller=controller)
         same = [task.name for task in loop.tasks] == [task.name for task in self.loop.tasks]
         if not same or set(controller.also_measures) - set(self.loop.controller.also_measures):

@@ -11,6 +11,7 @@ from quadstep.airframe.agility import agility
 from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
+from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.plant import Airframe
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
@@ -225,6 +226,8 @@ class BuiltAirframe(NamedTuple):
             per_speed=rotor.thrust,
             slowest=rotor.slowest,
             fastest=rotor.fastest,
+            drag=hover_drag(self.geometry, airframe, self.allocation) if self.effects.drag else NO_DRAG,
+            lift=rotors * airframe.drag.translational_lift / airframe.mass if self.effects.drag else 0.0,
         )
 
 
