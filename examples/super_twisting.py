@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from quadstep.control.controller import Command, Condition, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
-from quadstep.control.geometric import vee_error
 from quadstep.control.model import Model
 from quadstep.control.projection import project
+from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt, vector, where

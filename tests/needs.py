@@ -65,6 +65,13 @@ ARM_COMPILER = Need(
     "install one (Debian: gcc-aarch64-linux-gnu libc6-dev-arm64-cross)",
     lambda: program("aarch64-linux-gnu-gcc") is not None,
 )
+C_COMPILER = Need("a C compiler", "install one (Debian: gcc)", lambda: program("gcc", "clang") is not None)
+CORTEX_M = Need(
+    "a C compiler for Cortex-M and its emulator",
+    "install them (Debian: gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)",
+    lambda: bool(program("arm-none-eabi-gcc") and program("qemu-system-arm")),
+)
+CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cppcheck") is not None)
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
 TINYMPC = Need(
@@ -87,7 +94,7 @@ RECORDINGS = Need(
 
 NEEDS = (
     CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, SUPERUSER, MOUNTS,
-    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CPPCHECK,
 )  # fmt: skip
 
 

@@ -27,7 +27,8 @@ def written(law, count, table=None):
     calls = "".join(f"f{i}(A,T);" for i in range(len(functions)))
     sizes = {"K": len(writer.kept), "X": writer.carried, "B": len(outputs)}
     arrays = "".join(f"const {name}=new Float64Array({size});" for name, size in sizes.items())
-    return f"'use strict';{library()}{arrays}{writer.declarations()}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
+    arrays += writer.declarations()
+    return f"'use strict';{library()}{arrays}{''.join(functions)}const law=(A,T)=>{{{calls}return Array.from(B)}};"
 
 
 def through_script(law, *columns, table=None):

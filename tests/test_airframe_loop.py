@@ -14,6 +14,7 @@ from quadstep.airframe.events import efficiencies, mass_properties
 from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.plant import derivative, voltage
 from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.registry import controllers
 from quadstep.flight.closed_loop import Clock, Outcome
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
@@ -24,7 +25,7 @@ from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild, vecto
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.plants.multirotor import Spun
 
-CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+CONTROLLERS = tuple(controllers(Measured))
 SENSORS = {
     "gyro_noise": 0.002,
     "gyro_bias": 0.005,
@@ -164,7 +165,7 @@ def flown(*quick):
     )
 
 
-@flown(("rotation-backstepping", False), ("backstepping", False), ("geometric", True))
+@flown(("rotation-backstepping", False), ("backstepping", False), ("geometric", True), ("indi", True), ("flatness", False))
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
     one = everything(controller, estimator)
     floats = on_floats(one)

@@ -282,6 +282,11 @@ def test_only_the_way_from_the_path_counts(flown):
     assert turning.torque[1] == pytest.approx(0.03 * (1.0 + lateral[4]) * forward, rel=1e-6)
     assert turning.torque[2] == pytest.approx(0.05 * turn[1] * 0.5, rel=1e-6)
 
+    made, _ = asked(
+        flown, memory=flown.loop.controller.start(known(), flown.parameters.gains)._replace(torque=vector(0.0, 0.0, 0.1))
+    )
+    assert made.torque[2] == pytest.approx(-turn[2] * 0.1, rel=1e-6)
+
 
 def test_a_push_is_met_with_lean_and_lift_and_a_twist_with_torque(flown):
     law, gains = flown.loop.controller, flown.parameters.gains

@@ -124,6 +124,8 @@ def test_the_first_stage_becomes_thrust_and_attitude(gains):
     command, _ = asked(gains, memory=fresh._replace(plan=Matrix([vector(1.0, -0.5, 0.0), *rows[1:]])))
     lean = np.array([0.5, 1.0]) / math.hypot(1.0, 0.5) * math.sin(math.atan(math.hypot(1.0, 0.5) / G))
     np.testing.assert_allclose(list(command.torque)[:2], INERTIA[:2] * 270.0 * lean, rtol=0.01)
+    leaning, _ = asked(gains, attitude=from_rotation_vector(vector(0.3, 0.0, 0.0)))
+    assert leaning.thrust == pytest.approx(MASS * G * math.cos(0.3))
     command, _ = asked(gains, HERE._replace(acceleration=vector(0.0, 0.0, 1.0)))
     assert command.thrust == pytest.approx(MASS * (G + 1.0))
 

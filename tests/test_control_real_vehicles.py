@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from quadstep import fly
+from quadstep import fly, fly_all
 from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
 from quadstep.control.controller import Measured
-from quadstep.control.geometric import vee_error
 from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping
+from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.flight.closed_loop import Outcome
 from quadstep.guidance.reference import Reference
@@ -27,15 +27,20 @@ from quadstep.numbers.rotations import IDENTITY, cross, from_rotation_vector, fr
 
 ZERO = vector(0.0, 0.0, 0.0)
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0)
+FAMILIES = ("indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness")
 KINDS = (
     "geometric",
     "pid",
     "lqr",
     "rotation-backstepping",
+    *FAMILIES,
     "thrust-extended-backstepping",
     "dynamic-linearisation",
     "h-infinity-linearisation",
     "loop-shaping",
+    "nested-saturation",
+    "hedged-inversion",
+    "filtered-backstepping",
     "backstepping",
 )
 EXTENDED = ("thrust-extended-backstepping", "dynamic-linearisation", "h-infinity-linearisation", "loop-shaping")
@@ -110,17 +115,25 @@ def test_it_leans_towards_the_path_at_any_heading(kind, yaw):
     command, _ = asked(kind, reference=reference, samples=60, attitude=there, position=vector(0.0, -0.3, 0.0))
     lean = rotation_matrix(there) @ command.torque  # world axes: to move towards +y the vehicle rolls about -x
     assert lean[0] < 0.0
-    assert abs(lean[1]) < 0.1 * abs(lean[0])
+    astray = 0.25 if kind == "super-twisting" else 0.1  # it takes roots axis by axis, which bends the way there
+    assert abs(lean[1]) < astray * abs(lean[0])
 
 
 ANY_ATTITUDE = [(0.0, 0.0, 3.1), (0.3, 0.0, -2.9), (2.0, 1.4, 0.5), (0.0, -1.5, 0.0)]
 NEAR_LEVEL = [attitude for attitude in ANY_ATTITUDE if abs(attitude[2]) < 2.0]
-"""For the LQR, which is linear about hover: not turned over."""
+"""For laws that are linear about hover: not turned over."""
+
+LINEAR, ON_ANGLES = ("lqr", "planned-lqr"), ("backstepping", "nested-saturation")
+"""Laws about hover; laws on Euler angles, which are singular when the vehicle points straight up or down."""
 
 
 @pytest.mark.parametrize(
     ("kind", "attitude"),
-    [(kind, attitude) for kind in KINDS[:-1] for attitude in (NEAR_LEVEL if kind == "lqr" else ANY_ATTITUDE)],
+    [
+        (kind, attitude)
+        for kind in (*KINDS, "planned-lqr")
+        for attitude in (NEAR_LEVEL if kind in LINEAR else [] if kind in ON_ANGLES else ANY_ATTITUDE)
+    ],
 )
 def test_on_the_rotation_group_it_recovers_from_any_attitude(kind, attitude):
     start = {"attitude": list(attitude), "rates": [0.2, -0.3, 0.1]}
@@ -335,3 +348,35 @@ def test_body_axes_turn_the_right_way_round():
     assert list(rotation_matrix(yawed) @ vector(1.0, 0.0, 0.0)) == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
     rolled = multiply(yawed, from_rotation_vector(vector(0.1, 0.0, 0.0)))
     assert list(cross(vector(0.0, 0.0, 1.0), up_axis(rotation_matrix(rolled))))[1] > 0.0  # about world y: leans towards x
+
+
+PLACE = [0.0, 0.0, 5.0]
+PATHS = {
+    "hover": ({"type": "step", "start": PLACE, "end": PLACE, "duration": 6.0}, 1e-3),
+    "vertical eight": (
+        {
+            "type": "figure-eight",
+            "plane": "vertical",
+            "length": 2.5,
+            "width": 1.5,
+            "period": 6.283,
+            "turns": 9.0,
+            "centre": PLACE,
+        },
+        0.04,
+    ),
+    "fast circle": ({"type": "circle", "radius": 2.0, "period": 4.0, "turns": 9.0, "ramp": 2.0, "centre": PLACE}, 0.12),
+}
+"""With the error that is allowed [m]; the circle is flown at 3.1 m/s, which takes a lean of 26 degrees."""
+
+
+@pytest.mark.parametrize("vehicle", ["research-2.6kg", "crazyflie", "x500"])
+@pytest.mark.parametrize("kind", [*FAMILIES, "indi"])
+def test_with_usual_gains_it_flies_small_and_large_vehicles(kind, vehicle):
+    clock = {"simulation": {"duration": 6.0}, "score_from": 3.0}
+    size = {"length": 1.25, "width": 0.75} if vehicle == "crazyflie" else {}  # of its eight
+    paths = [{**path, **size} if "plane" in path else path for path, _ in PATHS.values()]
+    flights = [mission(kind, vehicle, path=path, **clock) for path in paths]
+    for flight, (_, allowed) in zip(fly_all(flights), PATHS.values(), strict=True):
+        assert flight.outcome is Outcome.COMPLETED
+        assert flight.metrics()["position_rmse[m]"] < allowed

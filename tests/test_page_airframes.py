@@ -36,6 +36,13 @@ FLIGHTS = {
     "noisy": {"sensors": NOISE},
     "estimator": {"sensors": {**NOISE, "estimator": True}},
     "crazyflie": {"vehicle": {"preset": "crazyflie"}},
+    "indi": {"controller": {"type": "indi"}, "sensors": NOISE},
+    "geometric-l1": {"controller": {"type": "geometric-l1"}},
+    "geometric-adaptive": {"controller": {"type": "geometric-adaptive"}},
+    "adrc": {"controller": {"type": "adrc"}},
+    "super-twisting": {"controller": {"type": "super-twisting"}},
+    "flatness": {"controller": {"type": "flatness"}},
+    "predictor": {"controller": {"type": "flatness"}, "sensors": {**NOISE, "predictor": True}},
 }
 
 

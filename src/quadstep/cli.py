@@ -11,16 +11,20 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from quadstep import __version__
-from quadstep.commands import study
+from quadstep.commands import study, vehicle
 from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.compare import compare
 from quadstep.commands.envelope import envelope
+from quadstep.commands.export import export
 from quadstep.commands.fly import fly
+from quadstep.commands.identify import identify
 from quadstep.commands.new import new
 from quadstep.commands.page import page
+from quadstep.commands.replay import replay
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
+from quadstep.commands.serve_setpoints import serve_setpoints
 from quadstep.commands.tune import tune
 from quadstep.commands.vehicles import vehicles
 from quadstep.commands.verify import verify
@@ -60,12 +64,17 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles, certify, new, verify):
+    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
+    for command in (*everyday, identify, replay, certify, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
     studies.command()(study.controllers)
     app.add_typer(studies, name="study")
+    making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
+    making.callback()(lambda: None)
+    making.command()(vehicle.fit)
+    app.add_typer(making, name="vehicle")
     return app
 
 

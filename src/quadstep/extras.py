@@ -5,13 +5,16 @@ import re
 import shlex
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires
+from types import ModuleType
 
 from quadstep.errors import UserError
 
 EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
-    "sympy": "verify", "mpmath": "verify", "rotorpy": "rotorpy", "pandas": "pandas",
+    "sympy": "verify", "mpmath": "verify", "pymavlink": "mavlink", "rotorpy": "rotorpy", "pandas": "pandas",
+    "pyulog": "ulog", "mcap": "mcap", "mcap_ros2": "mcap",
     "foundation_policy": "raptor", "h5py": "raptor",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
@@ -33,6 +36,12 @@ def needed_by(command: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise missing_extra(command, error) from None
+
+
+def optional(command: str, module: str) -> ModuleType:
+    """A module of an extra. Raises UserError, saying what to install, where it is absent."""
+    with needed_by(command):
+        return import_module(module)
 
 
 def requirements(extra: str) -> list[str]:

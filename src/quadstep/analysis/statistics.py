@@ -83,3 +83,9 @@ def incomplete_beta(x: float, a: float, b: float) -> float:
         if abs(d * c - 1.0) < 1e-15:
             break
     return front * fraction / a
+
+
+def student_quantile(p: float, freedom: float) -> float:
+    """x below which Student's t with so many degrees of freedom lies with probability p, 0.5 <= p < 1."""
+    share = beta_quantile(2.0 * p - 1.0, 0.5, 0.5 * freedom)
+    return math.sqrt(freedom * share / max(1.0 - share, 1e-300))

@@ -2,6 +2,7 @@
 
 import os
 import time
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,7 @@ from quadstep.commands.options import (
     StyleOption,
     WidthOption,
 )
+from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import check_junit, deliver
 from quadstep.judging.metrics import parsed
@@ -47,6 +49,21 @@ def fly(
             show_default=False,
         ),
     ] = None,
+    autopilot: Annotated[
+        str | None,
+        typer.Option(
+            help="Let an autopilot fly it, in lockstep with its own simulator's interface: px4 or ardupilot.",
+            show_default=False,
+        ),
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="With --autopilot: where to listen; 127.0.0.1:4560 (px4), :9002 (ardupilot).",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
     junit: JunitOption = None,
     figures: FiguresOption = ON_SCREEN,
@@ -59,6 +76,8 @@ def fly(
     --require is not met.
     """
     started = time.perf_counter()
+    if connect is not None and autopilot is None:
+        raise UserError("--connect: goes with --autopilot")
     required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
     if junit:
         check_junit(junit)
@@ -66,13 +85,16 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
+        from quadstep.autopilot.flight import opened
         from quadstep.mission.fly import fly_mission
+
+        link = None if autopilot is None else partial(opened, autopilot, connect)
 
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)
             shown.to(done, total)
 
-        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on)
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on, link)
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:

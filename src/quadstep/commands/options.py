@@ -8,7 +8,10 @@ import typer
 from quadstep.flight.engine import Engine
 
 EngineOption = Annotated[
-    Engine, typer.Option(help="lanes: compiled vector code. python: the same laws without a compiler, slower.")
+    Engine,
+    typer.Option(
+        help="lanes: compiled vector code. python: the same laws without a compiler, slower. c: the controller as exported C."
+    ),
 ]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
 FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]

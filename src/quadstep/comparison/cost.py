@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +82,8 @@ class LawAlone(Loop):
 
 
 def cost(plan: FlightPlan) -> Cost:
-    """Measure a flight's controller."""
+    """Measure a flight's controller, without a predictor."""
+    plan = plan._replace(loop=replace(plan.loop, controller=plan.loop.controller.alone))
     loop, parameters = plan.loop, plan.parameters
     memory = loop.start(plan.start, parameters).memory
     sizes = [sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(one)) for one in (memory, parameters.gains)]

@@ -165,6 +165,15 @@ class Controller:
         """What the law gets as its gains, worked out before the flight."""
         return gains
 
+    @property
+    def alone(self) -> "Controller":
+        """Its law, without what it was given beside."""
+        return self
+
+    def instead(self, other: "Controller") -> "Controller":
+        """Another controller in its place, with what this one was given beside its law."""
+        return other
+
     def landed(self, gains: Structure) -> None:
         """Called after its flights; raises what kept it from giving a command, if it is no law over numbers."""
 

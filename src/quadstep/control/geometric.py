@@ -6,9 +6,10 @@ from typing import NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
+from quadstep.control.vectoring import turning_errors
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, vector
+from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
 
 
@@ -30,12 +31,6 @@ class GeometricMemory(NamedTuple):
     """integral: of the position error [m s]."""
 
     integral: Vector
-
-
-def vee_error(wanted: Matrix, rotation: Matrix) -> Vector:
-    """e_R = 1/2 vee(R_c^T R - R^T R_c), body axes (Lee 2010, Eq. 10)."""
-    e = wanted.T @ rotation
-    return 0.5 * vector(e[2, 1] - e[1, 2], e[0, 2] - e[2, 0], e[1, 0] - e[0, 1])
 
 
 @dataclass(frozen=True)
@@ -76,18 +71,14 @@ class Geometric(Controller):
         force_change = gains.mass * (reference.snap + gains.stiffness * e_dd + gains.damping * e_ddd + gains.integral * e_dot)
         wanted = wanted_attitude(force, force_rate, force_change, reference.yaw, reference.yaw_rate)
 
-        e_r = vee_error(wanted.rotation, rotation)
-        across = rotation.T @ wanted.rotation  # from the wanted body axes into the body's
-        turning = across @ wanted.rates
-        e_omega = rates - turning
-        feed_forward = across @ wanted.acceleration - cross(rates, turning)
-        angular = feed_forward - gains.turn_stiffness * e_r - gains.turn_damping * e_omega
+        errors = turning_errors(wanted, rotation, rates)
+        angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates
         torque = gains.inertia * angular + cross(rates, gains.inertia * rates)
         command = Command(
             thrust=force @ axis,
             torque=torque,
             desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
             r1=e_dot + e,
-            r2=-e_omega,
+            r2=-errors.rates,
         )
         return command, GeometricMemory(project(memory.integral + period * e, gains.integral_bound))

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from quadstep.numbers import Number, Vector
+from quadstep.numbers import Number, Vector, vector
 from quadstep.vehicle.kinematics import Kinematics
 
 MARGIN = 0.85
@@ -19,7 +19,9 @@ class Model(NamedTuple):
 
     Of a real vehicle also: mixing: four rows, thrust [N] and torques about body x, y, z [N m] per newton of each rotor.
     shares: a row for each rotor, its thrust per unit of thrust and torques, of least norm. per_speed: k_f, a rotor's thrust
-    over the square of its speed [N s^2]. slowest, fastest: of a rotor [rad/s].
+    over the square of its speed [N s^2]. slowest, fastest: of a rotor [rad/s]. drag: of all rotors as they turn in hover,
+    along body x, y, z, over mass [1/s]. lift: the thrust that they gain by moving across the air, over mass and the square
+    of the speed [1/m].
     """
 
     mass: Number
@@ -35,3 +37,5 @@ class Model(NamedTuple):
     per_speed: Number = math.nan
     slowest: Number = math.nan
     fastest: Number = math.nan
+    drag: Vector = vector(0.0, 0.0, 0.0)
+    lift: Number = 0.0

@@ -1,9 +1,9 @@
 """Model predictive control: ADMM over the next stages of the path, about the attitude and thrust that it wants anyway.
 
 Deviations from the path, in axes turned by its heading, fall into four chains: level x and y (position, velocity, lean and
-its first two rates), climb, and turn. Rotors lag in all of them. Bounds are on the whole lean, angular acceleration and lift, what
-the path wants at each stage (`reference.ahead`) included, so they act before they are met. Observers of second order (Gao 2003)
-estimate the acceleration and the angular acceleration that nothing in the model explains.
+its first two rates), climb, and turn. Rotors lag in all of them. Bounds are on the whole lean, angular acceleration and
+lift, what the path wants at each stage (`reference.ahead`) included, so they act before they are met. Observers of second
+order (Gao 2003) estimate the acceleration and the angular acceleration that nothing in the model explains.
 """
 
 from collections.abc import Sequence

@@ -1,8 +1,9 @@
 """Model predictive path integral control: perturbed plans flown in the head, and averaged by how well they went.
 
 Williams, Aldrich, Theodorou (2017). A plan is an acceleration beside the path's for each stage of a horizon. `guide` perturbs
-it with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the rotors' reach
-of what the path wants at that stage (`reference.ahead`), weighs the plans by exp(-cost / temperature) and keeps their mean.
+it with noise of the flight's own, rolls a point whose acceleration lags out along each perturbed plan, within the rotors'
+reach of what the path wants at that stage (`reference.ahead`), weighs the plans by exp(-cost / temperature) and keeps their
+mean.
 `law` makes thrust and torque of the plan's first stage, as in `geometric.py`. The number of samples is fixed: turns of a loop.
 """
 
@@ -12,8 +13,8 @@ from typing import ClassVar, NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.disturbance_observer import observed
 from quadstep.control.gain import believed, from_gains, gain, given, usual
-from quadstep.control.geometric import vee_error
 from quadstep.control.projection import project
+from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, matrix, minimum, scan, vector, where

@@ -30,7 +30,11 @@ def random_input_weights(seed: int, stream: int, neurons: int, inputs: int) -> M
 def basis(net: Net, inputs: Iterable[Number]) -> Vector:
     """mu(chi), the N neurons' outputs: sigmoid of the weighted inputs and a bias."""
     chi = tuple(inputs)
-    return Vector([sigmoid(total([row[-1], *[w * x for w, x in zip(row, chi, strict=False)]])) for row in net.input_weights])
+
+    def neuron(row: Vector) -> Number:
+        return sigmoid(total([row[-1], *[w * x for w, x in zip(row, chi, strict=False)]]))
+
+    return net.input_weights.map_rows(neuron)
 
 
 def output(weights: Matrix, mu: Vector) -> Vector:

@@ -4,14 +4,16 @@ from enum import StrEnum
 
 
 class Engine(StrEnum):
-    """What flies: lanes, compiled vector code, the default; python, the same laws on Python floats, no compiler.
+    """What flies: lanes, compiled vector code, the default; python, the same laws on Python floats, no compiler; c, lanes
+    whose controller is what `quadstep export` writes in C, compiled by the C compiler of this machine.
 
-    Both give the same bits. Where a function takes an engine, its name will do.
+    All give the same bits. Where a function takes an engine, its name will do.
 
     >>> from quadstep import Engine
     >>> Engine("python") is Engine.PYTHON, list(map(str, Engine))
-    (True, ['lanes', 'python'])
+    (True, ['lanes', 'python', 'c'])
     """
 
     LANES = "lanes"
     PYTHON = "python"
+    C = "c"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from quadstep.c99.flown import through_c
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
@@ -32,6 +33,7 @@ class FlightPlan(NamedTuple):
 
         Raises UserError for one that has other loops, for which the plan has no sample times, or that measures more.
         """
+        controller = self.loop.controller.instead(controller)
         loop = replace(self.loop, controller=controller)
         same = [task.name for task in loop.tasks] == [task.name for task in self.loop.tasks]
         if not same or set(controller.also_measures) - set(self.loop.controller.also_measures):
@@ -58,6 +60,8 @@ def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None
     """The same, whatever its controllers may have raised."""
     if engine is Engine.PYTHON:
         return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
+    if engine is Engine.C:
+        return [flown_by_c(plan, progress) for plan in plans]
     from quadstep.flight.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
 
     groups: dict[object, list[int]] = defaultdict(list)
@@ -72,3 +76,14 @@ def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None
         flown = fly_lanes(first.loop, parameters, starts, first.ticks, progress)
         logs.update(zip(members, flown, strict=True))
     return [logs[i] for i in range(len(plans))]
+
+
+def flown_by_c(plan: FlightPlan, progress: Progress | None = None, precise: bool = True) -> FlightLog:
+    """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
+
+    Raises UserError for a controller that cannot be written in C, and where there is no C compiler.
+    """
+    with through_c(plan, precise) as (law, gains):
+        loop = replace(plan.loop, controller=law)
+        parameters = plan.parameters._replace(gains=gains)
+        return flown([plan._replace(loop=loop, parameters=parameters)], Engine.LANES, progress)[0]

@@ -11,14 +11,17 @@ from quadstep.airframe.agility import agility
 from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
+from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.plant import Airframe
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
+from quadstep.identify.predictor import Observer
 from quadstep.mission.fields import (
     Coefficient,
     Finite,
     NonNegative,
     NonNegativeTriple,
+    Pair,
     Positive,
     PositiveCoefficient,
     PositiveTriple,
@@ -156,6 +159,48 @@ class EffectsSection(Section):
         return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
 
 
+class CommandSection(Section):
+    """What a rotor makes of a motor command c, as share of the full one, for logs: after `delay` it is told to turn at
+    speed c^exponent (V / nominal_voltage)^voltage_exponent.
+    """
+
+    speed: Annotated[Positive, Quantity("rad/s", "of a rotor at the full command and the nominal voltage")]
+    exponent: Annotated[Positive, Quantity("", "of the command")] = 1.0
+    voltage_exponent: Annotated[NonNegative, Quantity("", "of the voltage")] = 1.0
+    nominal_voltage: Annotated[Positive, Quantity("V", "at which `speed` holds")] = 1.0
+    delay: Annotated[NonNegative, Quantity("s", "from a command to the rotors")] = 0.0
+
+
+class ImuSection(Section):
+    """How a log's axes lie to those of the rotors."""
+
+    tilt: Annotated[Pair, Quantity("rad", "turn about x and y from the measured axes to those of the rotors")] = (0.0, 0.0)
+
+
+class PredictionSection(Section):
+    """How a prediction takes up a log and goes on without it (`quadstep replay`); pairs are for x and y alike, and for z."""
+
+    rates: Annotated[Pair, Quantity("", "share taken over of the difference in rates")]
+    attitude: Annotated[Pair, Quantity("", "share taken over of the difference in attitude")]
+    velocity: Annotated[Pair, Quantity("", "share taken over of the difference in velocity")]
+    torque: Annotated[Pair, Quantity("1/s", "gain of the angular acceleration that fades")]
+    torque_fade: Annotated[Pair, Quantity("1/s", "how it fades")]
+    trend: Annotated[Pair, Quantity("1/s", "gain of the angular acceleration that stays")]
+    force: Annotated[Pair, Quantity("1/s", "gain of the acceleration that fades")]
+    force_fade: Annotated[Pair, Quantity("1/s", "how it fades")]
+    authority: Annotated[Pair, Quantity("", "share of the commanded torque that is believed")] = (1.0, 1.0)
+    leak: Annotated[Pair, Quantity("1/s", "return of the rates to rest")] = (0.0, 0.0)
+    spring: Annotated[Finite, Quantity("1/s^2", "return to the tilt that the setpoint asks for")] = 0.0
+    path: Annotated[Finite, Quantity("1/s^2", "acceleration wanted a metre from the setpoint")] = 0.0
+    drift: Annotated[Finite, Quantity("1/s", "acceleration wanted against the velocity")] = 0.0
+    delay: Annotated[NonNegative, Quantity("s", "of the commands, beside that of the rotors")] = 0.0
+
+    def build(self) -> Observer:
+        """The observer as numbers."""
+        pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
+        return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
+
+
 class BuiltAirframe(NamedTuple):
     """A vehicle for a flight: structure, and numbers."""
 
@@ -181,6 +226,8 @@ class BuiltAirframe(NamedTuple):
             per_speed=rotor.thrust,
             slowest=rotor.slowest,
             fastest=rotor.fastest,
+            drag=hover_drag(self.geometry, airframe, self.allocation) if self.effects.drag else NO_DRAG,
+            lift=rotors * airframe.drag.translational_lift / airframe.mass if self.effects.drag else 0.0,
         )
 
 
@@ -203,6 +250,10 @@ class AirframeSection(Section):
     rotor: RotorSection
     drag: DragSection = DragSection()
     battery: BatterySection | None = None
+    command: CommandSection | None = None
+    imu: ImuSection | None = None
+    prediction: PredictionSection | None = None
+    guided_prediction: PredictionSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
     effects: EffectsSection = EffectsSection()
     sources: dict[str, str] = Field(default_factory=dict)

@@ -10,6 +10,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from quadstep import __version__
+from quadstep.autopilot.flight import meet, under
+from quadstep.autopilot.link import Link
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
@@ -66,13 +68,37 @@ def fly_mission(
     required: Sequence[Requirement] = (),
     results: Path | None = None,
     sheet: Sheet | None = None,
+    link: Callable[[], Link] | None = None,
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
-    flown. sheet: what the figures are drawn on. Raises UserError, also for a requirement of a metric that no such flight has.
+    flown. sheet: what the figures are drawn on. link: to an autopilot that flies it instead of its controller. Raises
+    UserError, also for a requirement of a metric that no such flight has.
     """
     mission, plan, beside = planned(path, flight, results)
+    if link is None:
+        return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
+    with under(link(), mission) as (flown_mission, piloted):
+        plan = plan_mission(flown_mission, path)
+        told("waiting for the autopilot", 0, 1)
+        meet(piloted.link, plan)
+        summary = fly_planned(flown_mission, plan, beside, folder, engine, overwrite, told, required, sheet)
+    return summary._replace(ending=f"{piloted.lost}. The log up to then is kept.") if piloted.lost else summary
+
+
+def fly_planned(
+    mission: Mission,
+    plan: FlightPlan,
+    beside: Path,
+    folder: Path,
+    engine: Engine,
+    overwrite: bool,
+    told: Told,
+    required: Sequence[Requirement],
+    sheet: Sheet | None,
+) -> Summary:
+    """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)

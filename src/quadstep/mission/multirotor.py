@@ -153,6 +153,7 @@ class MultirotorMission(Mission):
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
+            fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
             warnings=partial(self.warnings, vehicle),
         )
 

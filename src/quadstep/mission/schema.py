@@ -6,6 +6,7 @@ subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate`
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
 from quadstep.analysis.effort import EFFORT
+from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
@@ -37,11 +39,17 @@ from quadstep.report.drawing import FigureJob
 from quadstep.sensing.suite import Suite
 
 
+def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
+    """A controller that is given nothing beside its law."""
+    return law
+
+
 class Built(NamedTuple):
     """What a mission flies, as laws and numbers.
 
     numbers: the parameters, given path and gains. start: the state at t = 0, given the reference then. periods: of air and
-    sensors, as far as there are any, by their tasks' names [s]. warnings: what speaks against it, a line each.
+    sensors, as far as there are any, by their tasks' names [s]. fitted: the controller as it is flown, given the periods of
+    its loops. warnings: what speaks against it, a line each.
     """
 
     numbers: Callable[..., Any]
@@ -50,6 +58,7 @@ class Built(NamedTuple):
     air: Air | None = None
     sensing: Suite | None = None
     guided: bool = False
+    fitted: Callable[[Controller, Mapping[str, float]], Controller] = as_it_is
     warnings: Callable[[], list[str]] = list
 
 
@@ -251,6 +260,7 @@ class Mission(Section):
         start = built.start(path.law.reference(0.0, path.parameters))
         if warn and self.controller.own:
             self.try_controller(loop, parameters, start, ticks)
+        loop = replace(loop, controller=built.fitted(controller.law, periods))
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
 

@@ -1,10 +1,14 @@
 """The sensors of a mission: noise, rates, latency, and whether an estimator stands between them and the controller."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pydantic import model_validator
 
+from quadstep.control.controller import Controller
+from quadstep.control.predictor import NEEDS, predicting
+from quadstep.errors import UserError
 from quadstep.mission.fields import NonNegative, Positive, Section
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
@@ -12,14 +16,20 @@ from quadstep.sensing.suite import Suite
 MOST_SAMPLES = 250
 """How many samples may be on their way at once: each is kept for every flight."""
 
+MOST_PREDICTED = 128
+"""Through how many samples a predictor may have to go, each time that the controller is told anything."""
+
 
 class BuiltSensors(NamedTuple):
-    """suite: structure. sensors: numbers. imu_steps, fix_steps: integrator steps from one sample to the next."""
+    """suite: structure. sensors: numbers. imu_steps, fix_steps: integrator steps from one sample to the next. oldest: how old
+    what is told of the motion can be [s].
+    """
 
     suite: Suite
     sensors: Sensors
     imu_steps: int
     fix_steps: int
+    oldest: float
 
 
 class SensorsSection(Section):
@@ -31,7 +41,8 @@ class SensorsSection(Section):
     velocity and attitude. imu_period, fix_period: between samples [s], multiples of simulation.step; the control period, and
     imu_period, if left out. latency: how old a fix is when it arrives [s]; imu_latency: how late the controller gets to know
     what is on board [s]; both a whole number of samples of the IMU. estimator: whether an error-state Kalman filter puts the
-    sensors together.
+    sensors together. predictor: whether what the controller is told of the past is carried forward to now, by gyro and
+    accelerometer; any controller can be given it.
     """
 
     gyro_noise: NonNegative = 0.0
@@ -48,6 +59,7 @@ class SensorsSection(Section):
     latency: NonNegative = 0.0
     imu_latency: NonNegative = 0.0
     estimator: bool = False
+    predictor: bool = False
 
     @model_validator(mode="after")
     def _whole(self) -> "SensorsSection":
@@ -94,6 +106,7 @@ class SensorsSection(Section):
         late = samples(self.latency, imu, "sensors.latency")
         board_late = samples(self.imu_latency, imu, "sensors.imu_latency")
         delay, lag = divmod(late, every)
+        asked = (*asked, *NEEDS) if self.predictor else asked
         suite = Suite(
             noisy=self.noisy,
             estimator=self.estimator,
@@ -103,7 +116,27 @@ class SensorsSection(Section):
             accelerometer="specific_force" in asked,
             late=(self.imu_latency if self.estimator else self.latency) if "age" in asked else None,
         )
-        return BuiltSensors(suite, self.numbers(gravity), imu_steps, imu_steps * every)
+        oldest = self.imu_latency if self.estimator else self.latency + fix - imu
+        return BuiltSensors(suite, self.numbers(gravity), imu_steps, imu_steps * every, oldest)
+
+    def fitted(self, law: Controller, periods: Mapping[str, float], oldest: float, gravity: float) -> Controller:
+        """The controller with a predictor, if there is one.
+
+        periods: of its loops [s], by name. oldest: see `BuiltSensors`. Raises UserError for one that would have to keep too
+        many samples.
+        """
+        if not self.predictor:
+            return law
+        board_late = min(self.imu_latency, oldest)
+        spans = [(oldest - board_late) / periods["law"], *(periods[name] / periods["law"] for name in law.loops())]
+        between = any(abs(span - round(span)) > 1e-6 for span in spans[1:])
+        count = math.ceil(spans[0] - 1e-6) + (1 if between and spans[0] > 0.0 else 0)
+        if count > MOST_PREDICTED:
+            raise UserError(
+                f"sensors.predictor: a fix can be {oldest:g} s old, which is {count} samples of the controller; "
+                f"allowed are at most {MOST_PREDICTED}"
+            )
+        return predicting(type(law))(law, count, board_late, gravity)
 
 
 def multiple(period: float, unit: float, key: str, of: str) -> int:

@@ -136,6 +136,7 @@ CONTROLLER
 # imu_period = 0.002        # s; fix_period likewise: what is left out is as the control period
 # latency = 0.0             # of a fix [s]; imu_latency of the gyro
 # estimator = false         # true: an error-state Kalman filter
+# predictor = false         # true: a late fix is carried forward to now by gyro and accelerometer
 
 # [[events]]                # examples
 # type = "payload"          # a point mass; or "centre-of-gravity" with shift = [m]

@@ -1,7 +1,8 @@
 """Scans in lanes: a loop of LLVM's around a step that is traced once.
 
 The carry and all rows stand in memory, one vector a number. What is loaded from there is remembered with its place, so that
-a matrix that is in memory as it stands is scanned where it is: what another scan has made, or a matrix of the flight's parameters.
+a matrix that is in memory as it stands is scanned where it is: what another scan has made, or a matrix of the
+flight's parameters.
 """
 
 from __future__ import annotations

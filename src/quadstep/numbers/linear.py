@@ -6,7 +6,7 @@ kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar, overload
 
 from quadstep.numbers.functions import Number, sqrt
@@ -82,6 +82,14 @@ class Vector:
     def __matmul__(self, other: Vector) -> Number:
         return total([a * b for a, b in zip(self.entries, other.entries, strict=True)])
 
+    def map(self, function: Callable[[Number], Number]) -> Vector:
+        """The vector of function(entry): a loop where code is written that keeps the vector in memory."""
+        return Vector([function(entry) for entry in self.entries])
+
+    def outer(self, other: Vector) -> Matrix:
+        """The matrix self other^T."""
+        return Matrix(entry * other for entry in self)
+
     def norm(self) -> Number:
         """Euclidean length."""
         return sqrt(self @ self)
@@ -141,6 +149,15 @@ class Matrix:
         columns = other.T.rows
         return Matrix(Vector(row @ column for column in columns) for row in self.rows)
 
+    def map_rows(self, function: Callable[[Vector], Number]) -> Vector:
+        """The vector of function(row): a loop over the rows where code is written that keeps the matrix in memory.
+
+        >>> from quadstep.numbers import matrix, vector
+        >>> matrix((3.0, 4.0), (0.0, 2.0)).map_rows(lambda row: row.norm())
+        Vector([5.0, 2.0])
+        """
+        return Vector([function(row) for row in self.rows])
+
     def norm(self) -> Number:
         """Frobenius norm."""
         return sqrt(total(entry * entry for row in self.rows for entry in row))
@@ -173,7 +190,7 @@ def outer(a: Vector, b: Vector) -> Matrix:
     >>> outer(vector(1.0, 2.0), vector(3.0, 4.0))
     Matrix([[3.0, 4.0], [6.0, 8.0]])
     """
-    return Matrix(entry * b for entry in a)
+    return a.outer(b)
 
 
 def solve_symmetric(m: Matrix, b: Vector) -> Vector:

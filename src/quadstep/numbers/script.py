@@ -1,7 +1,7 @@
-"""Script numbers: feed them to a law, and the result is a list of assignments, to be written as JavaScript.
+"""Script numbers: feed them to a law, and the result is a list of assignments, to be written as JavaScript or C.
 
 Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
-contracted: each assignment is one operation on doubles, so a script gives what Python floats give, to the bit. NaN and
+contracted: each assignment is one operation, so on doubles a script gives what Python floats give, to the bit. NaN and
 infinity keep their meaning. No text from outside enters: names are made from places in arrays.
 """
 
@@ -14,7 +14,7 @@ from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 
 class Node(NamedTuple):
-    """One assignment. operands: earlier places in the record. text: of a constant or an input."""
+    """One assignment. operands: earlier places in the record. text: of an input; of a constant, as Python writes it."""
 
     operation: str
     operands: tuple[int, ...] = ()
@@ -47,7 +47,7 @@ class Record:
 
     def at(self, number: Any) -> int:
         """The place of a number, which may be a Python one."""
-        return number.place if isinstance(number, ScriptNumber) else self.place(CONSTANT, text=constant_text(float(number)))
+        return number.place if isinstance(number, ScriptNumber) else self.place(CONSTANT, text=repr(float(number)))
 
 
 def constant_text(value: float) -> str:

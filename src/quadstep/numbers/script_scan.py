@@ -21,12 +21,12 @@ STATEMENTS = frozenset((ARRAY, LOOP))
 
 
 class Loop(NamedTuple):
-    """index: the variable that counts turns. begin: places of the carry before it; results: of the last assignments of a turn,
-    each to the text of its target. state: the array of the carry.
+    """counter: the variable that counts its turns. state: the array of the carry. begin: places of the carry before the first
+    turn. results: of the last assignments of a turn, each with the text of its target.
     """
 
-    index: str
-    count: int
+    counter: str
+    turns: int
     backwards: bool
     state: str
     begin: tuple[int, ...]
@@ -34,7 +34,7 @@ class Loop(NamedTuple):
 
 
 class LoopRecord(Record):
-    """A record that may hold loops. turning: for each place the loops, by index, in each of whose turns it is another number."""
+    """A record that may hold loops. turning: for each place the loops, by index, in whose turns it is another number."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -103,9 +103,7 @@ def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -
     state, own = record.array(len(begin)), frozenset((index,))
     now = [record.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
     taken = [
-        Vector(
-            record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning) for column in range(columns)
-        )
+        Vector(record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning) for column in range(columns))
         for name, first, source, turning, columns in sources
     ]
     after, made = step(rebuild(carry, iter(now)), shaped(rows, iter(taken)))
@@ -124,6 +122,7 @@ def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -
         return [record.item(f"{name}[{i}]", (loop,)) for i in range(size)]
 
     columns = [
-        Matrix(Vector(line) for line in zip(*[iter(read(name, count * len(row)))] * len(row), strict=True)) for name, row in kept
+        Matrix(Vector(line) for line in zip(*[iter(read(name, count * len(row)))] * len(row), strict=True))
+        for name, row in kept
     ]
     return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record
+from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record, constant_text
 from quadstep.numbers.script_functions import JAVASCRIPT
 from quadstep.numbers.script_scan import ARRAY, ITEM, LOOP, STATEMENTS, Loop
 
@@ -193,7 +193,7 @@ class Writer:
         results = {place for _, place in loop.results if not self.leaf(place) and place not in names}
         lines = [f"{loop.state}[{i}]={self._named(place, names)};" for i, place in enumerate(loop.begin)]
         turns = "{0}={1};{0}>=0;{0}--" if loop.backwards else "{0}=0;{0}<{1};{0}++"
-        lines.append(f"for(let {turns.format(loop.index, loop.count - loop.backwards)}){{")
+        lines.append(f"for(let {turns.format(loop.counter, loop.turns - loop.backwards)}){{")
         lines += [self._statement(place, inside) for place in self._locals(results, set(names))]
         lines += [f"{target}={self._named(place, inside)};" for target, place in loop.results]
         return "".join([*lines, "}"])
@@ -203,7 +203,10 @@ class Writer:
         return names.get(place) or (self._leaf_text(place) if self.leaf(place) else self._written(place, names))
 
     def _leaf_text(self, place: int) -> str:
-        return f"{self.constants}[{self.kept[place]}]" if place in self.kept else self.nodes[place].text
+        if place in self.kept:
+            return f"{self.constants}[{self.kept[place]}]"
+        node = self.nodes[place]
+        return constant_text(float(node.text)) if node.operation == CONSTANT else node.text
 
     def _written(self, place: int, names: dict[int, str]) -> str:
         """The operation of a number around its operands, those without a name written out in turn."""

@@ -34,14 +34,15 @@ def fingerprint(plans: list[FlightPlan]) -> str:
 
 
 @contextlib.contextmanager
-def publishing(folder: Path, identity: str, overwrite: bool) -> Iterator[Path]:
+def publishing(folder: Path, identity: str, overwrite: bool, name: str = MANIFEST) -> Iterator[Path]:
     """A temporary folder to write into, moved into `folder` when the block ends well, thrown away when it does not.
 
-    identity: digest of what is being flown. Raises UserError if `folder` cannot be written or holds something else.
+    identity: digest of what is being flown. name: of the file that is moved last and identifies the results. Raises UserError
+    if `folder` cannot be written or holds something else.
     """
     made: list[Path] = []
     try:
-        files_to_replace(folder, identity, overwrite)
+        files_to_replace(folder, identity, overwrite, name)
         made = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=WRITING, dir=folder))
@@ -50,13 +51,13 @@ def publishing(folder: Path, identity: str, overwrite: bool) -> Iterator[Path]:
         raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
     try:
         yield temporary
-        manifest = temporary / MANIFEST
+        manifest = temporary / name
         files = sorted(path.relative_to(temporary) for path in temporary.rglob("*") if path.is_file())
         content = json.loads(manifest.read_text(encoding="utf-8"))
         write_json(manifest, {**content, "fingerprint": identity, "files": [path.as_posix() for path in files]})
         with locked(folder):
-            previous = files_to_replace(folder, identity, overwrite)  # another run may have finished meanwhile
-            move(temporary, folder, files, previous)
+            previous = files_to_replace(folder, identity, overwrite, name)  # another run may have finished meanwhile
+            move(temporary, folder, files, previous, name)
     except OSError as error:
         raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
     finally:
@@ -82,7 +83,7 @@ def discard(made: list[Path]) -> None:
             path.rmdir()
 
 
-def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]:
+def files_to_replace(folder: Path, identity: str, overwrite: bool, name: str = MANIFEST) -> list[Path]:
     """The files of the result that `folder` holds. Raises UserError where replacing it was not requested."""
     if not folder.exists():
         return []
@@ -90,24 +91,24 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool) -> list[Path]
         raise UserError(f"{folder}: is a file; --out needs a folder")
     content: dict[str, Any] = {}
     with contextlib.suppress(UserError):
-        loaded = read_json(folder / MANIFEST)
+        loaded = read_json(folder / name)
         content = loaded if isinstance(loaded, dict) else {}
     found = any(not path.name.startswith(WRITING) for path in folder.iterdir())
     if not overwrite and content.get("fingerprint") != identity and found:
         what = f"results of another mission ({content['name']})" if content.get("name") else "files of another kind"
         raise UserError(f"{folder}: holds {what}; choose another --out, or replace them with --overwrite")
     listed = content.get("files")
-    names = [Path(name) for name in listed if isinstance(name, str)] if isinstance(listed, list) else []
-    return [name for name in names if not name.is_absolute() and ".." not in name.parts]
+    names = [Path(one) for one in listed if isinstance(one, str)] if isinstance(listed, list) else []
+    return [one for one in names if not one.is_absolute() and ".." not in one.parts]
 
 
-def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path]) -> None:
+def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path], name: str = MANIFEST) -> None:
     """Move files into place, the manifest last, and remove those of the previous result; Ctrl-C waits for the end."""
     for path in files:
         if (folder / path).is_dir():
             raise IsADirectoryError(errno.EISDIR, f"{path} is a folder")
     with signals_ignored():
-        for path in sorted(files, key=lambda path: path.name == MANIFEST):
+        for path in sorted(files, key=lambda path: path.name == name):
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (temporary / path).replace(folder / path)
         for path in set(previous) - set(files):

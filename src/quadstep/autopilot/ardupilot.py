@@ -1,0 +1,77 @@
+"""ArduPilot's JSON interface: it sends 16 pulse widths over UDP, and waits for the state that they lead to.
+
+Its simulator is started by its user with `--model JSON:<host of quadstep>`; quadstep answers on port 9002.
+"""
+
+import json
+import socket
+import struct
+
+from quadstep.autopilot.address import Address
+from quadstep.autopilot.link import FIRST_WAIT, WAIT, Lost, Sample
+from quadstep.errors import UserError
+
+PORT = 9002
+PACKET = struct.Struct("<HHI16H")
+"""Magic number, rate that it would like [Hz], count, pulse widths [us]."""
+
+MAGIC = 18458
+LOW, HIGH = 1000.0, 2000.0
+"""Pulse widths of a motor that stands and of one at its limit [us]."""
+
+
+class ArduPilot:
+    """A link to ArduPilot. Raises UserError where the port is in use."""
+
+    def __init__(self, where: Address, first_wait: float = FIRST_WAIT, wait: float = WAIT) -> None:
+        self.where, self.first_wait, self.wait = where, first_wait, wait
+        self.peer: tuple[str, int] | None = None
+        self.pulses: tuple[int, ...] = ()
+        self.count = -1
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self.socket.bind(where)
+        except OSError as error:
+            self.socket.close()
+            raise UserError(f"--connect {where}: cannot be listened on: {error.strerror or error}") from None
+
+    def meet(self, sample: Sample) -> None:
+        try:
+            self._hear(self.first_wait)
+        except Lost:
+            raise UserError(
+                f"no ArduPilot spoke on {self.where} for {self.first_wait:g} s; start its simulator with --model JSON"
+            ) from None
+
+    def exchange(self, sample: Sample) -> list[float]:
+        state = {
+            "timestamp": sample.time,
+            "imu": {"gyro": sample.rates, "accel_body": sample.force},
+            "position": sample.position,
+            "quaternion": sample.attitude,
+            "velocity": sample.velocity,
+        }
+        assert self.peer
+        self.socket.sendto(f"\n{json.dumps(state)}\n".encode(), self.peer)
+        self._hear(self.wait)
+        return [(pulse - LOW) / (HIGH - LOW) for pulse in self.pulses]
+
+    def _hear(self, wait: float) -> None:
+        """Wait for the next pulse widths. Raises Lost, and UserError for what is none."""
+        self.socket.settimeout(wait)
+        while True:
+            try:
+                data, peer = self.socket.recvfrom(4096)
+            except (TimeoutError, ConnectionError):
+                raise Lost("ArduPilot fell silent") from None
+            if len(data) != PACKET.size or PACKET.unpack(data)[0] != MAGIC:
+                raise UserError(
+                    f"{peer[0]}:{peer[1]} sent a malformed packet of {len(data)} bytes; ArduPilot's have {PACKET.size}"
+                )
+            _, _, count, *pulses = PACKET.unpack(data)
+            if count != self.count:  # a repeated packet is an old one
+                self.peer, self.count, self.pulses = peer, count, tuple(pulses)
+                return
+
+    def close(self) -> None:
+        self.socket.close()

@@ -1,0 +1,139 @@
+"""A mission's path as setpoints of MAVLink, for a vehicle that flies in its own simulator or hangar: nothing else is sent.
+
+No command leaves here: neither arming nor a change of mode.
+"""
+
+import time
+from collections.abc import Callable, Iterable
+from enum import StrEnum
+from typing import NamedTuple, Protocol
+
+from quadstep.control.wanted_attitude import wanted_attitude
+from quadstep.errors import UserError
+from quadstep.extras import optional
+from quadstep.flight.engines import FlightPlan
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import vector
+from quadstep.numbers.rotations import quaternion_of
+from quadstep.plants.multirotor import Multirotor
+
+HEARTBEAT_WAIT = 10.0
+"""Seconds in which the vehicle is to be heard."""
+
+SLOWEST, FASTEST = 2.0, 200.0
+"""Rates of setpoints [Hz]; autopilots leave offboard flight below 2 Hz."""
+
+POSITION_MASK = 0x000
+"""Position, velocity, acceleration, yaw and its rate are all asked."""
+
+ATTITUDE_MASK, RATES_MASK = 0b0000_0111, 0b1000_0000
+"""What of SET_ATTITUDE_TARGET is ignored: the rates, or the attitude."""
+
+LOCAL_NED = 1
+
+
+class Kind(StrEnum):
+    """What a setpoint says."""
+
+    POSITION = "position"
+    ATTITUDE = "attitude"
+    RATES = "rates"
+
+
+class Setpoint(NamedTuple):
+    """In axes of autopilots: north, east, down; front, right, down. thrust: 0 to 1."""
+
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    acceleration: tuple[float, float, float]
+    yaw: float
+    yaw_rate: float
+    attitude: tuple[float, float, float, float]
+    rates: tuple[float, float, float]
+    thrust: float
+
+
+def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
+    """The setpoint of a reference: the attitude and the rates whose thrust makes its acceleration, without drag."""
+    p = plan.parameters
+    mass, gravity = float(p.airframe.mass), float(p.airframe.gravity)
+    force = mass * (reference.acceleration + vector(0.0, 0.0, gravity))
+    wanted = wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
+    w, x, y, z = (float(one) for one in quaternion_of(wanted.rotation))
+    roll, pitch, yaw = (float(one) for one in wanted.rates)
+    full = float(p.allocation.most) * len(plan.loop.plant.geometry.mounts)
+
+    def turned(v: Iterable[float]) -> tuple[float, float, float]:
+        a, b, c = (float(one) for one in v)
+        return a, -b, -c
+
+    return Setpoint(
+        turned(reference.position), turned(reference.velocity), turned(reference.acceleration),
+        -float(reference.yaw), -float(reference.yaw_rate), (w, x, -y, -z), (roll, -pitch, -yaw), float(force.norm()) / full,
+    )  # fmt: skip
+
+
+def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callable[[float], None]) -> int:
+    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each.
+
+    Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
+    """
+    if not isinstance(plan.loop.plant, Multirotor):
+        raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
+    if not SLOWEST <= rate <= FASTEST:
+        raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
+    mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
+    try:
+        link = mavutil.mavlink_connection(connect, source_system=255)
+    except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
+        raise UserError(f"--connect {connect}: cannot be opened: {error}") from None
+    try:
+        if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
+            raise UserError(f"--connect {connect}: no vehicle was heard in {HEARTBEAT_WAIT:g} s")
+        return stream(plan, link, kind, rate, told)
+    finally:
+        link.close()
+
+
+class Sender(Protocol):
+    """Messages as pymavlink packs and sends them."""
+
+    def set_position_target_local_ned_send(self, *fields: float) -> None: ...
+    def set_attitude_target_send(self, *fields: float | tuple[float, ...]) -> None: ...
+
+
+class Connection(Protocol):
+    """What of pymavlink's connection is used."""
+
+    target_system: int
+    target_component: int
+    mav: Sender
+
+
+def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, told: Callable[[float], None]) -> int:
+    """The setpoints, at their times."""
+    duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
+    while count / rate <= duration:
+        at = count / rate
+        time.sleep(max(0.0, started + at - time.monotonic()))
+        one = setpoint(plan, plan.loop.path.reference(at, plan.parameters.path))
+        stamp = round(1e3 * at)
+        target = link.target_system, link.target_component
+        if kind is Kind.POSITION:
+            link.mav.set_position_target_local_ned_send(
+                stamp,
+                *target,
+                LOCAL_NED,
+                POSITION_MASK,
+                *one.position,
+                *one.velocity,
+                *one.acceleration,
+                one.yaw,
+                one.yaw_rate,
+            )
+        else:
+            mask = ATTITUDE_MASK if kind is Kind.ATTITUDE else RATES_MASK
+            link.mav.set_attitude_target_send(stamp, *target, mask, one.attitude, *one.rates, one.thrust)
+        count += 1
+        told(at)
+    return count

@@ -1,0 +1,45 @@
+"""A C compiler of this machine."""
+
+import os
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+from quadstep.errors import UserError
+
+BITS = ("-ffp-contract=off", "-fno-math-errno")
+"""What keeps the bits, and what lets a square root be one instruction."""
+
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wfloat-equal", "-Wshadow")
+
+LONGEST = 120.0
+"""Seconds that a compiler may take."""
+
+
+def compiler() -> list[str]:
+    """The command of the compiler: `CC`, or cc, gcc or clang. Raises UserError where there is none."""
+    said = shlex.split(os.environ.get("CC", ""))
+    if said:
+        if shutil.which(said[0]) is None:
+            raise UserError(f"the C compiler {said[0]} that CC names is not on the path")
+        return said
+    for name in ("cc", "gcc", "clang"):
+        if shutil.which(name):
+            return [name]
+    raise UserError(
+        "no C compiler is here: cc, gcc and clang are not on the path; install one (Debian: gcc), or name it by CC"
+    )
+
+
+def compile_c(folder: Path, arguments: list[str], command: list[str] | None = None) -> str:
+    """Run the compiler in a folder; what it warned of. Raises UserError with its first line where it refuses."""
+    line = [*(command or compiler()), "-std=c99", *BITS, *arguments]
+    try:
+        run = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False, timeout=LONGEST)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise UserError(f"the C compiler {line[0]} did not finish: {error}") from None
+    if run.returncode:
+        said = next((text for text in run.stderr.splitlines() if "error" in text), run.stderr)
+        raise UserError(f"the C compiler {line[0]} refused the law: {said}")
+    return run.stderr

@@ -1,0 +1,78 @@
+"""sin, cos, exp, sigmoid, log and atan2 in C, written out from those of every engine, whose bits they give."""
+
+from functools import lru_cache, reduce
+
+from quadstep.c99.writing import INDENT, Naming, Output, Writer
+from quadstep.numbers.c_text import CSteps
+from quadstep.numbers.rows import RowRecord
+
+ARGUMENTS = {"sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
+
+STEPS = {
+    "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
+    "sqrt": "static inline real qs_sqrt(real x)\n{\n    return {sqrt}(x);\n}",
+    "equal": "static inline bool qs_equal(real a, real b)\n{\n    return (a <= b) && (a >= b);\n}",
+    "bits": (
+        "static inline {word} qs_bits(real x)\n{\n    {word} bits;\n"
+        "    (void)memcpy(&bits, &x, sizeof bits);\n    return bits;\n}"
+    ),
+    "of_bits": (
+        "static inline real qs_of_bits({word} bits)\n{\n    real x;\n    (void)memcpy(&x, &bits, sizeof x);\n    return x;\n}"
+    ),
+    "power": (
+        "/* 2^n for m = n + 1.5 * 2^{size} */\n"
+        "static inline real qs_power(real m)\n{\n    return qs_of_bits((qs_bits(m) + {bias}u) << {size});\n}"
+    ),
+    "fraction": (
+        "/* x / 2^exponent, from 1/2 to 1, for a normal x > 0 */\n"
+        "static inline real qs_fraction(real x)\n{\n    return qs_of_bits((qs_bits(x) & {mantissa}) | {half});\n}"
+    ),
+    "exponent": (
+        "static inline real qs_exponent(real x)\n{\n"
+        "    return (real)((int32_t)((qs_bits(x) >> {size}) & {exponent}) - {less});\n}"
+    ),
+}
+"""Steps on the bits of a number, and what the C library has that IEEE 754 fixes to the bit."""
+
+NEEDS = {
+    "power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",),
+    "sin": ("abs", "bits"), "cos": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
+    "log": ("fraction", "exponent", "equal"), "atan2": ("abs",),
+}  # fmt: skip
+
+KINDS = {
+    True: {"abs": "fabs", "sqrt": "sqrt", "word": "uint64_t", "size": "52", "bias": "1023", "mantissa": "0xFFFFFFFFFFFFFu",
+           "half": "0x3FE0000000000000u", "exponent": "0x7FFu", "less": "1022"},
+    False: {"abs": "fabsf", "sqrt": "sqrtf", "word": "uint32_t", "size": "23", "bias": "127", "mantissa": "0x7FFFFFu",
+            "half": "0x3F000000u", "exponent": "0xFFu", "less": "126"},
+}  # fmt: skip
+"""What the steps' text says for f64 (True) and f32 (False)."""
+
+
+def functions(used: frozenset[str], precise: bool) -> str:
+    """The functions that a law uses, and those that they need, in order."""
+    wanted = set(used)
+    while True:
+        more = wanted.union(*(NEEDS.get(name, ()) for name in wanted))
+        if more == wanted:
+            break
+        wanted = more
+    texts = []
+    for name, text in STEPS.items():
+        if name in wanted:
+            texts.append(reduce(lambda said, one: said.replace(f"{{{one[0]}}}", one[1]), KINDS[precise].items(), text))
+    texts += [written(name, precise) for name in ARGUMENTS if name in wanted]
+    return "\n\n".join(texts)
+
+
+@lru_cache(maxsize=16)
+def written(name: str, precise: bool) -> str:
+    """One function."""
+    record = RowRecord()
+    result = getattr(CSteps(precise), name)(*map(record.input, ARGUMENTS[name]))
+    writer = Writer(record, precise, Naming({}, {}), frozenset(ARGUMENTS[name]))
+    lines = writer.body([Output("result", result.place)], [])
+    *body, last = lines
+    final = "return " + last.removeprefix("result = ")
+    given = ", ".join(f"real {one}" for one in ARGUMENTS[name])
+    return "\n".join([f"static inline real qs_{name}({given})", "{", *(INDENT + line for line in [*body, final]), "}"])

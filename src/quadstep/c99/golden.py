@@ -1,0 +1,184 @@
+"""Golden vectors: samples of a law as Python computes them, and a test in C that asks for the same bits.
+
+The samples follow each other on one memory, over the whole path, at motions that stray from it; thrust and torque that the
+law is told are those that its own last command made.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from quadstep.c99.law import begins, measured_part, only
+from quadstep.c99.source import Exported, head, loops
+from quadstep.c99.structs import fields_of, has_numbers, number
+from quadstep.c99.templates import filled
+from quadstep.flight.eager import always
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
+from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
+from quadstep.numbers.single import Single
+
+TEXTS = Path(__file__).parent / "texts"
+
+SAMPLES = 80
+STRAYING = {"position": 0.3, "velocity": 0.5, "rates": 1.0, "attitude": 0.3}
+"""How far entries of a measurement are from the path; of others 0.2."""
+
+FAR, FARTHER = 4, 6.0
+"""Every so many samples, attitude and rates stray so much more."""
+
+
+class Sample(NamedTuple):
+    """One sample; what the numbers are made of depends on the kind."""
+
+    tick: int
+    measured: Structure
+    reference: Structure
+    command: Structure
+    made: Structure
+
+
+class Golden(NamedTuple):
+    """Samples, and the memory after the last of them."""
+
+    samples: list[Sample]
+    memory: Structure
+
+
+def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
+    """The vectors of a law. path: the reference at a time [s]."""
+    with np.errstate(all="ignore"):
+        return sampled(exported, path)
+
+
+def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
+    """The same, by the numbers' own rules."""
+    subject, precise, clocked = exported.subject, exported.precise, exported.clocked
+    law, gains, parameters = subject.controller, in_kind(subject.gains, precise), in_kind(subject.parameters, precise)
+    draw = uniform()
+    start = in_kind(subject.measured, precise)
+    memory = always(law.start)(start, gains)
+    step, made = kind(clocked.step, precise), cast(Structure, None)
+    names = list(fields_of(exported.code.command))
+    samples = []
+    for place in range(SAMPLES):
+        tick = place * max(1, clocked.last // SAMPLES // clocked.every["law"]) * clocked.every["law"]
+        reference = path(tick * clocked.step)
+        measured = fed_back(in_kind(strayed(subject.measured, reference, draw, place % FAR == FAR - 1), precise), made)
+        wanted, t = in_kind(reference, precise), kind(float(tick), precise) * step
+        given = measured, wanted, gains, t
+        for loop in loops(exported):
+            memory = always(partial(law.slower, loop))(memory, *given, kind(clocked.period(loop), precise))
+        command, memory = always(law.law)(memory, *given, kind(clocked.period("law"), precise))
+        made = always(subject.plant.actuate)(parameters, command)
+        samples.append(Sample(tick, measured, wanted, only(command, names), made))
+    return Golden(samples, memory)
+
+
+def kind(value: float, precise: bool) -> Number:
+    """A float as the numbers of this kind."""
+    return value if precise else cast(Number, Single(value))
+
+
+def in_kind(structure: Structure, precise: bool) -> Structure:
+    """A structure of floats as one of these numbers."""
+    leaves = (leaf if isinstance(leaf, Table) else kind(float(leaf), precise) for leaf in flatten(structure))
+    return rebuild(structure, leaves)
+
+
+def uniform() -> Iterator[float]:
+    """Numbers from -1 to 1, always the same."""
+    while True:
+        raw = np.random.Philox(key=np.array([1, 1], dtype=np.uint64)).random_raw(4096)
+        yield from (2.0 * (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53 - 1.0).tolist()
+
+
+def strayed(measured: Structure, reference: Reference, draw: Iterator[float], far: bool) -> Structure:
+    """A measurement near the path."""
+    changed: dict[str, object] = {}
+    for name, value in fields_of(measured).items():
+        reach = STRAYING.get(name, 0.2) * (FARTHER if far and name in ("attitude", "rates") else 1.0)
+        on_path = getattr(reference, name, None)
+        near = on_path if isinstance(on_path, Vector) and isinstance(value, Vector) and len(on_path) == len(value) else value
+        if isinstance(near, Vector) and name == "attitude" and len(near) == 4:
+            turn = from_rotation_vector(Vector(reach * next(draw) for _ in range(3)))
+            changed[name] = normalised(multiply(near, turn))
+        else:
+            changed[name] = rebuild(near, iter([leaf + reach * next(draw) for leaf in flatten(near)]))
+    return measured._replace(**changed)
+
+
+def fed_back(measured: Structure, made: Structure) -> Structure:
+    """The measurement, told what the last command made."""
+    if made is None or not hasattr(made, "_fields"):
+        return measured
+    return measured._replace(**{name: getattr(made, name) for name in ("thrust", "torque") if name in measured._fields})
+
+
+# As C
+
+
+def golden_header(exported: Exported, vectors: Golden) -> str:
+    """The vectors as constants of C."""
+    precise, clocked = exported.precise, exported.clocked
+
+    def rows(name: str, structures: list[Structure]) -> str:
+        leaves = [[number(float(leaf), precise) for leaf in flatten(one)] for one in structures]
+        text = ",\n".join("    {" + ", ".join(row) + "}" for row in leaves)
+        return f"static const real golden_{name}[{len(leaves)}][{len(leaves[0])}] =\n{{\n{text}\n}};"
+
+    samples, measured = vectors.samples, list(fields_of(measured_part(exported.subject.measured)))
+    parts = [
+        head(exported, "Golden vectors, as quadstep computes them in Python."),
+        f"#define GOLDEN_SAMPLES {len(samples)}",
+        "static const uint32_t golden_tick[GOLDEN_SAMPLES] = {" + ", ".join(f"{one.tick}u" for one in samples) + "};",
+        f"static const real golden_step = {number(clocked.step, precise)};",
+        *(
+            f"static const real golden_{loop}_period = {number(clocked.period(loop), precise)};"
+            for loop in (*loops(exported), "law")
+        ),
+        rows("start", [in_kind(measured_part(exported.subject.measured), precise)]),
+        rows("measured", [only(one.measured, measured) for one in samples]),
+        rows("reference", [one.reference for one in samples]),
+        rows("command", [one.command for one in samples]),
+        rows("made", [one.made for one in samples]),
+        *([rows("memory", [vectors.memory])] if flatten(vectors.memory) else []),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def test_source(exported: Exported) -> str:
+    """The test: the same bits as the vectors, a zero's sign apart, and what the guards promise."""
+    name, upper = exported.name, exported.name.upper()
+    calls = [LOOP.replace("LOOP", loop).replace("NAME", name).replace("UPPER", upper) for loop in loops(exported)]
+    words = {
+        "NAME": name,
+        "UPPER": upper,
+        "LOOPS\n": "".join(calls),
+        "MEMORY\n": MEMORY if has_numbers(exported.code.memory) else "",
+        "WORD": "uint64_t" if exported.precise else "uint32_t",
+        "READ": str(first_read(exported)),
+    }
+    about = "A test of the law: golden vectors and guards. It prints what it found and returns 0 if all is well."
+    return f"{head(exported, about)}\n\n{filled(TEXTS / 'test.c', words)}"
+
+
+def first_read(exported: Exported) -> int:
+    """The first number of the measurement that the law takes."""
+    place = 0
+    for field, value in fields_of(measured_part(exported.subject.measured)).items():
+        if any(begins(text, f"measured->{field}") for text in exported.code.reads["law"]):
+            return place
+        place += len(flatten(value))
+    return 0
+
+
+LOOP = """        clock.period = golden_LOOP_period;
+        failures += expect("LOOP", NAME_LOOP(&NAME_mission, &state, &measured, &reference, &clock) == UPPER_OK);
+"""
+
+MEMORY = """    failures += compare("memory", GOLDEN_SAMPLES - 1, &state.memory, golden_memory[0], sizeof golden_memory[0]);
+"""

@@ -1,0 +1,275 @@
+"""A controller and what the actuators make of its commands, recorded as functions of C."""
+
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import isnan
+from typing import NamedTuple, cast
+
+from quadstep.c99.naming import NamedRecord
+from quadstep.c99.structs import as_array, fields_of, found
+from quadstep.c99.writing import Output, Writer
+from quadstep.control.controller import Controller
+from quadstep.flight.plant import Plant
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten
+from quadstep.numbers.rows import Body, RowMatrix, RowVector
+from quadstep.numbers.script import INPUT
+
+KEYWORDS = frozenset(
+    [
+        "auto",
+        "bool",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "true",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "real",
+        "i",
+        "t",
+        "period",
+        "memory",
+        "measured",
+        "reference",
+        "params",
+        "command",
+        "made",
+        "NAN",
+        "INFINITY",
+        "int32_t",
+        "uint32_t",
+        "uint64_t",
+        "y0",
+        "y1",
+        "yn",
+        "j0",
+        "j1",
+        "jn",
+        "gamma",
+        "index",
+        "signgam",
+        "clock",
+    ]
+)
+"""What no local may be called."""
+
+
+class Subject(NamedTuple):
+    """What is exported. parameters: of the flight, without its gains; measured, reference: of the right structure."""
+
+    controller: Controller
+    gains: Structure
+    plant: Plant
+    parameters: Structure
+    measured: Structure
+    reference: Reference
+
+
+class Code(NamedTuple):
+    """A law in C. functions: the statements of each. reads: what each takes from memory. used: functions of numbers that
+    they call.
+
+    memory, vehicle, command, made: structures of what C's structs hold; NamedTuples, perhaps empty. asked: a command as the
+    law gives it.
+    """
+
+    functions: Mapping[str, list[str]]
+    reads: Mapping[str, list[str]]
+    used: frozenset[str]
+    memory: Structure
+    vehicle: Structure
+    command: Structure
+    made: Structure
+    asked: Structure
+
+
+def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
+    """The functions start, guide, law and made. logged: whether commands carry what a log wants to know.
+
+    Raises TypeError for a law that cannot be written in C.
+    """
+    controller, gains = subject.controller, subject.gains
+    memory = as_struct(controller.start(subject.measured, gains), "memory")
+    used: set[str] = set()
+    functions: dict[str, list[str]] = {}
+    reads: dict[str, list[str]] = {}
+
+    def write(name: str, law: Callable[[NamedRecord], list[tuple[str, Structure]]]) -> list[str]:
+        record = NamedRecord()
+        with record.listening():
+            results = law(record)
+        outputs: list[Output] = []
+        arrays: list[Output] = []
+        for target, value in results:
+            store(record, value, target, outputs, arrays)
+        functions[name] = Writer(record, precise, record.naming, KEYWORDS).body(outputs, arrays)
+        reached = reach(record, [*outputs, *arrays])
+        used.update(record.nodes[place].operation for place in reached)
+        reads[name] = [record.nodes[place].text for place in reached if record.nodes[place].operation == INPUT]
+        return reads[name]
+
+    def told(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
+        return (
+            found(record, gains, "params->gains"),
+            subject.measured._replace(**fields_of(found(record, measured_part(subject.measured), "measured->"))),
+            cast(Reference, found(record, subject.reference, "reference->")),
+        )
+
+    def kept(record: NamedRecord) -> Structure:
+        value = found(record, memory, "memory->")
+        return value if controller_has_struct(controller, subject) else value[0]
+
+    def start(record: NamedRecord) -> list[tuple[str, Structure]]:
+        own, measured, _ = told(record)
+        return [("memory->", as_struct(controller.start(measured, own), "memory"))]
+
+    def slower(loop: str, record: NamedRecord) -> list[tuple[str, Structure]]:
+        own, measured, reference = told(record)
+        t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
+        after = controller.slower(loop, kept(record), measured, reference, own, t, period)
+        return [("memory->", as_struct(after, "memory"))]
+
+    def law(record: NamedRecord) -> list[tuple[str, Structure]]:
+        own, measured, reference = told(record)
+        t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
+        command, after = controller.law(kept(record), measured, reference, own, t, period)
+        return [("command->", only(command, wanted)), ("memory->", as_struct(after, "memory"))]
+
+    def made(record: NamedRecord) -> list[tuple[str, Structure]]:
+        vehicle = found(record, parameters, "params->vehicle")
+        return [("made->", as_struct(subject.plant.actuate(vehicle, found(record, example, "command->")), "values"))]
+
+    parameters = subject.parameters._replace(gains=())
+    example, rest = like(subject)
+    inputs = write("made", made)
+    wanted = [name for name in fields_of(example) if logged or any(begins(text, f"command->{name}") for text in inputs)]
+    write("start", start)
+    for loop in controller.loops():
+        write(loop, partial(slower, loop))
+    write("law", law)
+    vehicle = pruned(parameters, "params->vehicle", inputs)
+    return Code(functions, reads, frozenset(used), memory, vehicle, only(example, wanted), as_struct(rest, "values"), example)
+
+
+def like(subject: Subject) -> tuple[Structure, Structure]:
+    """A command and what is made of it, as floats, by a sample of the law itself."""
+    memory = subject.controller.start(subject.measured, subject.gains)
+    given = subject.measured, subject.reference, subject.gains, 0.0, 0.01
+    for loop in subject.controller.loops():
+        memory = subject.controller.slower(loop, memory, *given)
+    command, _ = subject.controller.law(memory, *given)
+    return command, subject.plant.actuate(subject.parameters, command)
+
+
+def controller_has_struct(controller: Controller, subject: Subject) -> bool:
+    """Whether the memory is a NamedTuple, or nothing, as controllers should have it."""
+    memory = controller.start(subject.measured, subject.gains)
+    return hasattr(memory, "_fields") or memory == ()
+
+
+def measured_part(measured: Structure) -> Structure:
+    """What is measured of all that could be."""
+    taken = [name for name, value in fields_of(measured).items() if flatten(value) and not all(map(isnan, flatten(value)))]
+    return only(measured, taken)
+
+
+def as_struct(value: Structure, name: str) -> Structure:
+    """A structure with named fields; what has none becomes the only field, of this name."""
+    if hasattr(value, "_fields"):
+        return value
+    if value == ():
+        return namedtuple("Nothing", ())()
+    return namedtuple("Named", (name,))(value)
+
+
+def only(value: Structure, names: list[str]) -> Structure:
+    """The same with these fields alone."""
+    return namedtuple("Part", names)(*(getattr(value, name) for name in names))
+
+
+def begins(text: str, path: str) -> bool:
+    """Whether a place in memory is this one or within it."""
+    return text == path or text.startswith((f"{path}.", f"{path}["))
+
+
+def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
+    """The fields that are taken."""
+    kept = {name: field for name, field in fields_of(value).items() if any(begins(text, f"{path}.{name}") for text in inputs)}
+    inner = {
+        name: field if as_array(field) or not hasattr(field, "_fields") else pruned(field, f"{path}.{name}", inputs)
+        for name, field in kept.items()
+    }
+    return namedtuple("Vehicle", inner)(**inner)
+
+
+def store(record: NamedRecord, value: Structure, target: str, outputs: list[Output], arrays: list[Output]) -> None:
+    """What it takes to leave a structure at a place in memory."""
+    if isinstance(value, RowMatrix | RowVector):
+        if value.array is not None and record.nodes[value.array].text == target:
+            return
+        index = record.index()
+        row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]
+        loop = record.loop(Body(len(value), index, tuple(map(record.at, row))))
+        arrays.append(Output(target, loop))
+    elif isinstance(value, Vector | Matrix):
+        entries = value.entries if isinstance(value, Vector) else value.rows
+        for i, entry in enumerate(entries):
+            store(record, entry, f"{target}[{i}]", outputs, arrays)
+    elif isinstance(value, Table):
+        return
+    elif hasattr(value, "_fields"):
+        start = target if target.endswith(">") else f"{target}."
+        for name, field in fields_of(value).items():
+            store(record, field, start + name, outputs, arrays)
+    elif isinstance(value, tuple):
+        for i, one in enumerate(value):
+            store(record, one, f"{target}[{i}]", outputs, arrays)
+    else:
+        outputs.append(Output(target, record.at(value)))
+
+
+def reach(record: NamedRecord, results: list[Output]) -> list[int]:
+    """Every number that results come from, those within loops too."""
+    seen: set[int] = set()
+    waiting = [one.place for one in results]
+    while waiting:
+        place = waiting.pop()
+        if place in seen:
+            continue
+        seen.add(place)
+        waiting += record.nodes[place].operands
+        body = record.loops.get(place)
+        if body:
+            waiting += [*body.stored, *(term for terms in body.added for term in terms)]
+    return sorted(seen)

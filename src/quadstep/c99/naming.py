@@ -1,0 +1,94 @@
+"""While a law is recorded: what it calls its numbers, and on which of its lines it computes them."""
+
+import linecache
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+from quadstep.c99.writing import Naming
+from quadstep.errors import one_line
+from quadstep.numbers import Matrix, Vector
+from quadstep.numbers.rows import RowMatrix, RowRecord, RowVector
+from quadstep.numbers.script import CONSTANT, INPUT, ScriptCondition, ScriptNumber
+
+ROOT = Path(__file__).parent.parent
+SILENT = (str(ROOT / "numbers"), str(ROOT / "c99"))
+"""Code whose lines explain nothing about a law."""
+
+GIVEN = frozenset(("self", "memory", "measured", "reference", "gains", "t", "period"))
+"""What a law is given has its name already."""
+
+
+class NamedRecord(RowRecord):
+    """A record that notes the line of the law from which each number came."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.naming = Naming({}, {})
+
+    def place(self, operation: str, *operands: int, text: str = "") -> int:
+        before = len(self.nodes)
+        place = super().place(operation, *operands, text=text)
+        if place == before and operation not in (CONSTANT, INPUT):
+            frame = lawful(sys._getframe(1))
+            if frame:
+                self.naming.origins[place] = line_of(frame)
+        return place
+
+    @contextmanager
+    def listening(self) -> Iterator[None]:
+        """A block in which locals of laws give their numbers names."""
+
+        def returned(frame: FrameType, event: str, _argument: object) -> None:
+            code = frame.f_code
+            if event == "return" and not code.co_name.startswith("<") and not code.co_filename.startswith(SILENT):
+                for name, value in frame.f_locals.items():
+                    if name not in GIVEN:
+                        self.call(name, value)
+
+        before = sys.getprofile()
+        sys.setprofile(returned)
+        try:
+            yield
+        finally:
+            sys.setprofile(before)
+
+    def call(self, name: str, value: object) -> None:
+        """Give what a local holds its name, unless it has one."""
+        if isinstance(value, ScriptNumber | ScriptCondition):
+            if value.record is self and self.nodes[value.place].operation not in (CONSTANT, INPUT):
+                self.naming.names.setdefault(value.place, name)
+        elif isinstance(value, RowVector | RowMatrix):
+            if value.record is self and value.array is not None and value.array in self.loops:
+                self.naming.names.setdefault(value.array, name)
+        elif isinstance(value, Vector):
+            for i, entry in enumerate(value.entries):
+                self.call(f"{name}_{i}", entry)
+        elif isinstance(value, Matrix):
+            for i, row in enumerate(value.rows):
+                self.call(f"{name}_{i}", row)
+        elif isinstance(value, tuple) and hasattr(value, "_fields"):
+            for field in value._fields:
+                self.call(f"{name}_{field}", getattr(value, field))
+
+
+def lawful(frame: FrameType | None) -> FrameType | None:
+    """The innermost frame of a law."""
+    while frame and frame.f_code.co_filename.startswith(SILENT):
+        frame = frame.f_back
+    return frame
+
+
+def line_of(frame: FrameType) -> str:
+    """File, line and text, as a comment of C may hold it."""
+    file = frame.f_code.co_filename
+    text = linecache.getline(file, frame.f_lineno).strip()
+    return remark(f"{Path(file).name}:{frame.f_lineno}: {text}")
+
+
+def remark(text: str) -> str:
+    """A text that can stand in a comment of C: nothing that ends it or begins another."""
+    safe = one_line(text).replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "? ?")
+    return safe.encode("ascii", "backslashreplace").decode().rstrip("\\")

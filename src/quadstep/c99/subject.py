@@ -1,0 +1,60 @@
+"""What of a mission is exported."""
+
+from typing import Protocol
+
+from quadstep.c99.law import Subject, recorded
+from quadstep.c99.source import Clocked, Exported, c_name
+from quadstep.control.opaque import Opaque
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.loop import Loop
+from quadstep.numbers import Structure
+from quadstep.user_code.blame import blamed
+
+
+class Planned(Protocol):
+    """A flight as laws and numbers."""
+
+    @property
+    def loop(self) -> Loop: ...
+
+    @property
+    def parameters(self) -> Structure: ...
+
+    @property
+    def start(self) -> Structure: ...
+
+    @property
+    def ticks(self) -> Ticks: ...
+
+
+def subject_of(plan: Planned) -> Subject:
+    """The law of a flight with its gains, and what its vehicle makes of commands. Raises UserError for an opaque law."""
+    loop, parameters = plan.loop, plan.parameters
+    if isinstance(loop.controller, Opaque):
+        raise UserError(
+            f"controller: {loop.controller.name or 'a function'} is any Python code, which has no equations to export; "
+            "write it as a law (docs/own.md)"
+        )
+    measured = loop.told(loop.start(plan.start, parameters), parameters)
+    return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.wanted(0.0, parameters))
+
+
+def clock_of(plan: Planned) -> Clocked:
+    """When its samples are due."""
+    every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
+    sampled = (*plan.loop.controller.loops(), "law")
+    return Clocked(plan.ticks.step, {name: every[name] for name in sampled}, plan.ticks.last)
+
+
+def exported(plan: Planned, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
+    """The law in C. Raises UserError for one that cannot be written in it."""
+    subject = subject_of(plan)
+    name = c_name(subject.controller.name or type(subject.controller).__name__)
+    try:
+        code = recorded(subject, precise, logged)
+    except (TypeError, AttributeError, ValueError, RecursionError) as error:
+        if blamed(error):
+            raise
+        raise UserError(f"controller: {name} cannot be written in C: {error}") from error
+    return Exported(subject, code, name, precise, clock_of(plan), about)

@@ -1,0 +1,76 @@
+"""Units, frames and meanings of what a law is told and gives, as the comments of a header say them."""
+
+from collections.abc import Callable
+
+from quadstep.control.controller import Controller
+from quadstep.control.gain import Gain
+
+PLANT_WORDS = {
+    "position": "m, world, z up",
+    "velocity": "m/s, world",
+    "attitude": "rad, (psi, theta, phi) as docs/conventions.md has them",
+    "rates": "rad/s, of these angles",
+    "pitch": "rad, positive tilts the thrust towards -x",
+    "rate": "rad/s",
+    "thrust": "N",
+    "torque": "N m",
+}
+
+MEASURED_WORDS = {
+    **PLANT_WORDS,
+    "attitude": "unit quaternion (w, x, y, z), body to world",
+    "rates": "rad/s, about the body's axes: x ahead, y left, z up",
+    "thrust": "N, what made() said last",
+    "torque": "N m, what made() said last",
+}
+
+REFERENCE_WORDS = {
+    "position": "m, world, z up",
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "yaw": "rad, any number of turns",
+    "yaw_rate": "rad/s",
+    "jerk": "m/s^3; zero where it is not known",
+    "snap": "m/s^4; zero where it is not known",
+}
+
+COMMAND_WORDS = {
+    "thrust": "N, along the body's z",
+    "torque": "N m, about the body's axes",
+    "desired_attitude": "rad, (yaw, pitch, roll); for the log",
+    "r1": "m/s; for the log",
+    "r2": "rad/s; for the log",
+    "stored": "for the log",
+    "weight_norms": "for the log",
+}
+
+MADE_WORDS = {
+    "speeds": "rad/s, of each rotor",
+    "thrust": "N, that these make",
+    "torque": "N m, that these make",
+}
+
+VEHICLE_WORDS = {
+    "allocation.matrix": "thrust of each rotor per (thrust, torque about x, y, z)",
+    "allocation.least": "N, of one rotor",
+    "allocation.most": "N, of one rotor",
+    "allocation.thrust": "N s^2, thrust over speed squared",
+}
+
+
+def from_table(words: dict[str, str]) -> Callable[[str], str]:
+    """Comments by dotted name."""
+    return lambda name: words.get(name, "")
+
+
+def of_gains(controller: Controller, gains: object) -> Callable[[str], str]:
+    """Unit and meaning of a gain, as its law declares them; of gains that were worked out, as these declare them."""
+    declared = dict(getattr(type(gains), "_field_defaults", {})) | dict(type(controller).declarations())
+
+    def comment(name: str) -> str:
+        declaration = declared.get(name)
+        if not isinstance(declaration, Gain):
+            return ""
+        return ", ".join(part for part in (declaration.unit if declaration.unit != "-" else "", declaration.meaning) if part)
+
+    return comment

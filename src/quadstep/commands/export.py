@@ -1,0 +1,50 @@
+"""`quadstep export`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.commands.options import OverwriteOption
+from quadstep.errors import UserError
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import complain, say_whole
+
+PRECISIONS = ("f32", "f64")
+
+
+def export(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) whose controller is wanted.", show_default=False)],
+    target: Annotated[str, typer.Option(help="c99, crazyflie, px4 or ardupilot.")] = "c99",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the files; default: out/<mission's name>-<target>.", show_default=False)
+    ] = None,
+    precision: Annotated[str, typer.Option(help="Numbers of the C code: f32 or f64.")] = "f32",
+    measure: Annotated[
+        bool,
+        typer.Option(
+            "--measure",
+            help="Measure flash, stack and instructions on Cortex-M4F and M7, MISRA deviations, and the f32 error.",
+        ),
+    ] = False,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write a mission's controller as C99 for the vehicle: source, parameters, a test with golden vectors, a data sheet.
+
+    The generated code is yours. Exit code 2: bad input.
+    """
+    from quadstep.export.run import Request, Target, export_mission
+
+    if target not in list(Target):
+        raise UserError(f"--target {target}: is not known; allowed: {', '.join(Target)}")
+    if precision not in PRECISIONS:
+        raise UserError(f"--precision {precision}: is not known; allowed: {', '.join(PRECISIONS)}")
+    folder = out or Path("out") / f"{mission.stem}-{target}"
+    with bar("loading") as shown:
+        request = Request(Target(target), precision == "f64", measure, overwrite)
+        done = export_mission(mission, folder, request, shown.doing)
+    for warning in done.warnings:
+        complain(f"warning: {mission}: {warning}")
+    for line in done.said:
+        say_whole(line)
+    say_whole(f"Results: {folder}")

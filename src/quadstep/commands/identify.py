@@ -1,0 +1,88 @@
+"""`quadstep identify`."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.errors import UserError
+from quadstep.terminal.screen import complain, say, say_whole
+from quadstep.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from quadstep.logs.flight import FlightRecord
+    from quadstep.mission.airframe import AirframeSection
+
+
+def identify(
+    logs: LogsArgument,
+    vehicle: Annotated[
+        str, typer.Option(help="Vehicle to start from: a preset's name, or a file (TOML).", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
+    mass: Annotated[
+        float | None, typer.Option(metavar="KG", help="Mass, where it is not that of --vehicle.", show_default=False)
+    ] = None,
+    mapping: MappingOption = None,
+    trust: Annotated[
+        bool, typer.Option("--trust-mapping", help="Fit also where a log contradicts its mapping; the lines are printed.")
+    ] = False,
+    hold_out: Annotated[
+        bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
+    ] = True,
+) -> None:
+    """Fit a vehicle to logs of its flights: thrust, torque, lag, delay, inertia, drag, with an interval for each number.
+
+    The mass is that of --vehicle, or --mass: a flight cannot tell it.
+    """
+    from quadstep.atomic import write_beside
+    from quadstep.identify.run import run
+    from quadstep.identify.vehicle_file import as_toml
+    from quadstep.logs.read import read_log
+
+    if out.suffix != ".toml":
+        raise UserError(f"{out}: the name of a vehicle file should end in .toml")
+    if mass is not None and not 1e-4 <= mass <= 1e4:
+        raise UserError(f"--mass: should be 0.0001 to 10000 kg, not {mass:g}")
+    begun = time.monotonic()
+    check_names(logs)
+    section = vehicle_of(vehicle)
+    source = f"--mass {mass:g}; a flight cannot tell it" if mass else f"that of {vehicle}; a flight cannot tell it"
+    if mass:
+        section = section.model_copy(update={"mass": mass})
+    flights = [read_log(log, mapping) for log in logs]
+    check_logs(flights, section, trust)
+    result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"))
+    write_beside(out, as_toml(result.vehicle))
+    rows = []
+    for key, one in result.found.fitted.items():
+        reason = result.found.kept.get(key)
+        rows.append((key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, reason or one.source))
+    show_table("Identified", ("key", "value", "95 % interval", "unit", "from"), rows)
+    for key, reason in result.found.kept.items():
+        if key not in result.found.fitted:
+            say(f"{key} stays as in {vehicle}: {reason}")
+    say(f"mass = {section.mass:g} kg: {source}")
+    names = ", ".join(result.held_out)
+    for found, knows in ((result.commands, "commands alone"), (result.guided, "commands and setpoints")):
+        if found:
+            show_compared(f"Before they were fitted: {names}, predicted from {knows}", found)
+    if not result.held_out:
+        say("No flight was held out: the intervals are all that is known of how well this holds for others.")
+    say(f"{len(flights)} flights in {time.monotonic() - begun:.0f} s")
+    say_whole(f"wrote {out}")
+
+
+def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:
+    """Say what is worth knowing of each log, and refuse what contradicts its mapping. Raises UserError."""
+    from quadstep.logs.judge import judge, refuse
+
+    judged = [(flight, judge(flight, vehicle.geometry())) for flight in flights]
+    for flight, findings in judged:
+        for one in findings:
+            say(f"{flight.name}: {one.text}")
+    if not trust:
+        for flight, findings in judged:
+            refuse(flight, findings)

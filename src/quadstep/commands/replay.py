@@ -1,0 +1,165 @@
+"""`quadstep replay`."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.errors import UserError
+from quadstep.terminal.screen import complain, say, say_whole
+from quadstep.terminal.tables import show_table
+
+if TYPE_CHECKING:
+    from quadstep.logs.flight import FlightRecord
+    from quadstep.mission.airframe import AirframeSection
+
+
+def replay(
+    logs: LogsArgument,
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).", show_default=False)],
+    mapping: MappingOption = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False
+        ),
+    ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="With --controller: write a page with both flights drawn (HTML).", show_default=False
+        ),
+    ] = None,
+    estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
+    commands_only: Annotated[bool, typer.Option("--commands-only", help="Do not look at setpoints.")] = False,
+    starts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).', show_default=False),
+    ] = None,
+    predictions: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
+    ] = None,
+) -> None:
+    """Predict logged flights from their measured states and commands, and say how wrong that is.
+
+    Mean errors 1, 10 and 50 samples ahead stand beside those of two guesses: velocity and rates stay what they are
+    ("constant"), or the rates are zero.
+    """
+    from quadstep.identify.replay import ready
+    from quadstep.logs.judge import judge
+    from quadstep.logs.read import read_log
+
+    if (starts is None) != (predictions is None):
+        raise UserError("--starts and --predictions belong together: rows to predict from, and where to write")
+    if page and not controller:
+        raise UserError("--page belongs to --controller: it shows what that flies beside the real flight")
+    check_names(logs)
+    section = vehicle_of(vehicle)
+    flights = [read_log(log, mapping) for log in logs]
+    for flight in flights:
+        for one in judge(flight, section.geometry()):
+            if one.wrong:
+                complain(f"warning: {flight.name}: {one.text}")
+    if starts and predictions:
+        write_predictions(flights, section, starts, predictions, commands_only)
+        return
+    if estimator:
+        show_estimates(flights)
+    if controller:
+        show_flown(flights, section, controller_of(controller), page)
+    if estimator or controller:
+        return
+    from quadstep.identify.closed_loop import hover_ratio
+    from quadstep.identify.table import compare
+
+    numbers, guided = ready(flights, section, commands_only)
+    found = compare(flights, section, numbers, guided)
+    knows = "commands and setpoints" if guided else "commands alone"
+    show_compared(f"{found.starts} predictions of {found.predicted.shape[2]} flights from {knows}", found)
+    ratios = [one for one in (hover_ratio(flight, section) for flight in flights) if math.isfinite(one)]
+    if ratios:
+        mean = sum(ratios) / len(ratios)
+        say(
+            f"Thrust of the logged commands over what was needed: {mean:.3f} on average, "
+            f"{min(ratios):.3f} to {max(ratios):.3f}"
+        )
+
+
+def write_predictions(
+    flights: "list[FlightRecord]", section: "AirframeSection", starts: Path, predictions: Path, commands_only: bool
+) -> None:
+    """Predict from given rows, for others to judge."""
+    from quadstep.atomic import write_beside
+    from quadstep.identify.replay import as_json, predictions_of, read_starts, ready
+
+    numbers, guided = ready(flights, section, commands_only)
+    rows = read_starts(starts, flights)
+    write_beside(predictions, as_json(predictions_of(flights, section, numbers, rows, guided)))
+    count = sum(len(one) for one in rows.values())
+    say(f"{count} predictions of {len(rows)} {'flight' if len(rows) == 1 else 'flights'} in {predictions}")
+
+
+def controller_of(given: str) -> dict[str, object]:
+    """The keys of a controller: a type, or a file with a table [controller] or its keys. Raises UserError."""
+    from quadstep.documents import read_toml
+
+    if not given.endswith(".toml"):
+        return {"type": given}
+    content = read_toml(Path(given))
+    table = content.get("controller", content)
+    if not isinstance(table, dict) or "type" not in table:
+        raise UserError(f"{given}: should have a table [controller] with a type")
+    return table
+
+
+def show_flown(
+    flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, object], page: Path | None
+) -> None:
+    """Real flights beside simulated ones."""
+    from quadstep.identify.beside_page import write
+    from quadstep.identify.closed_loop import fly_again
+
+    found = fly_again(flights, section, controller)
+    rows = []
+    for one in found:
+        real, flown = one.real, one.simulated
+        rows.append(
+            (
+                one.name,
+                f"{100 * real.rmse:.1f} / {100 * flown.rmse:.1f}",
+                f"{1e3 * real.lead:.0f} / {1e3 * flown.lead:.0f}",
+                f"{math.degrees(real.tilt):.1f} / {math.degrees(flown.tilt):.1f}",
+                f"{real.rate:.2f} / {flown.rate:.2f}",
+                one.lost,
+            )
+        )
+    header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]", "lost")
+    show_table(f"The logged setpoints under {controller['type']}", header, rows)
+    if page:
+        write(page, found, str(controller["type"]))
+        say_whole(f"wrote {page}")
+    count = len(found)
+    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
+    lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)
+    tilt = sum(abs(math.degrees(one.simulated.tilt - one.real.tilt)) <= 4.0 for one in found)
+    say(
+        f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4 degrees on "
+        f"{tilt}."
+    )
+
+
+def show_estimates(flights: "list[FlightRecord]") -> None:
+    """The filter beside the log's own estimate."""
+    from quadstep.identify.estimator import estimate
+
+    rows = []
+    for flight in flights:
+        found = estimate(flight)
+        for who, one in (("filter", found.filter), ("the log's own", found.own)):
+            if one:
+                numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
+                rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
+    header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [deg]", "yaw [deg]")
+    show_table("Root mean square errors; the filter gets gyro, accelerometer and a position at 20 Hz, 5 mm", header, rows)

@@ -1,0 +1,43 @@
+"""`quadstep serve-setpoints`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.errors import UserError
+from quadstep.terminal.bars import bar
+from quadstep.terminal.screen import complain, say
+
+
+def serve_setpoints(
+    mission: Annotated[
+        Path, typer.Argument(help="Mission file (TOML) of a real vehicle, whose path is sent.", show_default=False)
+    ],
+    connect: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="Where the vehicle is, as pymavlink names it, such as udpin:127.0.0.1:14540."),
+    ] = "udpin:127.0.0.1:14540",
+    kind: Annotated[str, typer.Option(help="What a setpoint says: position, attitude or rates.")] = "position",
+    rate: Annotated[float, typer.Option(help="Setpoints a second, 2 to 200.")] = 50.0,
+) -> None:
+    """Send a mission's path to a vehicle as MAVLink setpoints, in its own time; arms nothing and changes no mode.
+
+    Exit code 2: bad input, or no vehicle was heard.
+    """
+    from quadstep.autopilot.setpoints import Kind, serve
+    from quadstep.mission.read import plan_mission, read_mission
+
+    if kind not in list(Kind):
+        raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(Kind)}")
+    plan = plan_mission(read_mission(mission), mission)
+    complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
+    duration = plan.ticks.last * plan.ticks.step
+    with bar("waiting for the vehicle", "s", duration) as shown:
+
+        def told(at: float) -> None:
+            shown.doing("sending setpoints")
+            shown.to(round(at), round(duration))
+
+        count = serve(plan, connect, Kind(kind), rate, told)
+    say(f"Sent {count} setpoints over {duration:g} s.")

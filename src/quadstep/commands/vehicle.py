@@ -1,0 +1,53 @@
+"""`quadstep vehicle`: making vehicles."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadstep.errors import UserError
+from quadstep.terminal.screen import command, say, say_whole
+from quadstep.terminal.tables import show_table
+
+
+def fit(
+    datasheet: Annotated[
+        Path, typer.Argument(metavar="DATASHEET", help="Data sheet (TOML); docs/logs.md.", show_default=False)
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to write the vehicle; default: <name>_vehicle.toml.")
+    ] = None,
+) -> None:
+    """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells, perhaps points of a thrust stand.
+
+    Each number says whether it was measured, estimated by a formula or taken as usual, and how sure it is. A campaign over
+    what is unsure is written beside it.
+    """
+    from quadstep.atomic import write_beside
+    from quadstep.datasheet.campaign import campaign_text
+    from quadstep.datasheet.estimate import estimate, vehicle_of
+    from quadstep.datasheet.sheet import read_datasheet
+    from quadstep.identify.vehicle_file import as_toml
+    from quadstep.mission.vehicle_list import parameters
+
+    target = out or Path(f"{datasheet.stem}_vehicle.toml")
+    if target.suffix != ".toml":
+        raise UserError(f"{target}: the name of a vehicle file should end in .toml")
+    if target.exists() and datasheet.exists() and target.samefile(datasheet):
+        raise UserError(f"{target}: is the data sheet itself; name another file with --out")
+    sheet = read_datasheet(datasheet)
+    try:
+        found = estimate(sheet)
+        vehicle = vehicle_of(sheet, found)
+    except UserError as error:
+        raise UserError(f"{datasheet}: {error}") from None
+    except ValueError as error:
+        raise UserError(f"{datasheet}: makes no vehicle that can fly: {error}") from None
+    campaign = target.with_name(f"{target.stem}_campaign.toml")
+    write_beside(target, as_toml(vehicle))
+    write_beside(campaign, campaign_text(sheet, found, target.name))
+    rows = [(one.key, one.value, one.unit, one.source) for one in parameters(vehicle)]
+    show_table(sheet.name, ("key", "value", "unit", "source"), rows)
+    for warning in vehicle.warnings():
+        say(f"warning: {warning}")
+    say_whole(f"wrote {target} and {campaign}; over its uncertainties: {command('campaign', campaign)}")

@@ -1,0 +1,42 @@
+"""What a law believes that the rotors make now: what they were asked for, after a lag of first order, or by their speeds."""
+
+from typing import NamedTuple
+
+from quadstep.control.controller import Measured
+from quadstep.control.vectoring import ZERO, Body, followed
+from quadstep.control.wanted_attitude import up_axis
+from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers.rotations import cross, rotation_matrix
+
+
+class Made(NamedTuple):
+    """thrust [N], torque [N m] about the body's axes."""
+
+    thrust: Number
+    torque: Vector
+
+
+def at_rest(body: Body) -> Made:
+    """The weight, and no torque."""
+    return Made(body.mass * body.gravity, ZERO)
+
+
+def lagged(made: Made, measured: Measured, lag: Number, period: Number) -> Made:
+    """A period [s] later, by what the rotors have been asked for since; lag: their time constant [s]."""
+    share = followed(1.0 / lag, period)
+    thrust = made.thrust + share * (measured.thrust - made.thrust)
+    return Made(thrust, made.torque + share * (measured.torque - made.torque))
+
+
+def of_speeds(speeds: Vector, per_speed: Number, mixing: tuple[Vector, ...]) -> Made:
+    """Of rotors that turn at `speeds` [rad/s]. per_speed, mixing: as in `Model`."""
+    thrust, *torque = (row @ (per_speed * (speeds * speeds)) for row in mixing)
+    return Made(thrust, Vector(torque))
+
+
+def accelerations(made: Made, measured: Measured, body: Body) -> tuple[Vector, Vector]:
+    """What the rotors and gravity alone would do: acceleration [m/s^2], world; angular acceleration [rad/s^2], body axes."""
+    axis = up_axis(rotation_matrix(measured.attitude))
+    left = made.torque - cross(measured.rates, body.inertia * measured.rates)
+    angular = Vector(torque / inertia for torque, inertia in zip(left, body.inertia, strict=True))
+    return (made.thrust / body.mass) * axis - vector(0.0, 0.0, body.gravity), angular

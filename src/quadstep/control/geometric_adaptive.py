@@ -1,0 +1,106 @@
+"""Geometric control with adaptation: Goodarzi, Lee, Lee, "Geometric adaptive tracking control of a quadrotor unmanned aerial
+vehicle on SE(3) for agile maneuvers" (2015, doi 10.1115/1.4030419).
+
+What acts on the vehicle is W_x t_x and W_R t_R with known regressors W and unknown constants t, which the law learns from the
+errors (true less wanted) and subtracts, each t within a ball:
+
+    t_x_dot = g_x W_x^T (e_v + c_1 e_x),     t_R_dot = g_R W_R^T (e_Omega + c_2 e_R)
+
+Here t_x holds a constant acceleration and a drag along each of the body's axes, t_R a constant angular acceleration and a drag
+about them: W_x = [I, -R diag(R^T v)], W_R = [I, -diag(Omega)].
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import gain, usual
+from quadstep.control.projection import project
+from quadstep.control.vectoring import (
+    ZERO,
+    Body,
+    Pull,
+    Turn,
+    attitude_for,
+    errors_to,
+    force_for,
+    pulled,
+    torque_for,
+    turned,
+)
+from quadstep.control.wanted_attitude import up_axis
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector
+from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+
+
+class GeometricAdaptiveGains(NamedTuple):
+    """What the controller believes of the vehicle, and its gains."""
+
+    body: Body
+    pull: Pull
+    turn: Turn
+    adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation of the acceleration", symbol="g_x", zero=True)
+    drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation of the drag", zero=True)
+    turn_adaptation: Number = gain(usual(25.0, 2), "1/s^2", "adaptation of the angular acceleration", symbol="g_R", zero=True)
+    turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation of the drag on turning", zero=True)
+    coupling: Number = gain(usual(3.0, 1), "1/s", "weight of the position error in adaptation", symbol="c_1", key="c_1")
+    turn_coupling: Number = gain(usual(9.0, 1), "1/s", "weight of the attitude error in adaptation", symbol="c_2", key="c_2")
+    bound: Number = gain(15.0, "m/s^2", "bound of the acceleration", tunable=False)
+    drag_bound: Number = gain(1.0, "1/s", "bound of the drag", tunable=False)
+    turn_bound: Number = gain(100.0, "rad/s^2", "bound of the angular acceleration", tunable=False)
+    turn_drag_bound: Number = gain(5.0, "1/s", "bound of the drag on turning", tunable=False)
+
+
+class GeometricAdaptiveMemory(NamedTuple):
+    """What has been learnt. push [m/s^2]: world. drag [1/s], turning [rad/s^2], turn_drag [1/s]: along or about body axes."""
+
+    push: Vector
+    drag: Vector
+    turning: Vector
+    turn_drag: Vector
+
+
+@dataclass(frozen=True)
+class GeometricAdaptive(Controller):
+    """All loops in one, at the attitude loop's rate."""
+
+    name = "geometric-adaptive"
+    label = "geometric, adaptive"
+    source = "Goodarzi, Lee, Lee 2015"
+    Gains = GeometricAdaptiveGains
+
+    def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:
+        """Nothing learnt."""
+        return GeometricAdaptiveMemory(ZERO, ZERO, ZERO, ZERO)
+
+    def law(
+        self, memory: GeometricAdaptiveMemory, measured: Measured, reference: Reference, gains: GeometricAdaptiveGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, GeometricAdaptiveMemory]:  # fmt: skip
+        """One sample."""
+        body, rates, rotation = gains.body, measured.rates, rotation_matrix(measured.attitude)
+        through = rotation.T @ measured.velocity  # body axes
+        known = memory.push - rotation @ (through * memory.drag)
+        force = force_for(pulled(measured, reference, gains.pull) - known, body)
+        attitude = attitude_for(force, reference, body.mass)
+        errors = errors_to(attitude, measured)
+        angular = turned(errors, gains.turn) - (memory.turning - rates * memory.turn_drag)
+        command = Command(
+            thrust=force @ up_axis(rotation),
+            torque=torque_for(angular, measured, body),
+            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
+            r1=reference.velocity - measured.velocity,
+            r2=-errors.rates,
+        )
+        e_x, e_v = measured.position - reference.position, measured.velocity - reference.velocity
+        off, off_r = e_v + gains.coupling * e_x, errors.rates + gains.turn_coupling * errors.attitude
+        dragged = through * (rotation.T @ off)
+        return command, GeometricAdaptiveMemory(
+            push=project(memory.push + (period * gains.adaptation) * off, gains.bound),
+            drag=project(memory.drag - (period * gains.drag_adaptation) * dragged, gains.drag_bound),
+            turning=project(memory.turning + (period * gains.turn_adaptation) * off_r, gains.turn_bound),
+            turn_drag=project(
+                memory.turn_drag - (period * gains.turn_drag_adaptation) * (rates * off_r), gains.turn_drag_bound
+            ),
+        )

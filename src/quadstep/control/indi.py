@@ -1,0 +1,132 @@
+"""Incremental nonlinear dynamic inversion: Smeur, Chu, de Croon (2016, doi 10.2514/1.G001490) of the attitude; Tal and
+Karaman, "Accurate tracking of aggressive quadrotor trajectories using incremental nonlinear dynamic inversion and differential
+flatness" (2018) of both loops.
+
+What was felt already holds every force and torque that nobody modelled. The law only says by how much to change what the
+rotors make, both filtered alike (index f) so that they are equally old:
+
+    force  = m (a_wanted + g e3) + (made_f - m felt_f),     torque = made_f + J (W_dot_wanted - W_dot_f)
+
+`indi` feels with the accelerometer and knows from the rotors' speeds what they make. `indi-velocity` has neither: it
+differentiates the velocity, and believes that the rotors follow their commands with a lag of first order.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+from quadstep.control.actuators import Made, at_rest, lagged, of_speeds
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import gain, given, usual
+from quadstep.control.vectoring import (
+    ZERO,
+    Body,
+    Pull,
+    Turn,
+    attitude_for,
+    errors_to,
+    followed,
+    force_for,
+    pulled,
+    turned,
+)
+from quadstep.control.wanted_attitude import up_axis
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+
+
+class IndiGains(NamedTuple):
+    """What the controller believes of the vehicle, and its gains. per_speed, mixing: as in `Model`."""
+
+    body: Body
+    pull: Pull
+    turn: Turn
+    force_filter: Number = gain(usual(15.0, 1), "rad/s", "filter of the forces that were made and felt")
+    torque_filter: Number = gain(usual(40.0, 1), "rad/s", "filter, twice, of torque and angular acceleration")
+    per_speed: Number = given(lambda model: model.per_speed)
+    mixing: tuple[Vector, ...] = given(lambda model: model.mixing)
+
+
+class IndiMemory(NamedTuple):
+    """made: by the rotors. All else is filtered. pushed: their force over mass, felt: the specific force [m/s^2], world, or
+    the velocity [m/s]. Each once and twice: rates [rad/s] and torque [N m], body axes.
+    """
+
+    made: Made
+    pushed: Vector
+    felt: Vector
+    rates: tuple[Vector, Vector]
+    torque: tuple[Vector, Vector]
+
+
+@dataclass(frozen=True)
+class Indi(Controller):
+    """Both loops at the attitude loop's rate, with accelerometer and rotor speeds."""
+
+    name = "indi"
+    label = "INDI"
+    source = "Smeur, Chu, de Croon 2016; Tal and Karaman 2018"
+    Gains = IndiGains
+    also_measures: ClassVar[tuple[str, ...]] = ("specific_force", "rotor_speeds")
+
+    def start(self, measured: Measured, gains: IndiGains) -> IndiMemory:
+        """At rest: the weight was made and felt."""
+        weight, rates = vector(0.0, 0.0, gains.body.gravity), measured.rates
+        felt = weight if feels(measured) else measured.velocity
+        return IndiMemory(at_rest(gains.body), weight, felt, (rates, rates), (ZERO, ZERO))
+
+    def law(
+        self, memory: IndiMemory, measured: Measured, reference: Reference, gains: IndiGains, t: Number, period: Number
+    ) -> tuple[Command, IndiMemory]:
+        """One sample."""
+        body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
+        made = self.made(memory, measured, gains, period)
+        share = followed(gains.force_filter, period)
+        pushed = memory.pushed + share * ((made.thrust / body.mass) * axis - memory.pushed)
+        if feels(measured):
+            felt = memory.felt + share * (rotation_matrix(measured.attitude) @ measured.specific_force - memory.felt)
+            missing = pushed - felt
+        else:
+            felt = memory.felt + share * (measured.velocity - memory.felt)
+            missing = pushed - (gains.force_filter * (measured.velocity - felt) + vector(0.0, 0.0, body.gravity))
+        force = force_for(pulled(measured, reference, gains.pull) + missing, body)
+
+        attitude = attitude_for(force, reference, body.mass)
+        errors = errors_to(attitude, measured)
+        turn_share = followed(gains.torque_filter, period)
+        rates, torque = twice(memory.rates, measured.rates, turn_share), twice(memory.torque, made.torque, turn_share)
+        turning = (rates[1] - memory.rates[1]) * (1.0 / period)
+        command = Command(
+            thrust=force @ axis,
+            torque=torque[1] + body.inertia * (turned(errors, gains.turn) - turning),
+            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
+            r1=reference.velocity - measured.velocity,
+            r2=-errors.rates,
+        )
+        return command, IndiMemory(made, pushed, felt, rates, torque)
+
+    def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, period: Number) -> Made:
+        """What the rotors make now."""
+        if len(measured.rotor_speeds):
+            return of_speeds(measured.rotor_speeds, gains.per_speed, gains.mixing)
+        return lagged(memory.made, measured, gains.body.lag, period)
+
+
+@dataclass(frozen=True)
+class IndiVelocity(Indi):
+    """The same without accelerometer and rotor speeds: velocity is differentiated, the rotors' lag is believed."""
+
+    name = "indi-velocity"
+    label = "INDI, no accelerometer"
+    also_measures = ()
+
+
+def feels(measured: Measured) -> bool:
+    """Whether there is an accelerometer, which is structure."""
+    return len(measured.specific_force) > 0
+
+
+def twice(filtered: tuple[Vector, Vector], value: Vector, share: Number) -> tuple[Vector, Vector]:
+    """A low-pass filter after another, one period on."""
+    once = filtered[0] + share * (value - filtered[0])
+    return once, filtered[1] + share * (once - filtered[1])

@@ -1,0 +1,107 @@
+"""Super-twisting sliding modes in position and attitude: Levant, "Sliding order and sliding accuracy in sliding mode control"
+(1993); gains as in Moreno and Osorio, "Strict Lyapunov functions for the super-twisting algorithm" (2012).
+
+    s = e_dot + c e,     s_dot = -k_1 |s|^(1/2) sign(s) + v,     v_dot = -k_2 sign(s)
+
+in finite time from any disturbance whose rate is bounded. The sign is smoothed within a layer d: s / (|s| + d), and
+|s|^(1/2) sign(s) is s / (|s| + d)^(1/2).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Condition, Controller, Measured
+from quadstep.control.gain import gain, usual
+from quadstep.control.model import Model
+from quadstep.control.vectoring import ZERO, Body, attitude_for, boxed, errors_to, force_for, torque_for
+from quadstep.control.wanted_attitude import up_axis
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Number, Vector, absolute, sqrt
+from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
+
+
+class SuperTwistingGains(NamedTuple):
+    """What the controller believes of the vehicle, and its gains in x, y, z; of the attitude about body x, y, z."""
+
+    body: Body
+    slope: Vector = gain(usual(4.0, 1), "1/s", "how fast an error decays on the sliding surface", symbol="c")
+    reaching: Vector = gain(usual(4.0, 1), "m^(1/2)/s^(3/2)", "gain of the root of s", symbol="k_1", key="k_1")
+    twisting: Vector = gain(usual(5.0, 2), "m/s^3", "rate of the integral part", symbol="k_2", key="k_2", zero=True)
+    layer: Number = gain(0.35, "m/s", "width of s in which the sign is smoothed", low=0.005, high=5.0, scale="log")
+    bound: Number = gain(15.0, "m/s^2", "bound of the integral part of an axis", tunable=False)
+    turn_slope: Vector = gain(usual((15.0, 15.0, 8.0), 1), "1/s", "the same as slope, of the attitude", symbol="c_R")
+    turn_reaching: Vector = gain(usual((25.0, 25.0, 10.0), 1), "rad^(1/2)/s^(3/2)", "as k_1, of the attitude", key="h_1")
+    turn_twisting: Vector = gain(usual((40.0, 40.0, 15.0), 2), "rad/s^3", "as k_2, of the attitude", key="h_2", zero=True)
+    turn_layer: Number = gain(1.0, "rad/s", "as layer, of the attitude", low=0.02, high=10.0, scale="log")
+    turn_bound: Number = gain(100.0, "rad/s^2", "bound of the integral part about an axis", tunable=False)
+    lipschitz: Number = gain(0.0, "m/s^3", "largest rate of the disturbance that is to be rejected", zero=True, tunable=False)
+
+
+class SuperTwistingMemory(NamedTuple):
+    """The integral parts v: of the position [m/s^2], world; of the attitude [rad/s^2], body axes."""
+
+    integral: Vector
+    turn_integral: Vector
+
+
+def smooth_sign(s: Vector, layer: Number) -> Vector:
+    """The sign of each entry, nearly linear within the layer."""
+    return Vector(entry / (absolute(entry) + layer) for entry in s)
+
+
+def smooth_root(s: Vector, layer: Number) -> Vector:
+    """The root of each entry's size, with its sign; nearly linear within the layer."""
+    return Vector(entry / sqrt(absolute(entry) + layer) for entry in s)
+
+
+@dataclass(frozen=True)
+class SuperTwisting(Controller):
+    """Both loops in one, at the attitude loop's rate."""
+
+    name = "super-twisting"
+    label = "super-twisting"
+    source = "Levant 1993; Moreno and Osorio 2012"
+    Gains = SuperTwistingGains
+
+    def start(self, measured: Measured, gains: SuperTwistingGains) -> SuperTwistingMemory:
+        """Nothing integrated."""
+        return SuperTwistingMemory(ZERO, ZERO)
+
+    def law(
+        self, memory: SuperTwistingMemory, measured: Measured, reference: Reference, gains: SuperTwistingGains,
+        t: Number, period: Number,
+    ) -> tuple[Command, SuperTwistingMemory]:  # fmt: skip
+        """One sample. On both surfaces the errors are those of the wanted less the true motion."""
+        body = gains.body
+        e, e_dot = reference.position - measured.position, reference.velocity - measured.velocity
+        s = e_dot + gains.slope * e
+        reached = gains.reaching * smooth_root(s, gains.layer)
+        force = force_for(reference.acceleration + gains.slope * e_dot + reached + memory.integral, body)
+
+        attitude = attitude_for(force, reference, body.mass)
+        errors = errors_to(attitude, measured)
+        s_r = -(errors.rates + gains.turn_slope * errors.attitude)
+        turn_reached = gains.turn_reaching * smooth_root(s_r, gains.turn_layer)
+        angular = errors.feed_forward - gains.turn_slope * errors.rates + turn_reached + memory.turn_integral
+        command = Command(
+            thrust=force @ up_axis(rotation_matrix(measured.attitude)),
+            torque=torque_for(angular, measured, body),
+            desired_attitude=yaw_pitch_roll(quaternion_of(attitude.rotation)),
+            r1=s,
+            r2=s_r,
+        )
+        twisted = period * (gains.twisting * smooth_sign(s, gains.layer))
+        turn_twisted = period * (gains.turn_twisting * smooth_sign(s_r, gains.turn_layer))
+        return command, SuperTwistingMemory(
+            boxed(memory.integral + twisted, gains.bound), boxed(memory.turn_integral + turn_twisted, gains.turn_bound)
+        )
+
+    def conditions(self, gains: SuperTwistingGains, model: Model) -> Sequence[Condition]:
+        """k_1 > 1.5 sqrt(L), k_2 > 1.1 L: enough for convergence in finite time against a disturbance of rate L."""
+        needed, source = 1.5 * sqrt(gains.lipschitz), "Levant 1998, after Levant 1993"
+        found: list[Condition] = []
+        for axis, k_1, k_2 in zip("xyz", gains.reaching, gains.twisting, strict=True):
+            found.append(Condition(f"k_1 ({axis}) > 1.5 sqrt(L)", k_1, needed, source))
+            found.append(Condition(f"k_2 ({axis}) >= 1.1 L", k_2, 1.1 * gains.lipschitz, source))
+        return found

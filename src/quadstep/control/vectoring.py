@@ -1,0 +1,104 @@
+"""Thrust vectoring: what laws share that turn the whole vehicle so that its thrust points along a wanted force.
+
+    m v_dot = f R e3 - m g e3,    J Omega_dot = tau - Omega x J Omega
+
+Position stiffness and damping ask for an acceleration, mass and gravity make a force of it, the attitude follows the force.
+"""
+
+from typing import NamedTuple
+
+from quadstep.control.controller import Measured
+from quadstep.control.gain import believed, gain, given, usual
+from quadstep.control.wanted_attitude import WantedAttitude, wanted_attitude, within
+from quadstep.guidance.reference import Reference
+from quadstep.numbers import Matrix, Number, Vector, clip, exp, vector
+from quadstep.numbers.rotations import cross, rotation_matrix
+
+ZERO = vector(0.0, 0.0, 0.0)
+
+
+class Body(NamedTuple):
+    """What a law believes of the vehicle. lag: time constant of the rotors [s]."""
+
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+    gravity: Number = given(lambda model: model.gravity)
+    most_thrust: Number = given(lambda model: model.most_thrust)
+    lag: Number = given(lambda model: model.lag)
+
+
+class Pull(NamedTuple):
+    """Gains of the position loop, over mass."""
+
+    stiffness: Vector = gain(usual(24.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
+    damping: Vector = gain(usual(7.0, 1), "1/s", "damping of position, over mass", key="k_v")
+
+
+class Turn(NamedTuple):
+    """Gains of the attitude loop, over inertia, about body x, y, z."""
+
+    stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
+    damping: Vector = gain(usual((30.0, 30.0, 15.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
+
+
+class TurningErrors(NamedTuple):
+    """attitude: e_R [-]. rates: e_Omega [rad/s]. feed_forward: the angular acceleration [rad/s^2] that keeps both at zero."""
+
+    attitude: Vector
+    rates: Vector
+    feed_forward: Vector
+
+
+def vee_error(wanted: Matrix, rotation: Matrix) -> Vector:
+    """e_R = 1/2 vee(R_c^T R - R^T R_c), body axes (Lee 2010, Eq. 10)."""
+    e = wanted.T @ rotation
+    return 0.5 * vector(e[2, 1] - e[1, 2], e[0, 2] - e[2, 0], e[1, 0] - e[0, 1])
+
+
+def turning_errors(wanted: WantedAttitude, rotation: Matrix, rates: Vector) -> TurningErrors:
+    """The errors of Lee, Leok, McClamroch (2010), Eqs 10 and 11, body axes. rates: of the body [rad/s]."""
+    across = rotation.T @ wanted.rotation  # from the wanted body axes into the body's
+    turning = across @ wanted.rates
+    feed_forward = across @ wanted.acceleration - cross(rates, turning)
+    return TurningErrors(vee_error(wanted.rotation, rotation), rates - turning, feed_forward)
+
+
+def pulled(measured: Measured, reference: Reference, gains: Pull) -> Vector:
+    """The acceleration [m/s^2] that is wanted: of the path, and back to it."""
+    e, e_dot = reference.position - measured.position, reference.velocity - measured.velocity
+    return reference.acceleration + gains.stiffness * e + gains.damping * e_dot
+
+
+def force_for(acceleration: Vector, body: Body) -> Vector:
+    """The thrust vector [N] for an acceleration [m/s^2], world axes, within the rotors' reach."""
+    return within(body.mass * (acceleration + vector(0.0, 0.0, body.gravity)), body.most_thrust)
+
+
+def attitude_for(force: Vector, reference: Reference, mass: Number) -> WantedAttitude:
+    """The attitude that points the thrust along a force [N]; it turns as the path's jerk and snap ask, whatever the errors."""
+    return wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
+
+
+def errors_to(wanted: WantedAttitude, measured: Measured) -> TurningErrors:
+    """How far a vehicle is from a wanted attitude."""
+    return turning_errors(wanted, rotation_matrix(measured.attitude), measured.rates)
+
+
+def turned(errors: TurningErrors, gains: Turn) -> Vector:
+    """The angular acceleration [rad/s^2] that is wanted, about the body's axes."""
+    return errors.feed_forward - gains.stiffness * errors.attitude - gains.damping * errors.rates
+
+
+def torque_for(angular: Vector, measured: Measured, body: Body) -> Vector:
+    """The torque [N m] for an angular acceleration [rad/s^2], about the body's axes."""
+    return body.inertia * angular + cross(measured.rates, body.inertia * measured.rates)
+
+
+def followed(rate: Number, period: Number) -> Number:
+    """The share of a step that a low-pass filter of first order with this cut-off [rad/s] follows in a period [s]."""
+    return 1.0 - exp(-(rate * period))
+
+
+def boxed(entries: Vector, bound: Number) -> Vector:
+    """Every entry between -bound and bound."""
+    return Vector(clip(entry, -bound, bound) for entry in entries)

@@ -1,0 +1,1 @@
+"""`quadstep export`: the law that was judged, as C for the vehicle."""

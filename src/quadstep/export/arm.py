@@ -1,0 +1,171 @@
+"""What a law takes on Cortex-M4F and M7: sizes from the compiler, instructions counted exactly by QEMU.
+
+QEMU runs each instruction in one tick of its clock (`-icount shift=0`), and SysTick counts 25 MHz of its 1 GHz, so every 40
+instructions. A call is therefore timed many times over and the counts are divided; the remainder is below one instruction.
+"""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.c99.compiler import compile_c
+from quadstep.c99.source import Exported, loops
+from quadstep.c99.structs import has_numbers
+from quadstep.c99.templates import filled
+from quadstep.errors import UserError
+from quadstep.numbers import flatten
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+COMPILER, MACHINE = "arm-none-eabi-gcc", "qemu-system-arm"
+
+PROCESSORS = {
+    "Cortex-M4F": (("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), "mps2-an386"),
+    "Cortex-M7": (("-mcpu=cortex-m7", "-mfpu=fpv5-sp-d16"), "mps2-an500"),
+}
+"""Flags of the compiler, and QEMU's board."""
+
+COMMON = ("-mthumb", "-mfloat-abi=hard", "-Os", "-ffunction-sections", "-fdata-sections")
+
+
+class Sizes(NamedTuple):
+    """Bytes. code: of the functions and their constants; parameters: in flash; state: in RAM; stack: by function."""
+
+    code: int
+    parameters: int
+    state: int
+    stack: dict[str, int]
+
+
+class Counted(NamedTuple):
+    """Instructions of each function, on average and at worst over the golden samples, and whether the bits were the same."""
+
+    average: dict[str, int]
+    worst: dict[str, int]
+    same_bits: bool
+
+
+class OnArm(NamedTuple):
+    """What was measured on one processor."""
+
+    sizes: Sizes
+    counted: Counted | None
+    warnings: int
+
+
+def missing() -> list[str]:
+    """The programs that measuring needs and that are not here."""
+    return [program for program in (COMPILER, MACHINE) if shutil.which(program) is None]
+
+
+def measured(exported: Exported, folder: Path, work: Path) -> dict[str, OnArm]:
+    """By processor. folder: with the exported files; work: a folder to build in. Raises UserError where a tool fails."""
+    results = {}
+    for processor, (flags, board) in PROCESSORS.items():
+        build = work / re.sub(r"\W", "", processor)
+        build.mkdir()
+        for file in folder.iterdir():
+            if file.suffix in (".c", ".h"):
+                shutil.copy(file, build)
+        results[processor] = one(exported, build, [*flags, *COMMON], board)
+    return results
+
+
+def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
+    """The measurements on one processor."""
+    name = exported.name
+    strict = ["-Wall", "-Wextra", "-Wconversion", "-Wfloat-equal", "-Wshadow", "-Wdouble-promotion"]
+    told = compile_c(build, [*flags, *strict, "-fstack-usage", "-c", f"{name}.c", f"{name}_params.c"], [COMPILER])
+    sizes = Sizes(
+        code=section(build / f"{name}.o", r"\.(text|rodata)\S*"),
+        parameters=section(build / f"{name}_params.o", r"\.rodata\S*"),
+        state=state_size(exported),
+        stack={
+            line.split("\t")[0].split(":")[-1]: int(line.split("\t")[1])
+            for line in (build / f"{name}.su").read_text(encoding="utf-8").splitlines()
+        },
+    )
+    counted = None
+    if shutil.which(MACHINE):
+        (build / "count.c").write_text(counting(exported), encoding="utf-8")
+        shutil.copy(TEMPLATES / "startup.c", build)
+        shutil.copy(TEMPLATES / "memory.ld", build)
+        objects = [f"{name}.o", f"{name}_params.o"]
+        quiet = [*flags, "-nostartfiles", "--specs=nosys.specs", "-T", "memory.ld", "-w"]
+        compile_c(build, [*quiet, "startup.c", "count.c", *objects, "-lm", "-o", "count.elf"], [COMPILER])
+        counted = parsed(emulated(build / "count.elf", board))
+    return OnArm(sizes, counted, told.count("warning:"))
+
+
+def section(file: Path, names: str) -> int:
+    """Bytes of an object's sections."""
+    run = subprocess.run(["arm-none-eabi-size", "-A", file], capture_output=True, text=True, check=True, timeout=60)
+    lines = (line.split() for line in run.stdout.splitlines())
+    return sum(int(words[1]) for words in lines if len(words) > 1 and re.fullmatch(names, words[0]))
+
+
+def state_size(exported: Exported) -> int:
+    """Bytes of the state: the memory, the last command, whether it is ready."""
+    return (8 if exported.precise else 4) * (len(flatten(exported.code.memory)) + len(flatten(exported.code.command))) + 4
+
+
+def emulated(program: Path, board: str) -> str:
+    """What a program says on QEMU. Raises UserError where it does not end."""
+    line = [
+        MACHINE, "-M", board, "-icount", "shift=0", "-display", "none", "-monitor", "none", "-serial", "none",
+        "-semihosting-config", "enable=on,target=native", "-kernel", str(program),
+    ]  # fmt: skip
+    try:
+        run = subprocess.run(line, capture_output=True, text=True, check=False, timeout=60)
+    except subprocess.TimeoutExpired:
+        raise UserError(f"{MACHINE} did not finish in 60 s") from None
+    return run.stdout + run.stderr
+
+
+def parsed(said: str) -> Counted:
+    """The counts that the program printed."""
+    words = dict(re.findall(r"^(\w+) (-?\d+)$", said, re.M))
+    if "differences" not in words:
+        raise UserError(f"{MACHINE} gave no counts: {said or 'nothing'}")
+    names = sorted({name.removesuffix("_worst") for name in words if name.endswith("_worst")})
+    average = {name: int(words[f"{name}_average"]) for name in names}
+    return Counted(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")
+
+
+def counting(exported: Exported) -> str:
+    """The program that counts: every golden sample, each function many times on the same memory."""
+    name = exported.name
+    calls = {
+        "law": f"{name}_law(&{name}_mission, &work, &measured, &reference, &clock, &command)",
+        "made": f"{name}_made(&{name}_mission, &command, &made)",
+    }
+    given = f"&{name}_mission, &work, &measured, &reference, &clock"
+    calls = {**{loop: f"{name}_{loop}({given})" for loop in loops(exported)}, **calls}
+    numbers = {what: place for place, what in enumerate(calls)}
+    body = []
+    for what, call in calls.items():
+        period = f"golden_{'law' if what == 'made' else what}_period"
+        body += [
+            f"        clock.period = {period};",
+            f"        work = state; reading = SYST[2]; for (int k = 0; k < REPEATS; ++k) {{ work = state; (void){call}; }}",
+            "        with = (reading - SYST[2]) & 0xFFFFFFu;",
+            '        reading = SYST[2]; for (int k = 0; k < REPEATS; ++k) { spare = state; __asm volatile("" ::: "memory"); }',
+            f"        note({numbers[what]}, with - ((reading - SYST[2]) & 0xFFFFFFu));",
+        ]
+        if what != "made":
+            body.append("        state = work;")
+    prints = [
+        f'    say("{what}_{kind}", {expression.format(place)});'
+        for what, place in numbers.items()
+        for kind, expression in (("average", "total[{}] / GOLDEN_SAMPLES"), ("worst", "worst[{}]"))
+    ]
+    memory = "differences += differing(&state.memory, golden_memory[0], sizeof golden_memory[0]);"
+    words = {
+        "NAME": name,
+        "BODY": "\n".join(body),
+        "PRINTS": "\n".join(prints),
+        "MEMORY": memory if has_numbers(exported.code.memory) else "",
+    }
+    return filled(TEMPLATES / "count.c", words)

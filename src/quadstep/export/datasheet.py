@@ -1,0 +1,187 @@
+"""The data sheet of an exported law: what it takes, how it was measured, where it is from."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from quadstep.c99.compiler import BITS
+from quadstep.c99.source import STATUS, Exported, loops
+from quadstep.export.arm import OnArm, state_size
+from quadstep.export.misra import REASONS
+from quadstep.numbers import Table, flatten
+
+CLOCKS = {"Cortex-M4F": (168e6, 0.7), "Cortex-M7": (216e6, 1.0)}
+"""Clock [Hz] of usual flight computers, and instructions a cycle that their shares are reckoned with."""
+
+LICENCE = (
+    "The files that quadstep generates here are yours: its authors claim no rights in them, and its licence (MIT) does "
+    "not extend to them. What you link them with may bind the whole: the firmware of the Crazyflie and ArduPilot are under "
+    "the GPL, version 3, PX4 is under the BSD licence."
+)
+
+
+class Facts(NamedTuple):
+    """Where an export is from. mission: digest of its file; flight: of all its numbers and laws; gains: of these alone."""
+
+    version: str
+    name: str
+    mission: str
+    flight: str
+    gains: str
+
+    def lines(self) -> tuple[str, ...]:
+        """For the head of each file."""
+        return (
+            f"Written by quadstep {self.version} from the mission {ascii_of(self.name)} ({self.mission}), gains {self.gains}.",
+        )
+
+
+class Measured(NamedTuple):
+    """What was measured. arm: by processor. misra: deviations by rule. apart: largest distance of the closed loop in f32 from
+    that in f64 [m], over so many seconds. absent: what could not be measured, and why.
+    """
+
+    arm: dict[str, OnArm]
+    misra: dict[str, int] | None
+    apart: tuple[float, float] | None
+    absent: tuple[str, ...]
+
+
+NOTHING = Measured({}, None, None, ("instructions, code and stack: export with --measure",))
+
+
+def ascii_of(text: str) -> str:
+    """A text as a comment of C may hold it."""
+    return text.encode("ascii", "backslashreplace").decode().replace("*/", "* /").replace("/*", "/ *")
+
+
+def datasheet(exported: Exported, facts: Facts, measured: Measured = NOTHING) -> str:
+    """The sheet, in Markdown."""
+    parts = [
+        f"# {exported.subject.controller.label or exported.name}: data sheet",
+        origin(exported, facts),
+        "## What it takes",
+        memory(exported),
+        *processors(exported, measured),
+        *([closed_loop(measured.apart)] if measured.apart else []),
+        "## How it is called",
+        calls(exported),
+        "## What it guarantees",
+        guarantees(),
+        "## MISRA C:2012",
+        misra(measured.misra),
+        *(["## Not measured", "\n".join(f"- {one}" for one in measured.absent)] if measured.absent else []),
+        "## Licence",
+        LICENCE,
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def origin(exported: Exported, facts: Facts) -> str:
+    """Where it is from."""
+    kind = "f64 (double)" if exported.precise else "f32 (float)"
+    rows = [
+        ("law", f"`{exported.subject.controller.name or exported.name}`, {exported.subject.controller.source or 'the user'}"),
+        ("numbers", kind),
+        ("quadstep", facts.version),
+        ("mission", f"{facts.name.replace('|', '/')}, SHA-256 {facts.mission}..."),
+        ("flight (laws and all numbers)", facts.flight),
+        ("gains", f"SHA-256 {facts.gains}..."),
+    ]
+    return table(("", ""), rows)
+
+
+def memory(exported: Exported) -> str:
+    """RAM and parameters, counted from the structs."""
+    size = 8 if exported.precise else 4
+    leaves = flatten((exported.subject.gains, exported.code.vehicle))
+    numbers = sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in leaves) + 1
+    return (
+        f"RAM: {state_size(exported)} bytes of state, which the caller holds; no globals, no heap. "
+        f"Constant parameters: {size * numbers} bytes of flash."
+    )
+
+
+def processors(exported: Exported, measured: Measured) -> list[str]:
+    """What was measured on each processor."""
+    parts = []
+    for processor, found in measured.arm.items():
+        clock, pace = CLOCKS[processor]
+        rows = [
+            ("flash: code and constants", f"{found.sizes.code} bytes"),
+            ("flash: parameters", f"{found.sizes.parameters} bytes"),
+            ("deepest stack frame", f"{max(found.sizes.stack.values())} bytes"),
+            ("compiler warnings", str(found.warnings)),
+        ]
+        if found.counted:
+            rows += instructions(exported, found, clock, pace)
+            rows.append(("golden vectors", "the same bits" if found.counted.same_bits else "DIFFERENT BITS"))
+        parts.append(f"{processor}, arm-none-eabi-gcc -Os {' '.join(BITS)}:\n\n" + table(("", ""), rows))
+    return parts
+
+
+def instructions(exported: Exported, found: OnArm, clock: float, pace: float) -> list[tuple[str, str]]:
+    """Rows of the instructions of each function and their share of its period."""
+    assert found.counted
+    clocked = exported.clocked
+    periods = {"made": clocked.period("law"), **{name: clocked.period(name) for name in clocked.every}}
+    rows = []
+    for name, worst in found.counted.worst.items():
+        share = worst / pace / clock / periods[name]
+        said = (
+            f"{worst} at worst, {found.counted.average[name]} on average; {100.0 * share:.2g} % of {1e3 * periods[name]:g} ms"
+        )
+        rows.append((f"instructions of {name}", f"{said} at {1e-6 * clock:g} MHz and {pace:g} a cycle"))
+    due = sum(worst for name, worst in found.counted.worst.items() if name != "made")
+    rows.append(("all but made due at once", f"{due} instructions, {100.0 * due / pace / clock / 1e-3:.2g} % of 1 ms"))
+    return rows
+
+
+def closed_loop(apart: tuple[float, float]) -> str:
+    """How far f32 leads."""
+    distance, seconds = apart
+    beside = f"at most {1e6 * distance:.3g} micrometres beside the flight in f64"
+    return f"In closed loop over {seconds:g} s, this code in f32 flies {beside}."
+
+
+def calls(exported: Exported) -> str:
+    """The order of calls."""
+    name = exported.name
+    given = f"&{name}_mission, &state, &measured, &reference, &clock"
+    slower = "".join(f"    {name}_{loop}({given});     /* where it is due */\n" for loop in loops(exported))
+    return (
+        f"```c\n{name}_state state;\n{name}_reset(&state);\n"
+        f"{name}_start(&{name}_mission, &state, &measured);  /* when it takes over */\n"
+        "for each sample\n{\n"
+        f"{slower}"
+        f"    status = {name}_law(&{name}_mission, &state, &measured, &reference, &clock, &command);\n"
+        f"    {name}_made(&{name}_mission, &command, &made);\n"
+        "    /* what the next sample is told, if the law measures them */\n"
+        "    measured.thrust = made.thrust; measured.torque = made.torque;\n}\n```"
+    )
+
+
+def guarantees() -> str:
+    """What the functions promise."""
+    bits = "\n".join(f"- `{word}`: {said}" for word, said in STATUS)
+    return (
+        "The command is defined whatever happens. Status bits:\n\n"
+        f"{bits}\n\nNo recursion, no I/O, no heap, no globals but the constant parameters; every loop has a constant number "
+        "of turns, so time is bounded. The bits are those of quadstep's flights where each operation is rounded by itself: "
+        f"compile with `{BITS[0]}` and without -ffast-math (the CMake file does; `test_*.c` finds out)."
+    )
+
+
+def misra(found: dict[str, int] | None) -> str:
+    """The deviations."""
+    if found is None:
+        return "Not checked: export with --measure where cppcheck is installed."
+    if not found:
+        return "cppcheck's addon finds no deviation."
+    rows = [(rule, str(count), REASONS.get(rule, "not judged yet")) for rule, count in found.items()]
+    return "Deviations that cppcheck's addon finds:\n\n" + table(("rule", "places", "why"), rows)

@@ -1,0 +1,107 @@
+"""`quadstep export` from mission file to folder."""
+
+import hashlib
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep import __version__
+from quadstep.c99.source import Exported
+from quadstep.c99.subject import exported
+from quadstep.errors import UserError
+from quadstep.export.arm import state_size
+from quadstep.export.c99 import c99_files
+from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
+from quadstep.export.firmware import firmware_files
+from quadstep.export.measure import measurements
+from quadstep.files import TOML, read_bytes
+from quadstep.flight.engines import FlightPlan
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.numbers import Table, flatten
+from quadstep.report.publish import fingerprint, publishing, write_json
+
+MANIFEST = "export.json"
+"""The file that identifies an export."""
+
+
+class Target(StrEnum):
+    """What the law is exported for."""
+
+    C99 = "c99"
+    CRAZYFLIE = "crazyflie"
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
+
+
+class Request(NamedTuple):
+    """How to export. measure: whether to fill the data sheet with measurements."""
+
+    target: Target = Target.C99
+    precise: bool = False
+    measure: bool = False
+    overwrite: bool = False
+
+
+class Done(NamedTuple):
+    """What was written. said: lines about it. warnings: of the mission."""
+
+    exported: Exported
+    files: list[str]
+    said: list[str]
+    warnings: tuple[str, ...]
+
+
+def digest(content: bytes) -> str:
+    """The beginning of a SHA-256."""
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def facts_of(path: Path, plan: FlightPlan, name: str) -> Facts:
+    """Where an export is from."""
+    leaves = flatten(plan.parameters.gains)
+    gains = digest(repr([leaf.values if isinstance(leaf, Table) else leaf for leaf in leaves]).encode())
+    return Facts(__version__, name, digest(read_bytes(path, TOML)), fingerprint([plan]), gains)
+
+
+def export_mission(path: Path, folder: Path, request: Request, told: Callable[[str], None] = lambda _: None) -> Done:
+    """Write the law of a mission in `path` as C into `folder`. told: of every stage. Raises UserError."""
+    mission = read_mission(path)
+    plan = plan_mission(mission, path)
+    facts = facts_of(path, plan, mission.name)
+    told("recording the law")
+    try:
+        law = exported(plan, request.precise, facts.lines())
+        files = c99_files(law, plan)
+        if request.target is not Target.C99:
+            files = firmware_files(request.target, law, files)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    kind = "f64" if request.precise else "f32"
+    identity = digest(f"{facts.flight} {request.target} {kind} {__version__}".encode())
+    with publishing(folder, identity, request.overwrite, MANIFEST) as out:
+        for name, text in files.items():
+            place = out / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(text, encoding="utf-8")
+        found = measurements(law, plan, out, told) if request.measure else NOTHING
+        (out / "datasheet.md").write_text(datasheet(law, facts, found), encoding="utf-8")
+        write_json(
+            out / MANIFEST, {"name": mission.name, "target": request.target.value, "precision": kind, **facts._asdict()}
+        )
+    return Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
+
+
+def summary(law: Exported, found: Measured) -> list[str]:
+    """What the command says."""
+    kind = "f64" if law.precise else "f32"
+    lines = [f"{law.subject.controller.label or law.name} in C99, {kind}: {state_size(law)} bytes of RAM."]
+    for processor, one in found.arm.items():
+        counts = one.counted.worst if one.counted else {}
+        due = sum(count for name, count in counts.items() if name != "made")
+        said = f"; all loops due at once take at most {due} instructions" if due else ""
+        lines.append(f"{processor}: {one.sizes.code} bytes of code, {max(one.sizes.stack.values())} of stack{said}.")
+    if found.apart:
+        lines.append(f"f32 flies at most {1e6 * found.apart[0]:.3g} micrometres beside f64 over {found.apart[1]:g} s.")
+    lines += [f"Not measured: {one}." for one in found.absent] if found.arm or found.misra else []
+    return lines

@@ -1,0 +1,28 @@
+/* TITLE as a back end of ArduPilot's AC_CustomControl: the attitude loop. */
+#pragma once
+
+#include "AC_CustomControl_Backend.h"
+
+extern "C" {
+#include "NAME.h"
+}
+
+class AC_CustomControl_Quadstep : public AC_CustomControl_Backend
+{
+public:
+    AC_CustomControl_Quadstep(AC_CustomControl &frontend, AP_AHRS_View *&ahrs, AC_AttitudeControl *&att_control, AP_MotorsMulticopter *&motors, float dt);
+
+    Vector3f update(void) override;
+    void reset(void) override;
+
+    static const struct AP_Param::GroupInfo var_info[];
+
+private:
+    float _period;
+    uint32_t _ticks;
+    uint32_t _status;
+    uint32_t _outer[OUTER_COUNT];
+    bool _started;
+    NAME_state _state;
+    NAME_actuators _made;
+};

@@ -1,0 +1,234 @@
+"""Equation error on averages: what half a second of flight says of thrust, tilt, centre of gravity, drag and flapping.
+
+Averages are taken so that noise in what a regression starts from does not bias it, and because an observer that learns slow
+forces would hide all of these numbers from prediction errors.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.allocation import mixing
+from quadstep.airframe.geometry import Geometry
+from quadstep.identify.predictor import PredictorParameters
+from quadstep.identify.starts import voltage_of
+from quadstep.logs.flight import FlightRecord, Floats
+
+BLOCK = 0.5
+"""Length of an average [s]."""
+
+FEWEST = 12
+"""Blocks without which nothing is said."""
+
+LEAST_SPREAD = 0.004
+"""Standard deviation of a logarithm (of command, of voltage) below which its exponent cannot be told."""
+
+
+class Told(NamedTuple):
+    """A number that averages tell: value and standard error. clusters: how many independent parts stand behind it."""
+
+    value: float
+    error: float
+    clusters: int
+
+
+class Block(NamedTuple):
+    """Half seconds of flight, n of them, with their samples. flight (n,): index. gain (n, 3): mean acceleration less gravity,
+    world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors), volts (n,). velocity (n,
+    samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration [rad/s^2].
+    """
+
+    flight: Floats
+    gain: Floats
+    axes: Floats
+    commands: Floats
+    volts: Floats
+    velocity: Floats
+    rates: Floats
+    turning: Floats
+
+
+def matrices(attitude: Floats) -> Floats:
+    """Rotation matrices (n, 3, 3) of quaternions."""
+    w, x, y, z = attitude.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    found: Floats = np.array(rows).transpose(2, 0, 1)
+    return found
+
+
+def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
+    """The commands as the rotors follow them, `delay` [s] later and with a lag of first order [s], shape (n, rotors)."""
+    index, shift = np.arange(flight.rows, dtype=float), delay / flight.period
+    found = np.stack([np.interp(index - shift, index, column) for column in flight.motors.T], axis=1)
+    share = 1.0 - math.exp(-flight.period / max(lag, 1e-4))
+    result = found.copy()
+    for row in range(1, flight.rows):
+        result[row] = result[row - 1] + share * (0.5 * (found[row - 1] + found[row]) - result[row - 1])
+    return result
+
+
+def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> Block | None:
+    """Averages of all flights, whose rotors follow their commands so; None where there are too few."""
+    found: list[tuple[Floats, ...]] = []
+    for number, flight in enumerate(flights):
+        count = max(2, round(BLOCK / flight.period))
+        good, runs = flight.flying & flight.measured, flight.runs()
+        before = math.ceil((delay + 4.0 * lag) / flight.period) + 1
+        motors = followed(flight, delay, lag)
+        turn, speed = matrices(flight.channel("attitude")), flight.channel("velocity")
+        rates, volts = flight.channel("rates"), voltage_of(flight)
+        for first in range(before, flight.rows - count - 1, count):
+            last = first + count
+            if not good[first : last + 1].all() or runs[last] < count + before:
+                continue
+            gain = (speed[last] - speed[first]) / (count * flight.period) + np.array([0.0, 0.0, gravity])
+            inner = slice(first, last)
+            middles = 0.5 * (turn[first:last] + turn[first + 1 : last + 1])
+            body = np.einsum("nij,ni->nj", middles, 0.5 * (speed[first:last] + speed[first + 1 : last + 1]))
+            twist = (rates[last] - rates[first]) / (count * flight.period)
+            volt = volts[first : last + 1].mean()
+            told = 0.5 * (motors[first:last] + motors[first + 1 : last + 1])
+            found.append((np.array(number), gain, middles, told, volt, body, rates[inner], twist))
+    if len(found) < FEWEST:
+        return None
+    return Block(*(np.array(column) for column in zip(*found, strict=True)))
+
+
+def clusters_of(block: Block) -> Floats:
+    """A number for each block that says which blocks belong together: those of a flight, or where these are few, four each."""
+    flights = len(np.unique(block.flight))
+    return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
+
+
+def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, int]:
+    """Solution, its standard errors robust to clusters (Liang and Zeger 1986), and the number of these."""
+    inverse = np.linalg.pinv(matrix.T @ matrix)
+    solution = inverse @ (matrix.T @ wanted)
+    rest = wanted - matrix @ solution
+    names = np.unique(clusters)
+    scores = np.array([matrix[clusters == name].T @ rest[clusters == name] for name in names])
+    count = len(names)
+    spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
+    return solution, np.sqrt(np.diag(spread)), count
+
+
+def hubs(block: Block, geometry: Geometry) -> Floats:
+    """Velocity of every rotor's hub in body axes [m/s], shape (n, samples, rotors, 3)."""
+    places = np.array([mount.position for mount in geometry.mounts])
+    return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
+
+
+def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> tuple[list[str], dict[str, str]]:
+    """Which exponents the logarithms of commands and voltages tell, and why they do not tell the others."""
+    why: dict[str, str] = {}
+    free = []
+    for name, what, values in (("exponent", "command", commands), ("voltage_exponent", "voltage", volts)):
+        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in np.unique(flight)])))
+        if speeds:
+            why[f"command.{name}"] = "rotor speeds were logged, no commands"
+        elif spread < LEAST_SPREAD:
+            why[f"command.{name}"] = f"the {what} varies by {100 * spread:.2g} % only within a flight"
+        else:
+            free.append(name)
+    return free, why
+
+
+def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool) -> tuple[dict[str, Told], dict[str, str]]:
+    """Thrust curve, tilt and drag from mean forces, all at once; what cannot be told, with the reason.
+
+    m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
+    w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
+    of its own, and the exponents come from within flights.
+    """
+    commands = np.maximum(block.commands, 1e-3)
+    logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
+    flight = np.unique(block.flight, return_inverse=True)[1]
+    count = int(flight.max()) + 1
+    factor = float(p.airframe.rotor.thrust / p.airframe.mass)
+    free, why = exponents(flight.astype(np.float64), logs.mean(axis=(1, 2)), volts, speeds)
+    a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
+    levels = np.full(count, math.log(p.curve.speed))
+    tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
+    air = hubs(block, geometry)
+    for _ in range(10):
+        turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[:, None, None])
+        thrusts, flow = factor * turning**2, (turning[..., None] * air).sum(axis=2) / float(p.airframe.mass)
+        level = block.axes * flow[:, :, None, :]
+        thrust = thrusts.sum(axis=2)
+        leaning = block.axes @ np.array([tilt[1], -tilt[0], 1.0])
+        lifted = (thrust[..., None] * leaning).mean(axis=1)
+        by_command = (2.0 * (thrusts * logs).sum(axis=2)[..., None] * leaning).mean(axis=1)
+        flat = (level[..., 0] + level[..., 1]).mean(axis=1)
+        axial = level[..., 2].mean(axis=1)
+        columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
+        columns += [{"exponent": by_command, "voltage_exponent": 2.0 * volts[:, None] * lifted}[name] for name in free]
+        columns += [
+            -(thrust[..., None] * block.axes[..., 1]).mean(axis=1),
+            (thrust[..., None] * block.axes[..., 0]).mean(axis=1),
+        ]
+        columns += [-flat, -axial]
+        rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
+        matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
+        step, errors, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
+        levels += step[:count]
+        named = dict(zip([*free, "x", "y", "flat", "axial"], step[count:], strict=True))
+        a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
+        tilt += np.array([named["x"], named["y"]])
+        drag += np.array([named["flat"], named["axial"]])
+    error = dict(zip([*free, "x", "y", "flat", "axial"], errors[count:], strict=True))
+    known = {f"command.{name}": Told(a if name == "exponent" else b, float(error[name]), clusters) for name in free}
+    middle = float(levels.mean())
+    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
+    own = float(np.sqrt((errors[:count] ** 2).mean() / count))
+    known["command.speed"] = Told(
+        math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count
+    )
+    known["imu.tilt[0]"] = Told(float(tilt[0]), float(error["x"]), clusters)
+    known["imu.tilt[1]"] = Told(float(tilt[1]), float(error["y"]), clusters)
+    known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
+    known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), float(error["axial"]), clusters)
+    return known, why
+
+
+def mean_speed(levels: Floats, errors: Floats, clusters: int) -> Told:
+    """The mean of the flights' speeds from their logarithms, how sure these are, and how they scatter."""
+    count, middle = len(levels), math.exp(float(levels.mean()))
+    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
+    own = float(np.sqrt((errors**2).mean() / count))
+    return Told(middle, middle * math.hypot(scatter, own), clusters if count < 3 else count)
+
+
+def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:
+    """Centre of gravity and flapping from mean torques, with a known thrust curve.
+
+    I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W
+    v_x. The inertia is found too, and not used: predictions tell it better.
+    """
+    airframe, curve = p.airframe, p.curve
+    shift = (block.volts / curve.nominal) ** curve.voltage_exponent
+    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** curve.exponent * shift[:, None, None]
+    thrusts = airframe.rotor.thrust * (speeds**2).mean(axis=1)
+    flow = (speeds[..., None] * hubs(block, geometry)).sum(axis=2).mean(axis=1)
+    rows = np.array([list(row) for row in mixing(geometry, airframe.rotor.torque / airframe.rotor.thrust)])
+    thrust, roll, pitch, _ = rows @ thrusts.T
+    inertia = np.array([float(one) for one in airframe.inertia])
+    coupling = np.cross(block.rates, block.rates * inertia).mean(axis=1)
+    nothing = np.zeros(len(thrust))
+    about_x = np.stack([thrust, nothing, -flow[:, 1], block.turning[:, 0], nothing], axis=1)
+    about_y = np.stack([nothing, -thrust, flow[:, 0], nothing, block.turning[:, 1]], axis=1)
+    wanted = [torque - coupling[:, i] for i, torque in ((0, roll), (1, pitch))]
+    together = clusters_of(block)
+    solution, errors, count = least_squares(
+        np.concatenate([about_x, about_y]), np.concatenate(wanted), np.concatenate([together, together])
+    )
+    return {
+        "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count),
+        "centre_of_gravity[0]": Told(float(solution[1]), float(errors[1]), count),
+        "drag.flapping": Told(float(solution[2]), float(errors[2]), count),
+    }

@@ -1,0 +1,187 @@
+"""Logged setpoints flown by a vehicle under a controller, beside the real flight."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.motion import AirframeState
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import FlightPlan, fly_all
+from quadstep.flight.log import FlightLog
+from quadstep.guidance.setpoints import SetpointParameters, Setpoints
+from quadstep.identify.averages import blocks
+from quadstep.identify.parameters import numbers_of
+from quadstep.identify.starts import laid_out, setpoint_of
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.multirotor import MultirotorMission
+from quadstep.numbers import Table, Vector
+
+SETTLING = 1.0
+"""Time at the start that is not compared [s]."""
+
+LONGEST_LEAD = 1.2
+
+
+class Tracking(NamedTuple):
+    """How a flight follows its setpoints. rmse [m]: of the position. lead [s]: by which the setpoint goes ahead of the
+    position. tilt [rad]: below which it is 99 % of the time. rate [rad/s]: mean magnitude.
+    """
+
+    rmse: float
+    lead: float
+    tilt: float
+    rate: float
+
+
+class Beside(NamedTuple):
+    """A real flight and the simulated one. time [s], setpoint, real, flown (n, 3) [m]."""
+
+    name: str
+    real: Tracking
+    simulated: Tracking
+    time: Floats
+    setpoint: Floats
+    real_position: Floats
+    flown_position: Floats
+    lost: str
+
+
+def stretch(flight: FlightRecord) -> slice:
+    """The longest part of a flight in the air with setpoints and without a gap. Raises UserError where it is short."""
+    given = (setpoint_of(flight)[:, 3] > 0.5) & flight.flying & flight.measured
+    given[1:] &= flight.follows[1:] | ~given[:-1]
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], given.astype(int), [0]])))
+    best = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: one[1] - one[0], default=(0, 0))
+    if (best[1] - best[0]) * flight.period < 4.0:
+        raise UserError(f"{flight.name}: no four seconds of flight with setpoints and without a gap; nothing to fly again")
+    return slice(int(best[0]), int(best[1]))
+
+
+def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats, period: float) -> Tracking:
+    """What is compared of a flight, after it has settled."""
+    first, most = round(SETTLING / period), round(LONGEST_LEAD / period)
+    errors = [
+        np.sqrt(((setpoint[: len(setpoint) - late] - position[late:]) ** 2).sum(axis=1)[first:].mean())
+        for late in range(min(most, len(position) - first - 2))
+    ]
+    up = 1.0 - 2.0 * (attitude[first:, 1] ** 2 + attitude[first:, 2] ** 2)
+    return Tracking(
+        rmse=float(errors[0]),
+        lead=int(np.argmin(errors)) * period,
+        tilt=float(np.percentile(np.arccos(np.clip(up, -1.0, 1.0)), 99)),
+        rate=float(np.linalg.norm(rates[first:], axis=1).mean()),
+    )
+
+
+def as_flown(vehicle: AirframeSection) -> dict[str, object]:
+    """Gains of the cascaded PID for flying as the real vehicle does, where a mission would not say them.
+
+    The inner loops are as fast as the rotors allow. The outer ones are those that the flights show (`guided_prediction`):
+    there the acceleration that the setpoint asks for comes after rotors and attitude, here before, so the position loop makes
+    up for it.
+    """
+    late = vehicle.rotor.rise_time + (vehicle.command.delay if vehicle.command else 0.0)
+    rate = 1.3 / late
+    gains: dict[str, object] = {
+        "rate": [rate, rate, 0.4 * rate],
+        "rate_derivative": [rate * vehicle.rotor.rise_time] * 2 + [0.0],
+        "rate_filter": 200.0,
+        "rate_integral": 1.0,
+        "attitude": [0.36 * rate, 0.36 * rate, 0.16 * rate],
+    }
+    seen = vehicle.guided_prediction
+    if seen is not None and seen.path > 0.0 and seen.drift > 0.0:
+        answer = seen.drift / seen.path
+        gains["position"] = 1.0 / max(answer - 2.0 * late, 0.25 * answer)
+        gains["velocity"] = seen.drift
+        gains["velocity_integral"] = [0.05 * seen.drift, 0.05 * seen.drift, 0.5 * seen.drift]
+    return gains
+
+
+def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str, object]) -> tuple[FlightPlan, slice]:
+    """The flight's setpoints as a plan, from the measured state on. Raises UserError."""
+    part = stretch(flight)
+    count = part.stop - part.start
+    duration = (count - 1) * flight.period
+    goal = flight.channel("setpoint")[part]
+    yaw = np.nan_to_num(flight.channel("setpoint_yaw")[part, 0])
+    content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file"})
+    content.pop("layout" if vehicle.rotors else "rotors", None)
+    gains = controller
+    if controller.get("type") == "pid":
+        gains = {**as_flown(vehicle), **controller}
+    mission = MultirotorMission.model_validate(
+        {
+            "vehicle": listed(content),
+            "path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": duration},
+            "controller": gains,
+            "sensors": {"imu_latency": round(vehicle.command.delay / 0.002) * 0.002} if vehicle.command else {},
+            "simulation": {"duration": duration, "log_period": 0.01},
+        }
+    )
+    plan = mission.plan(warn=False)
+    tables = tuple(Table(column) for column in goal.T)
+    path = SetpointParameters((tables[0], tables[1], tables[2]), Table(yaw), flight.period)
+    begin: AirframeState = plan.start
+    state = begin._replace(
+        position=Vector(flight.channel("position")[part.start].tolist()),
+        velocity=Vector(flight.channel("velocity")[part.start].tolist()),
+        attitude=Vector(flight.channel("attitude")[part.start].tolist()),
+        rates=Vector(flight.channel("rates")[part.start].tolist()),
+    )
+    loop = replace(plan.loop, path=Setpoints())
+    return plan._replace(loop=loop, parameters=plan.parameters._replace(path=path), start=state), part
+
+
+def listed(value: object) -> object:
+    """Tuples as TOML has them."""
+    if isinstance(value, dict):
+        return {key: listed(inside) for key, inside in value.items()}
+    return [listed(inside) for inside in value] if isinstance(value, list | tuple) else value
+
+
+def fly_again(flights: list[FlightRecord], vehicle: AirframeSection, controller: dict[str, object]) -> list[Beside]:
+    """Every flight's setpoints flown, and how both follow them. Raises UserError."""
+    plans = [planned(flight, vehicle, controller) for flight in flights]
+    logs = fly_all([plan for plan, _ in plans])
+    return [beside(flight, part, log) for flight, (_, part), log in zip(flights, plans, logs, strict=True)]
+
+
+def beside(flight: FlightRecord, part: slice, log: FlightLog) -> Beside:
+    """A real flight and its simulation, at the rows of the real one."""
+    time = np.arange(part.stop - part.start) * flight.period
+    goal, place = flight.channel("setpoint")[part], flight.channel("position")[part]
+    kept = time <= log.ended + 1e-9
+    moments = log.column("t")
+
+    def at(*names: str) -> Floats:
+        return np.stack([np.interp(time[kept], moments, log.column(name)) for name in names], axis=1)
+
+    flown = at("x", "y", "z")
+    lost = "" if log.outcome is Outcome.COMPLETED else f"{log.outcome.name.lower().replace('_', ' ')} after {log.ended:.1f} s"
+    real = tracking(place, flight.channel("attitude")[part], flight.channel("rates")[part], goal, flight.period)
+    if kept.sum() * flight.period < SETTLING + 1.0:
+        simulated = Tracking(np.nan, np.nan, np.nan, np.nan)
+    else:
+        simulated = tracking(flown, at("q_w", "q_x", "q_y", "q_z"), at("p", "q", "r"), goal[kept], flight.period)
+    return Beside(flight.name, real, simulated, time[kept], goal[kept], place[kept], flown, lost)
+
+
+def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
+    """Mean thrust that the vehicle makes of the logged commands along its own axis over what the flight needed; NaN for too
+    little flight.
+    """
+    p = numbers_of(vehicle, laid_out([flight]).rows)
+    block = blocks([flight], float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
+    if block is None:
+        return float("nan")
+    curve = p.curve
+    shift = 1.0 if flight.speeds else (block.volts / curve.nominal) ** curve.voltage_exponent
+    exponent = 1.0 if flight.speeds else curve.exponent
+    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** exponent * np.reshape(shift, (-1, 1, 1))
+    lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
+    made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
+    return float(np.median((made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)))

@@ -1,0 +1,276 @@
+"""The fit: averages first, then short predictions for the vehicle, then long ones for the predictor."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.geometry import Effects
+from quadstep.analysis.statistics import student_quantile
+from quadstep.errors import UserError
+from quadstep.identify.averages import Told, blocks, forces, torques
+from quadstep.identify.parameters import (
+    ANSWERS,
+    GAINS,
+    GUIDANCE,
+    VEHICLE,
+    Free,
+    leaves_of,
+    numbers_of,
+    placed,
+    point_of,
+    values_at,
+)
+from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
+from quadstep.identify.problem import Problem
+from quadstep.identify.search import Curvature, Prior, Weights, curvature, search
+from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.mission.airframe import AirframeSection
+from quadstep.numbers import vector
+
+SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
+"""Horizons [samples] of the vehicle's fit and of the predictor's."""
+
+SHORT_WEIGHTS = Weights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
+LONG_WEIGHTS = Weights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
+"""Of horizons, and of position, velocity, attitude, rates."""
+
+MOST_STARTS = 800
+EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
+VAGUE = 1.0
+"""Standard deviation of the logarithm of a number about which only its start value is known."""
+
+UNSURE = 0.6
+"""Standard error of a logarithm from which a number counts as not told."""
+
+FROM_AVERAGES = {
+    "command.speed": "curve.speed", "command.exponent": "curve.exponent", "command.voltage_exponent": "curve.voltage_exponent",
+    "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
+}  # fmt: skip
+SURE = ("drag.rotor[0]",)
+"""What averages tell so well that predictions only refine it; axial drag and flapping suffer there from errors in lag."""
+
+DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
+EXPLAINED = {
+    "command.speed": "mean thrust over half a second",
+    "command.exponent": "mean thrust over half a second, within flights",
+    "command.voltage_exponent": "mean thrust over half a second, within flights",
+    "imu.tilt": "mean specific force over half a second",
+    "centre_of_gravity": "mean torque over half a second",
+}
+
+
+def guided_start(observer: Observer) -> Observer:
+    """Where the search of an observer that knows setpoints begins."""
+    return observer._replace(leak=vector(8.0, 5.0), spring=50.0, path=5.0, drift=3.5)
+
+
+Say = Callable[[str], None]
+
+
+class Fitted(NamedTuple):
+    """A number that flights told: value, the ends of its 95 % interval, unit, and from what."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    source: str
+
+
+class Identified(NamedTuple):
+    """Result of a fit. numbers: of the vehicle, and of the predictor from commands alone. guided: the observer that knows
+    setpoints too, where the flights have them. fitted: by key. kept: keys that stay, with the reason.
+    """
+
+    numbers: PredictorParameters
+    guided: Observer | None
+    fitted: dict[str, Fitted]
+    kept: dict[str, str]
+
+
+def chosen_starts(flights: Sequence[FlightRecord], furthest: int, most: int) -> list[np.ndarray]:
+    """Rows to predict from, evenly over all flights, `most` of them at most in all."""
+    whole = [usable(flight, furthest) for flight in flights]
+    stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
+    return [rows[::stride] for rows in whole]
+
+
+def problem_of(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
+    free: Sequence[Free], guided: bool = False,
+) -> Problem:  # fmt: skip
+    """Predictions of some flights. Raises UserError where none can be made."""
+    laid = laid_out(flights, guided)
+    starts: Starts = starts_at(flights, laid, chosen_starts(flights, max(horizons), MOST_STARTS))
+    if len(starts.row) < 30:
+        names = ", ".join(flight.name for flight in flights)
+        raise UserError(f"{names}: {len(starts.row)} stretches of flight without a gap; at least 30 are needed for a fit")
+    loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
+    return Problem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
+
+
+def from_averages(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
+) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
+    """Numbers that averages tell, put into p; and why the others stay."""
+    block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
+    if block is None:
+        return p, {}, dict.fromkeys(FROM_AVERAGES, "too little flight without a gap")
+    known, why = forces(block, p, vehicle.geometry(), flights[0].speeds)
+    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
+    more = torques(block, p, vehicle.geometry())
+    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
+    return p, {**known, **more}, why
+
+
+def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
+    """The parameters with some leaves replaced."""
+    free = [Free(name, (name,), "", False) for name in values]
+    return placed(p, free, np.array(list(values.values())))
+
+
+def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) -> Prior:
+    """What averages say of numbers that are free, and vaguely the start of the others of the vehicle."""
+    places, centres, deviations = [], [], []
+    start = point_of(p, free)
+    for place, one in enumerate(free):
+        if one.key.startswith("prediction.") or not one.logarithmic:
+            continue
+        places.append(place)
+        known = told.get(one.key) if one.key in SURE else None
+        if known and known.value > 0.0 and known.error < known.value:
+            centres.append(math.log(known.value))
+            deviations.append(max(known.error / known.value, 1e-3))
+        else:
+            centres.append(float(start[place]))
+            deviations.append(VAGUE)
+    return Prior(places, np.array(centres), np.array(deviations))
+
+
+def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
+    """The best of some lags, delays and inertias to search from."""
+    keys = [one.key for one in problem.batch.free]
+    tries = []
+    for lag in (0.02, 0.05, 0.12):
+        for delay in (0.0, 0.02):
+            for factor in (0.6, 1.0, 2.0):
+                guess = point.copy()
+                guess[keys.index("rotor.rise_time")] = math.log(lag)
+                guess[keys.index("command.delay")] = delay
+                for axis in (0, 1):
+                    guess[keys.index(f"inertia[{axis}]")] += math.log(factor)
+                tries.append(guess)
+    residuals = problem.residuals([point, *tries])
+    middle = np.median(np.linalg.norm(residuals, axis=-1), axis=-1)
+    costs = (weights.table * np.minimum(middle, 1e2)).sum(axis=(1, 2))
+    return [point, *tries][int(np.argmin(costs))]
+
+
+def identify(
+    flights: Sequence[FlightRecord],
+    vehicle: AirframeSection,
+    say: Say,
+    earlier: Identified | None = None,
+    predictors: bool = True,
+) -> Identified:
+    """Fit a vehicle to flights. earlier: the result of a fit of the same vehicle to some of them, to go on from. predictors:
+    whether to fit them too.
+
+    Raises UserError where the flights are too few.
+    """
+    start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
+    p = start or numbers_of(vehicle, laid_out(flights[:1]).rows)
+    fresh = start is None
+    p, told, why = from_averages(flights, vehicle, p)
+    if fresh and "drag.rotor[0]" in told:
+        p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
+        p = with_values(p, {"airframe.drag.flapping": max(told["drag.flapping"].value, 1e-12)})
+    p = p._replace(observer=vehicle_alone(p.observer))
+    free = (*DYNAMIC, *GAINS)
+    short = problem_of(flights, vehicle, p, SHORT, free)
+    prior = priors(free, p, told)
+    point = point_of(p, free)
+    if fresh:
+        point = first_guess(short, point, SHORT_WEIGHTS)
+    say("vehicle")
+    point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 2, prior)
+    if fresh:  # the lag is known now, so the averages are better
+        p, told, why = from_averages(flights, vehicle, short.at(point))
+        short = problem_of(flights, vehicle, p, SHORT, free)
+        prior = priors(free, p, told)
+        point = search(short, point, SHORT_WEIGHTS, 5, prior)
+    around = curvature(short, point, SHORT_WEIGHTS, prior)
+    p = short.at(point)
+    fitted, kept = told_numbers(short, point, around, prior, told, p)
+    kept.update(why)
+    if not predictors:
+        return Identified(p, None, fitted, kept)
+    say("predictor")
+    begun = p.observer._replace(leak=vector(3.0, 3.0), authority=vector(0.6, 0.6)) if start is None else start.observer
+    p = predictor(flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS), 12 if fresh else 3)
+    guided = None
+    if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
+        say("predictor with setpoints")
+        begun = guided_start(p.observer) if start_guided is None else start_guided
+        guided = predictor(
+            flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 3, True
+        ).observer
+    return Identified(p, guided, fitted, kept)
+
+
+def predictor(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], rounds: int,
+    guided: bool = False,
+) -> PredictorParameters:  # fmt: skip
+    """The numbers with an observer fitted to predictions of up to half a second or so."""
+    problem = problem_of(flights, vehicle, p, LONG, free, guided)
+    return problem.at(search(problem, point_of(p, free), LONG_WEIGHTS, rounds))
+
+
+def vehicle_alone(observer: Observer) -> Observer:
+    """The observer without what answers to control: commands are believed."""
+    return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
+
+
+def told_numbers(
+    problem: Problem, point: Floats, around: Curvature, prior: Prior, told: dict[str, Told], p: PredictorParameters
+) -> tuple[dict[str, Fitted], dict[str, str]]:
+    """Every number of the vehicle that the flights tell, with its interval; and those that they do not, with the reason.
+
+    The covariance is robust to clusters, whole flights where there are six or more, else stretches of two seconds: what a
+    bootstrap over them would give after one step of Newton each.
+    """
+    free, starts = problem.batch.free, problem.starts
+    flights = len(problem.flights)
+    names = starts.flight if flights >= 6 else starts.flight * 10**6 + starts.row // max(1, round(2.0 / problem.period))
+    groups = np.unique(names)
+    scores = np.array([around.gradients[names == name].sum(axis=0) for name in groups])
+    inverse = np.linalg.pinv(around.hessian)
+    count = len(groups)
+    middle = scores.T @ scores * (count / max(count - 1, 1))
+    middle[prior.places, prior.places] += 1.0 / prior.deviation**2
+    spread = inverse @ middle @ inverse
+    errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    reach = student_quantile(0.975, max(count - 1, 1))
+    fitted: dict[str, Fitted] = {}
+    kept: dict[str, str] = {}
+    for one, x, value, error in zip(free, point, values_at(point, free), errors, strict=True):
+        if one.key.startswith("prediction."):
+            continue
+        low, high = x - reach * error, x + reach * error
+        ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
+        fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, "predictions of 1 and 3 samples")
+        if one.logarithmic and error > UNSURE:
+            kept[one.key] = f"the flights do not tell it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
+    leaves = leaves_of(p)
+    for key, leaf in FROM_AVERAGES.items():
+        if key in told:
+            reach = student_quantile(0.975, max(told[key].clusters - 1, 1))
+            unit = next((one.unit for one in VEHICLE if one.key == key), "")
+            source = EXPLAINED[key.partition("[")[0]]
+            value, half = leaves[leaf], reach * told[key].error
+            fitted[key] = Fitted(value, value - half, value + half, unit, source)
+    return fitted, kept

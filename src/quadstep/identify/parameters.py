@@ -1,0 +1,148 @@
+"""What is fitted: the numbers of a vehicle that flights can tell, and those of the predictor."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.predictor import Curve, Observer, PredictorParameters, Rows
+from quadstep.logs.flight import Floats
+from quadstep.mission.airframe import AirframeSection
+from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
+
+PREFIX = "parameters."
+
+
+class Free(NamedTuple):
+    """A number to fit. key: in the vehicle file. leaves: of `PredictorParameters`, which all take it. unit.
+
+    logarithmic: whether it is searched on a logarithmic scale (it is positive then). scale: a small but noticeable change, of
+    its logarithm or of itself. low, high: what it is held between.
+    """
+
+    key: str
+    leaves: tuple[str, ...]
+    unit: str
+    logarithmic: bool = True
+    scale: float = 0.1
+    low: float = -math.inf
+    high: float = math.inf
+
+
+SPEED = Free("command.speed", ("curve.speed",), "rad/s", scale=0.02)
+VOLTAGE = Free("command.voltage_exponent", ("curve.voltage_exponent",), "", scale=0.1, low=0.05, high=3.0)
+
+VEHICLE = (
+    SPEED,
+    VOLTAGE,
+    Free("rotor.rise_time", ("airframe.rotor.rise", "airframe.rotor.fall"), "s", low=2e-3, high=0.5),
+    Free("command.delay", ("curve.delay",), "s", False, 2e-3, 0.0, 0.1),
+    Free("inertia[0]", ("airframe.inertia.0",), "kg m^2"),
+    Free("inertia[1]", ("airframe.inertia.1",), "kg m^2"),
+    Free("rotor.torque_coefficient", ("airframe.rotor.torque",), "N m s^2", low=1e-15),
+    Free("rotor.inertia", ("airframe.rotor.inertia",), "kg m^2", low=1e-15),
+    Free("drag.rotor[0]", ("airframe.drag.rotor.0", "airframe.drag.rotor.1"), "N s^2/(m rad)", low=1e-15),
+    Free("drag.rotor[2]", ("airframe.drag.rotor.2",), "N s^2/(m rad)", low=1e-15),
+    Free("drag.flapping", ("airframe.drag.flapping",), "N m s^2/(m rad)", low=1e-15),
+    Free("centre_of_gravity[0]", ("offset.0",), "m", False, 1e-4, -0.5, 0.5),
+    Free("centre_of_gravity[1]", ("offset.1",), "m", False, 1e-4, -0.5, 0.5),
+    Free("imu.tilt[0]", ("tilt.0",), "rad", False, 1e-3, -0.5, 0.5),
+    Free("imu.tilt[1]", ("tilt.1",), "rad", False, 1e-3, -0.5, 0.5),
+)
+"""What flights can tell of a vehicle whose mass is known and whose rotor speeds are not logged: `rotor.thrust_coefficient`
+stays, since flights tell only the thrust, and so does inertia about z, since they tell only its ratio to the yaw torque.
+"""
+
+
+def pair(name: str, unit: str, scale: float, logarithmic: bool = False, low: float = -math.inf) -> tuple[Free, Free]:
+    """An observer's number for x and y, and that for z."""
+    first, second = (
+        Free(f"prediction.{name}[{i}]", (f"observer.{name}.{i}",), unit, logarithmic, scale, low, math.inf) for i in (0, 1)
+    )
+    return first, second
+
+
+GAINS = (
+    *pair("rates", "", 0.05),
+    *pair("attitude", "", 0.05),
+    *pair("velocity", "", 0.05),
+    *pair("torque", "1/s", 0.5),
+    *pair("trend", "1/s", 0.05),
+    *pair("force", "1/s", 0.2),
+    *pair("torque_fade", "1/s", 0.2, True, 1e-3),
+    *pair("force_fade", "1/s", 0.2, True, 1e-3),
+)
+"""The observer's gains: they belong to the noise of the flights."""
+
+ANSWERS = (
+    *pair("authority", "", 0.05, True, 1e-3),
+    *pair("leak", "1/s", 0.3),
+    Free("prediction.spring", ("observer.spring",), "1/s^2", False, 1.0),
+    Free("prediction.delay", ("observer.delay",), "s", False, 2e-3, 0.0, 0.1),
+)
+"""How far a prediction believes commands that answer to what it cannot see."""
+
+GUIDANCE = (
+    Free("prediction.path", ("observer.path",), "1/s^2", False, 0.3),
+    Free("prediction.drift", ("observer.drift",), "1/s", False, 0.3),
+)
+"""And what it makes of setpoints."""
+
+USUAL_OBSERVER = Observer(
+    rates=vector(0.8, 0.8), attitude=vector(0.5, 0.5), velocity=vector(0.8, 0.8), torque=vector(3.0, 1.0),
+    torque_fade=vector(6.0, 6.0), trend=vector(0.1, 0.1), force=vector(1.0, 1.0), force_fade=vector(3.0, 3.0),
+    authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0,
+)  # fmt: skip
+"""Of a vehicle that has none of its own."""
+
+
+def numbers_of(vehicle: AirframeSection, rows: Rows) -> PredictorParameters:
+    """The numbers of a vehicle file."""
+    built = vehicle.build()
+    airframe = built.airframe
+    # what a log commands the rotors can do: only commands limit them
+    rotor = airframe.rotor._replace(slowest=0.0, fastest=1e6)
+    command, tilt = vehicle.command, vehicle.imu.tilt if vehicle.imu else (0.0, 0.0)
+    if command is None:
+        full = vehicle.battery.full if vehicle.battery else 1.0
+        curve = Curve(vehicle.rotor.fastest, 1.0, 1.0 if vehicle.battery else 1e-6, full, 0.0)
+    else:
+        curve = Curve(command.speed, command.exponent, command.voltage_exponent, command.nominal_voltage, command.delay)
+    observer = vehicle.prediction.build() if vehicle.prediction else USUAL_OBSERVER
+    return PredictorParameters(
+        airframe._replace(rotor=rotor), vector(0.0, 0.0, 0.0), vector(*tilt), curve, observer, rows, 0.0, 0.0
+    )
+
+
+def leaves_of(parameters: PredictorParameters) -> dict[str, float]:
+    """Every number by the name of its leaf, without the tables."""
+    names = leaf_names(parameters, PREFIX.removesuffix("."))
+    pairs = zip(names, flatten(parameters), strict=True)
+    return {name.removeprefix(PREFIX): float(leaf) for name, leaf in pairs if not isinstance(leaf, Table)}
+
+
+def point_of(parameters: PredictorParameters, free: Sequence[Free]) -> Floats:
+    """Where a search begins, on its scales."""
+    known = leaves_of(parameters)
+    values = [min(max(known[one.leaves[0]], one.low), one.high) for one in free]
+    return np.array([math.log(value) if one.logarithmic else value for one, value in zip(free, values, strict=True)])
+
+
+def values_at(point: Floats, free: Sequence[Free]) -> list[float]:
+    """The numbers of a point."""
+    return [
+        float(min(max(np.exp(x) if one.logarithmic else x, one.low), one.high)) for one, x in zip(free, point, strict=True)
+    ]
+
+
+def leaf_values(point: Floats, free: Sequence[Free]) -> Floats:
+    """The numbers of every leaf of a point, in order."""
+    return np.array([value for one, value in zip(free, values_at(point, free), strict=True) for _ in one.leaves])
+
+
+def placed(parameters: PredictorParameters, free: Sequence[Free], point: Floats) -> PredictorParameters:
+    """The parameters with the numbers of a point."""
+    new = {leaf: value for one, value in zip(free, values_at(point, free), strict=True) for leaf in one.leaves}
+    names = [name.removeprefix(PREFIX) for name in leaf_names(parameters, PREFIX.removesuffix("."))]
+    return rebuild(parameters, (new.get(name, leaf) for name, leaf in zip(names, flatten(parameters), strict=True)))

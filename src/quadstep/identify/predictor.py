@@ -1,0 +1,317 @@
+"""Prediction of a logged flight by the laws that fly, from measured states and the commands alone.
+
+Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which
+also tells the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if
+it may. This is the model in innovations form, whose gains are found with the vehicle's numbers (Ljung, "System
+Identification", 1999, 7.2 and 7.4).
+
+All predictions fly at once, each a flight of its own in the engine.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.airframe.geometry import Effects, Geometry
+from quadstep.airframe.motion import AirframeState
+from quadstep.airframe.plant import Airframe, derivative
+from quadstep.airframe.rigid_body import MassProperties, renormalised
+from quadstep.flight.closed_loop import Clock, Task
+from quadstep.flight.integrator import runge_kutta_4
+from quadstep.numbers import Number, Table, Vector, clip, exp, log, matrix, maximum, total, vector, where
+from quadstep.numbers.functions import number, word
+from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
+
+STILL = vector(0.0, 0.0, 0.0)
+STEEPEST = 0.5
+"""Tangent of the tilt that a setpoint may ask for."""
+
+STANDING = 1e-3
+"""A command below this share counts as this much."""
+
+
+class Curve(NamedTuple):
+    """From command and voltage to rotor speed: w = speed c^exponent (V / nominal)^voltage_exponent.
+
+    c: share of the full command. speed [rad/s] at the full command and the nominal voltage [V]. delay [s]: of the command.
+    """
+
+    speed: Number
+    exponent: Number
+    voltage_exponent: Number
+    nominal: Number
+    delay: Number
+
+
+class Observer(NamedTuple):
+    """How a prediction takes up what was measured, and how it goes on without. Pairs: x and y alike, then z.
+
+    rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
+    unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s]
+    and in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that
+    stays.
+
+    The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
+    part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to the tilt of an
+    acceleration (spring [1/s^2]): that of path [1/s^2] times the way to the logged setpoint less drift [1/s] times the
+    velocity. With 1, 0, 0, 0 a prediction is the vehicle alone.
+    """
+
+    rates: Vector
+    attitude: Vector
+    velocity: Vector
+    torque: Vector
+    torque_fade: Vector
+    trend: Vector
+    force: Vector
+    force_fade: Vector
+    authority: Vector
+    leak: Vector
+    spring: Number
+    path: Number
+    drift: Number
+    delay: Number
+
+
+class Rows(NamedTuple):
+    """Rows of logs, one log after the other; each number a table.
+
+    motors: commands. measured, guided: 1 where the state was measured, or there is a setpoint, else 0.
+    """
+
+    motors: tuple[Table, ...]
+    voltage: Table
+    position: tuple[Table, ...]
+    velocity: tuple[Table, ...]
+    attitude: tuple[Table, ...]
+    rates: tuple[Table, ...]
+    measured: Table
+    setpoint: tuple[Table, ...]
+    guided: Table
+
+
+class PredictorParameters(NamedTuple):
+    """Every number of a prediction.
+
+    offset: centre of gravity in body axes [m]. tilt: turn about body x and y [rad] from the measured axes to those of the
+    rotors. first: row that it begins at. history: rows from there to its start.
+    """
+
+    airframe: Airframe
+    offset: Vector
+    tilt: Vector
+    curve: Curve
+    observer: Observer
+    rows: Rows
+    first: Number
+    history: Number
+
+
+class Unexplained(NamedTuple):
+    """torque, trend: angular accelerations [rad/s^2]; force: acceleration [m/s^2]; body axes."""
+
+    torque: Vector
+    trend: Vector
+    force: Vector
+
+
+class Prediction(NamedTuple):
+    """What a prediction leaves: the state at each horizon (position, velocity, attitude, rates), and what was unexplained at
+    its start.
+    """
+
+    states: tuple[Vector, ...]
+    unexplained: Unexplained
+
+
+class Predicting(NamedTuple):
+    """The cycle. wanted: rotor speeds [rad/s] of the step to come. goal: setpoint in x and y [m], and whether there is one."""
+
+    state: AirframeState
+    unexplained: Unexplained
+    wanted: Vector
+    goal: Vector
+    score: Prediction
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """A closed loop for the engines. horizons: samples after the start at which states are kept. speeds: whether the logs
+    hold rotor speeds instead of commands.
+    """
+
+    geometry: Geometry
+    effects: Effects
+    horizons: tuple[int, ...]
+    speeds: bool = False
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """No rows are written."""
+        return {}
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """One: take in a row."""
+        return (Task("row", self.row_taken),)
+
+    def row(self, cycle: Predicting, parameters: PredictorParameters, time: Number) -> list[Number]:
+        """No rows are written."""
+        return []
+
+    def start(self, start: tuple[()], p: PredictorParameters) -> Predicting:
+        """The state of the first row; its rotors turn as told."""
+        state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
+        whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
+        none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
+        kept = Vector([0.0 * p.first] * 13)
+        return Predicting(whole, none, speeds, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
+
+    def measured(self, p: PredictorParameters, row: Number) -> tuple[Vector, Vector, Vector, Vector]:
+        """Position, velocity, attitude and rates as measured in a row, in the rotors' axes."""
+        rows = p.rows
+        place, speed, attitude, rates = (
+            Vector(one.at(row) for one in tables) for tables in (rows.position, rows.velocity, rows.attitude, rows.rates)
+        )
+        turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
+        return place, speed, multiply(attitude, turn), rotation_matrix(turn).T @ rates
+
+    def told(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
+        """Rotor speeds [rad/s] that the commands ask for, `ahead` rows past a row.
+
+        Between rows commands lie on a cubic (Catmull and Rom 1974): straight lines would flatten what changes quickly.
+        """
+        place = row + ahead
+        low = number(word(maximum(place, 0.0)))
+        s = place - low
+        weights = (
+            s * (-0.5 + s * (1.0 - 0.5 * s)),
+            1.0 + s * s * (1.5 * s - 2.5),
+            s * (0.5 + s * (2.0 - 1.5 * s)),
+            s * s * (0.5 * s - 0.5),
+        )
+        shift = p.curve.voltage_exponent * log(p.rows.voltage.at(row) / p.curve.nominal)
+        found = []
+        for table in p.rows.motors:
+            command = total(weight * table.at(low + step) for weight, step in zip(weights, (-1.0, 0.0, 1.0, 2.0), strict=True))
+            if self.speeds:
+                found.append(p.curve.speed * maximum(command, 0.0))
+                continue
+            found.append(p.curve.speed * exp(p.curve.exponent * log(maximum(command, STANDING)) + shift))
+        return Vector(found)
+
+    def goal(self, p: PredictorParameters, row: Number) -> Vector:
+        """Where the vehicle was told to be in a row, in x and y [m], and whether it was."""
+        return vector(p.rows.setpoint[0].at(row), p.rows.setpoint[1].at(row), p.rows.guided.at(row))
+
+    def row_taken(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> tuple[Predicting, Number]:
+        """Correct the state by a row, up to the start; keep it, at a horizon."""
+        row = p.first + clock.tick
+        known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
+        state, unexplained = self.corrected(cycle, p, row, known, p.rows.measured.at(row - 1.0))
+        since = clock.tick - p.history
+        after = flat(self.shown(p, state))
+        states = tuple(
+            Vector(where(since == float(horizon), new, old) for new, old in zip(after, kept, strict=True))
+            for horizon, kept in zip(self.horizons, cycle.score.states, strict=True)
+        )
+        at_start = Unexplained(
+            *(
+                Vector(where(since == 0.0, new, old) for new, old in zip(now, kept, strict=True))
+                for now, kept in zip(unexplained, cycle.score.unexplained, strict=True)
+            )
+        )
+        wanted = self.told(p, row, 0.5 - (p.curve.delay + p.observer.delay) / clock.period)
+        return Predicting(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
+
+    def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
+        """Position, velocity, attitude and rates in the axes that are measured."""
+        turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
+        attitude = multiply(state.attitude, conjugate(turn))
+        return state.position, state.velocity, attitude, rotation_matrix(turn) @ state.rates
+
+    def corrected(
+        self, cycle: Predicting, p: PredictorParameters, row: Number, known: Number, before: Number
+    ) -> tuple[AirframeState, Unexplained]:
+        """State and unexplained forces after a row, where known is 1; as they are, where it is 0.
+
+        before: whether the row before was measured. Where it was not, the state is what was measured, and the difference from
+        it, which has gathered over several samples, says nothing of forces.
+        """
+        state, told, gains = cycle.state, cycle.unexplained, p.observer
+        position, velocity, attitude, rates = self.measured(p, row)
+        turning, moving = rates - state.rates, velocity - state.velocity
+        turned = rotation_vector(multiply(conjugate(state.attitude), attitude))
+        felt = rotation_matrix(state.attitude).T @ moving
+
+        def share(pair: Vector) -> Vector:
+            return known * by_axis(Vector(where(before > 0.0, one, 1.0) for one in pair))
+
+        learning = known * before
+        state = state._replace(
+            position=state.position + known * (position - state.position),
+            velocity=state.velocity + share(gains.velocity) * moving,
+            attitude=multiply(state.attitude, from_rotation_vector(share(gains.attitude) * turned)),
+            rates=state.rates + share(gains.rates) * turning,
+        )
+        unexplained = Unexplained(
+            told.torque + learning * (by_axis(gains.torque) * turning),
+            told.trend + learning * (by_axis(gains.trend) * turning),
+            told.force + learning * (by_axis(gains.force) * felt),
+        )
+        return state, unexplained
+
+    def advance(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> Predicting:
+        """One sample of the laws."""
+        airframe, unexplained, gains = p.airframe, cycle.unexplained, p.observer
+        x, y, z = airframe.inertia
+        inertia = matrix((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+        properties = MassProperties(airframe.mass, p.offset, inertia)
+        shares = Vector([1.0] * len(self.geometry.mounts))
+        push = unexplained.torque + unexplained.trend
+
+        def rate(state: AirframeState) -> AirframeState:
+            change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
+            rotation = rotation_matrix(state.attitude)
+            up = rotation.T @ leaning(state, cycle.goal, gains, airframe.gravity)
+            turning = (
+                by_axis(gains.authority) * change.rates
+                + push
+                - by_axis(gains.leak) * state.rates
+                + gains.spring * vector(-up[1], up[0], 0.0)
+            )
+            force: Vector = rotation @ unexplained.force
+            return change._replace(rates=turning, velocity=change.velocity + force)
+
+        state = renormalised(runge_kutta_4(rate, cycle.state, clock.period))
+        torque_kept, force_kept = (fading(fade, clock.period) for fade in (gains.torque_fade, gains.force_fade))
+        after = Unexplained(
+            torque_kept * unexplained.torque,
+            unexplained.trend,
+            force_kept * unexplained.force,
+        )
+        return cycle._replace(state=state, unexplained=after)
+
+
+def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
+    """World vector that the vehicle's thrust returns to: up, tilted towards the setpoint and against the velocity."""
+    pulls = [
+        goal[2] * gains.path * (goal[axis] - state.position[axis]) - gains.drift * state.velocity[axis] for axis in (0, 1)
+    ]
+    x, y = (clip(pull * (1.0 / gravity), -STEEPEST, STEEPEST) for pull in pulls)
+    return vector(x, y, 1.0)
+
+
+def by_axis(pair: Vector) -> Vector:
+    """A pair, for x and y alike and for z, as one number an axis."""
+    return vector(pair[0], pair[0], pair[1])
+
+
+def fading(fade: Vector, period: Number) -> Vector:
+    """What is left of a disturbance after a sample."""
+    return by_axis(Vector(exp(-period * one) for one in fade))
+
+
+def flat(parts: tuple[Vector, ...]) -> Vector:
+    """The numbers of several vectors, one after the other."""
+    return Vector(entry for part in parts for entry in part)

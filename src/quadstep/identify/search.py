@@ -1,0 +1,146 @@
+"""Least mean distance by Gauss and Newton, damped as Levenberg and Marquardt do; derivatives by differences in the engine."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.identify.parameters import Free
+from quadstep.identify.problem import Problem
+from quadstep.logs.flight import Floats
+
+CORE = 0.15
+"""Distances below this share of the error of "constant" count quadratically, larger ones in proportion."""
+
+DAMPING = (0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
+LARGEST_STEP = 10.0
+"""Of one parameter in one step, in its scales."""
+
+ENOUGH = 2e-4
+"""Share of the cost that a step must gain for the search to go on."""
+
+
+class Prior(NamedTuple):
+    """What is known beforehand of some numbers: where they are on the search's scale, and how surely (standard deviation)."""
+
+    places: Sequence[int]
+    centre: Floats
+    deviation: Floats
+
+
+class Weights(NamedTuple):
+    """How much each horizon counts, and each group."""
+
+    horizons: Floats
+    groups: Floats
+
+    @property
+    def table(self) -> Floats:
+        """Shape (horizons, groups)."""
+        return np.outer(self.horizons, self.groups)
+
+
+class Curvature(NamedTuple):
+    """Around the best point: gradients of each start (n, parameters) and the Hessian, on the search's scale."""
+
+    gradients: Floats
+    hessian: Floats
+
+
+Told = Callable[[int, float], None]
+
+
+def lengths(residuals: Floats) -> Floats:
+    """Smoothed distances sqrt(|r|^2 + core^2), shape (..., n)."""
+    found: Floats = np.sqrt((residuals * residuals).sum(axis=-1) + CORE * CORE)
+    return found
+
+
+def cost(residuals: Floats, weights: Weights) -> float:
+    """The weighted mean of the distances of one point."""
+    return float((weights.table[..., None] * lengths(residuals)).mean(axis=-1).sum())
+
+
+def prior_cost(point: Floats, prior: Prior | None, count: int) -> float:
+    """What leaving the prior costs, beside `count` starts."""
+    if prior is None:
+        return 0.0
+    off = (point[list(prior.places)] - prior.centre) / prior.deviation
+    return float(0.5 * (off * off).sum() / count)
+
+
+def scales(free: Sequence[Free]) -> Floats:
+    """The scale of each parameter."""
+    return np.array([one.scale for one in free])
+
+
+def derivatives(problem: Problem, point: Floats) -> tuple[Floats, Floats]:
+    """Residuals (horizons, groups, n, 3), and their derivatives (..., parameters) by each parameter over its scale."""
+    size = scales(problem.batch.free)
+    share = 1e-4
+    points = [point, *(point + share * size * row for row in np.eye(len(point)))]
+    found = problem.residuals(points)
+    return found[0], np.moveaxis((found[1:] - found[0]) / share, 0, -1)
+
+
+def normal_equations(residuals: Floats, slopes: Floats, weights: Weights) -> tuple[Floats, Floats]:
+    """Gradient and Hessian as iteratively reweighted least squares have them, of the mean."""
+    count = residuals.shape[2]
+    weight = weights.table[..., None] / lengths(residuals) / count
+    flat = slopes.reshape(-1, slopes.shape[-1])
+    weighted = np.repeat(weight.reshape(-1), 3)
+    gradient = flat.T @ (weighted * residuals.reshape(-1))
+    return gradient, flat.T @ (weighted[:, None] * flat)
+
+
+def search(
+    problem: Problem, point: Floats, weights: Weights, rounds: int, prior: Prior | None = None, told: Told | None = None
+) -> Floats:
+    """The best point found from one."""
+    size, damping = scales(problem.batch.free), 1e-3
+    count = problem.residuals([point]).shape[3]
+    for turn in range(rounds):
+        residuals, slopes = derivatives(problem, point)
+        before = cost(residuals, weights) + prior_cost(point, prior, count)
+        gradient, hessian = normal_equations(residuals, slopes, weights)
+        if prior is not None:
+            for place, centre, deviation in zip(prior.places, prior.centre, prior.deviation, strict=True):
+                stiff = (size[place] / deviation) ** 2 / count
+                hessian[place, place] += stiff
+                gradient[place] += stiff * (point[place] - centre) / size[place]
+        diagonal = np.diag(hessian) + 1e-9 * np.trace(hessian)
+        tried = [damping * factor for factor in DAMPING]
+        candidates = []
+        for one in tried:
+            step = -np.linalg.solve(hessian + np.diag(one * diagonal), gradient)
+            candidates.append(point + size * np.clip(step, -LARGEST_STEP, LARGEST_STEP))
+        results = problem.residuals(candidates)
+        costs = [cost(one, weights) + prior_cost(x, prior, count) for one, x in zip(results, candidates, strict=True)]
+        best = int(np.argmin(costs))
+        gained = before - costs[best]
+        if gained > 0.0:
+            point, damping = candidates[best], max(tried[best], 1e-7)
+        else:
+            damping *= 100.0
+        if told:
+            told(turn, min(before, costs[best]))
+        if gained < ENOUGH * before and (gained > 0.0 or damping > 1e3) and turn > 3:
+            break
+    return point
+
+
+def curvature(problem: Problem, point: Floats, weights: Weights, prior: Prior | None = None) -> Curvature:
+    """Around a point: exact second derivatives of the distance, the model taken as linear."""
+    residuals, slopes = derivatives(problem, point)
+    distance = lengths(residuals)
+    weight = weights.table[..., None] / distance
+    gradients = np.einsum("hgn,hgni,hgnip->np", weight, residuals, slopes, optimize=True)
+    along = np.einsum("hgni,hgnip->hgnp", residuals, slopes, optimize=True) / distance[..., None]
+    first = np.einsum("hgn,hgnip,hgniq->pq", weight, slopes, slopes, optimize=True)
+    second = np.einsum("hgn,hgnp,hgnq->pq", weight, along, along, optimize=True)
+    hessian = first - second
+    size = scales(problem.batch.free)
+    if prior is not None:
+        for place, deviation in zip(prior.places, prior.deviation, strict=True):
+            hessian[place, place] += (size[place] / deviation) ** 2
+    return Curvature(gradients / size, hessian / np.outer(size, size))

@@ -1,0 +1,116 @@
+"""Where predictions start, and the rows that they read, as the engine takes them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.identify.predictor import Rows
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.numbers import Table
+
+HISTORY = 50
+"""Rows before a start that a prediction follows, where there are as many without a gap."""
+
+MASKED_HISTORY = 250
+"""The same where some of them may not have been measured."""
+
+
+class Starts(NamedTuple):
+    """Predictions: flight (its index), row (in that flight), and the global rows `first` and count `history`; each (n,)."""
+
+    flight: NDArray[np.int64]
+    row: NDArray[np.int64]
+    first: NDArray[np.int64]
+    history: NDArray[np.int64]
+
+
+class Laid(NamedTuple):
+    """Flights one after the other: their tables, and the global row that each begins at."""
+
+    rows: Rows
+    offsets: NDArray[np.int64]
+
+
+def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
+    """The tables of some flights, filled up to a power of two so that few programs serve all lengths.
+
+    guided: whether predictions may look at setpoints.
+    """
+    lengths = [flight.rows for flight in flights]
+    offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
+    total = 1 << max(10, int(sum(lengths) - 1).bit_length())
+
+    def table(values: Floats) -> Table:
+        return Table(np.concatenate([values, np.full(total - len(values), values[-1])]))
+
+    def tables(name: str) -> tuple[Table, ...]:
+        values = np.concatenate([filled(flight, flight.channel(name)) for flight in flights])
+        return tuple(table(column) for column in values.T)
+
+    motors = np.concatenate([flight.motors for flight in flights])
+    rows = Rows(
+        motors=tuple(table(column) for column in motors.T),
+        voltage=table(np.concatenate([voltage_of(flight) for flight in flights])),
+        position=tables("position"),
+        velocity=tables("velocity"),
+        attitude=tables("attitude"),
+        rates=tables("rates"),
+        measured=table(np.concatenate([flight.measured.astype(float) for flight in flights])),
+        setpoint=tuple(table(column) for column in np.concatenate([setpoint_of(flight)[:, :2] for flight in flights]).T),
+        guided=table(np.concatenate([float(guided) * setpoint_of(flight)[:, 3] for flight in flights])),
+    )
+    return Laid(rows, offsets)
+
+
+def filled(flight: FlightRecord, values: Floats) -> Floats:
+    """A channel with harmless numbers where the state was not measured."""
+    return np.where(flight.measured[:, None], values, 0.0)
+
+
+def setpoint_of(flight: FlightRecord) -> Floats:
+    """(n, 4): the setpoint [m], and 1 where the vehicle flies and had one, else 0. Where all three are 0 none was sent."""
+    goal = flight.channel("setpoint")
+    given = np.isfinite(goal).all(axis=1) & (goal != 0.0).any(axis=1)
+    return np.column_stack([np.where(given[:, None], goal, 0.0), given.astype(float)])
+
+
+def voltage_of(flight: FlightRecord) -> Floats:
+    """The voltage of every row, the last known one where there is none; 1 where it was never logged."""
+    volts = flight.channel("voltage")[:, 0]
+    known = np.isfinite(volts) & (volts > 0.0)
+    if not known.any():
+        return np.ones(flight.rows)
+    latest = np.maximum.accumulate(np.where(known, np.arange(flight.rows), np.flatnonzero(known)[0]))
+    result: Floats = volts[latest]
+    return result
+
+
+def usable(flight: FlightRecord, furthest: int, stride: int = 1) -> NDArray[np.int64]:
+    """Rows from which a prediction of `furthest` samples can be held against the log: flying, measured, without a gap."""
+    runs, measured, flying = flight.runs(), flight.measured, flight.flying
+    rows = np.arange(0, flight.rows - furthest)
+    fine = measured[rows] & measured[rows + furthest] & (runs[rows + furthest] >= furthest + HISTORY)
+    low = np.concatenate([[0], np.cumsum(~flying)])
+    begin = np.maximum(rows - HISTORY, 0)
+    fine &= (low[rows + furthest + 1] - low[begin]) == 0
+    found = rows[fine]
+    return found[::stride]
+
+
+def starts_at(
+    flights: Sequence[FlightRecord], laid: Laid, rows: Sequence[NDArray[np.int64]], longest: int = HISTORY
+) -> Starts:
+    """Predictions from these rows of each flight, each with up to `longest` rows of history, which is cut at the last gap and
+    begins at a measured row.
+    """
+    parts = []
+    for number, (flight, chosen) in enumerate(zip(flights, rows, strict=True)):
+        history = np.minimum(np.minimum(flight.runs()[chosen], longest), chosen)
+        known = np.flatnonzero(flight.measured)
+        first = known[np.minimum(np.searchsorted(known, chosen - history), len(known) - 1)]
+        first = np.minimum(first, chosen)
+        parts.append((np.full(len(chosen), number), chosen, first + laid.offsets[number], chosen - first))
+    flight_of, row, first, history = (np.concatenate(column).astype(np.int64) for column in zip(*parts, strict=True))
+    return Starts(flight_of, row, first, history)

@@ -1,0 +1,77 @@
+"""The table of a replay: mean errors beside "constant" and "zero rate", with intervals over flights."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.analysis.statistics import Estimate, mean
+from quadstep.errors import UserError
+from quadstep.identify.errors import GROUPS, HORIZONS, States, constant, logged, norms, zero_rate
+from quadstep.identify.fit import EFFECTS
+from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.problem import Batch, as_states
+from quadstep.identify.starts import HISTORY, Starts, laid_out, starts_at, usable
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.mission.airframe import AirframeSection
+
+MOST_PREDICTIONS = 20_000
+
+
+class Compared(NamedTuple):
+    """Mean errors of each flight, shape (horizons, groups, flights): of the predictions, of "constant", of "zero rate"."""
+
+    horizons: tuple[int, ...]
+    predicted: Floats
+    constant: Floats
+    zero: Floats
+    starts: int
+
+    def ratio(self, horizon: int, group: str, to: str = "constant") -> Estimate:
+        """The mean of the flights' ratios, with its interval over flights."""
+        h, g = self.horizons.index(horizon), GROUPS.index(group)
+        base = self.constant if to == "constant" else self.zero
+        return mean(self.predicted[h, g] / base[h, g])
+
+    def means(self, horizon: int, group: str) -> tuple[float, float, float]:
+        """Mean error over flights of the prediction, of "constant" and of "zero rate"."""
+        h, g = self.horizons.index(horizon), GROUPS.index(group)
+        return tuple(float(one[h, g].mean()) for one in (self.predicted, self.constant, self.zero))  # type: ignore[return-value]
+
+
+def predicted(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, rows: Sequence[NDArray[np.int64]],
+    horizons: tuple[int, ...] = HORIZONS, guided: bool = False, longest: int = HISTORY,
+) -> tuple[Starts, list[States]]:  # fmt: skip
+    """Predictions from these rows of each flight, at each horizon."""
+    laid = laid_out(flights, guided)
+    starts = starts_at(flights, laid, rows, longest)
+    loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
+    batch = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows))
+    states, _ = batch.run([np.zeros(0)])
+    return starts, [as_states(one) for one in states[0]]
+
+
+def compare(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False
+) -> Compared:
+    """Predictions from everywhere in some flights against what was measured. guided: whether they may look at setpoints."""
+    rows = [usable(flight, max(HORIZONS)) for flight in flights]
+    stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
+    rows = [one[::stride] for one in rows]
+    kept = [i for i, one in enumerate(rows) if len(one)]
+    if not kept:
+        raise UserError(f"{', '.join(flight.name for flight in flights)}: no second of measured flight without a gap")
+    flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
+    starts, states = predicted(flights, vehicle, p, rows, guided=guided)
+    period, now = flights[0].period, logged(flights, starts, 0)
+    shape = (len(HORIZONS), len(GROUPS), len(flights))
+    found = [np.empty(shape) for _ in range(3)]
+    for h, (horizon, state) in enumerate(zip(HORIZONS, states, strict=True)):
+        truth = logged(flights, starts, horizon)
+        for place, guess in enumerate((state, constant(now, horizon * period), zero_rate(now, horizon * period))):
+            lengths = norms(guess, truth)
+            for i in range(len(flights)):
+                found[place][h, :, i] = lengths[:, starts.flight == i].mean(axis=1)
+    return Compared(HORIZONS, found[0], found[1], found[2], len(starts.row))

@@ -1,0 +1,143 @@
+"""An identified vehicle as a vehicle file: every number with unit, interval and source."""
+
+import json
+from collections.abc import Iterable
+
+from quadstep.identify.fit import Fitted, Identified
+from quadstep.identify.parameters import leaves_of
+from quadstep.identify.predictor import Observer
+from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.vehicle_list import numbers
+from quadstep.numbers import Vector
+
+GIVEN = "given; a flight cannot tell it"
+DIGITS = 6
+
+
+def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
+    """The vehicle that was fitted. Rotors are placed from its centre of gravity; what flights cannot tell stays."""
+    leaves = leaves_of(found.numbers)
+    content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file", "layout", "arm", "rotors"})
+    offset = [leaves[f"offset.{axis}"] for axis in range(3)]
+    content["rotors"] = [
+        {
+            "position": [rounded(place - shift) for place, shift in zip(mount.position, offset, strict=True)],
+            "axis": list(mount.axis),
+            "spin": "ccw" if mount.spin > 0 else "cw",
+        }
+        for mount in vehicle.geometry().mounts
+    ]
+    content["description"] = description
+    # yaw shows the ratio of torque to inertia only: the body's proportions stay, and so does that ratio
+    x, y = (leaves[f"airframe.inertia.{axis}"] for axis in (0, 1))
+    z = vehicle.inertia[2] / (vehicle.inertia[0] + vehicle.inertia[1]) * (x + y)
+    stretch = z / vehicle.inertia[2]
+    content["inertia"] = [rounded(value) for value in (x, y, z)]
+    rotor, drag = content["rotor"], content["drag"]
+    rotor["torque_coefficient"] = rounded(stretch * leaves["airframe.rotor.torque"])
+    rotor["inertia"] = rounded(stretch * leaves["airframe.rotor.inertia"])
+    rotor["rise_time"] = rotor["fall_time"] = rounded(leaves["airframe.rotor.rise"])
+    full = vehicle.battery.full if vehicle.battery else leaves["curve.nominal"]
+    fastest = leaves["curve.speed"] * (full / leaves["curve.nominal"]) ** leaves["curve.voltage_exponent"]
+    rotor["fastest"] = rounded(fastest)
+    rotor["slowest"] = min(rotor["slowest"], rounded(0.2 * fastest))
+    drag["rotor"] = [rounded(leaves[f"airframe.drag.rotor.{axis}"]) for axis in range(3)]
+    drag["flapping"] = rounded(leaves["airframe.drag.flapping"])
+    content["command"] = {
+        "speed": rounded(leaves["curve.speed"]),
+        "exponent": rounded(leaves["curve.exponent"]),
+        "voltage_exponent": rounded(leaves["curve.voltage_exponent"]),
+        "nominal_voltage": leaves["curve.nominal"],
+        "delay": rounded(leaves["curve.delay"]),
+    }
+    content["imu"] = {"tilt": [rounded(leaves[f"tilt.{axis}"]) for axis in (0, 1)]}
+    content["prediction"] = observer_content(found.numbers.observer)
+    if found.guided:
+        content["guided_prediction"] = observer_content(found.guided)
+    content["sources"] = sources(vehicle, found, stretch, mass_source)
+    return AirframeSection.model_validate(content)
+
+
+def rounded(value: float) -> float:
+    """A number with so many digits as are worth writing."""
+    return float(f"{value:.{DIGITS}g}") + 0.0
+
+
+def observer_content(observer: Observer) -> dict[str, object]:
+    """The observer as a table of a vehicle file."""
+    return {
+        name: [rounded(float(one)) for one in value] if isinstance(value, Vector) else rounded(float(value))
+        for name, value in observer._asdict().items()
+    }
+
+
+def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_source: str) -> dict[str, str]:
+    """Where every number is from, by key."""
+    result = dict(vehicle.sources)
+    result["mass"] = mass_source
+    grouped: dict[str, list[str]] = {}
+    for key, one in found.fitted.items():
+        base, _, axis = key.partition("[")
+        where = {"0]": "x: ", "1]": "y: ", "2]": "z: "}.get(axis, "")
+        base = "rotors" if base == "centre_of_gravity" else base
+        grouped.setdefault(base, []).append(where + interval(one, found.kept.get(key)))
+    for key, parts in grouped.items():
+        result[key] = "; ".join(parts)
+    result["rotors"] = "from the centre of gravity, which lies off their middle [m] by " + result["rotors"]
+    result["rotor.fall_time"] = result["rotor.rise_time"]
+    result["rotor.fastest"] = "command.speed at a full battery"
+    result["rotor.thrust_coefficient"] = "stays: rotor speeds were not logged; flights tell k_f times the speed squared. " + (
+        vehicle.sources.get("rotor.thrust_coefficient", "")
+    )
+    result["inertia"] += (
+        f"; z: in proportion to x and y (times {stretch:.3g}), as yaw tells only its ratio to the rotors' torque"
+    )
+    result["command.nominal_voltage"] = "stays: where command.speed holds"
+    result["prediction"] = "fitted with predictions of up to 50 samples from commands alone"
+    result["guided_prediction"] = "fitted with predictions of up to 50 samples that know the setpoints"
+    return result
+
+
+def interval(one: Fitted, reason: str | None) -> str:
+    """A number's interval and where it is from."""
+    if reason:
+        return reason
+    return f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"
+
+
+def as_toml(vehicle: AirframeSection) -> str:
+    """The vehicle as text of a vehicle file, units beside the numbers."""
+    units = {key: quantity.unit for key, _, quantity in numbers(vehicle)}
+    content = vehicle.model_dump(exclude_none=True, exclude_defaults=False)
+    lines = [f"{key} = {literal(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
+    if vehicle.rotors:
+        lines += ["", "rotors = [", *(f"  {literal(mount)}," for mount in content["rotors"]), "]"]
+    else:
+        lines += ["", *(f"{key} = {literal(content[key])}{note(units, key)}" for key in ("layout", "arm"))]
+    if "ground" in content:
+        lines += ["", f"ground = {literal(content['ground'])}{note(units, 'ground')}"]
+    for table in ("rotor", "drag", "battery", "command", "imu", "prediction", "guided_prediction", "effects"):
+        if content.get(table):
+            lines += ["", f"[{table}]"]
+            lines += [f"{key} = {literal(value)}{note(units, f'{table}.{key}')}" for key, value in content[table].items()]
+    lines += ["", "[sources]", *(f"{json.dumps(key)} = {literal(value)}" for key, value in content["sources"].items()), ""]
+    return "\n".join(lines)
+
+
+def note(units: dict[str, str], key: str) -> str:
+    """The unit as a comment."""
+    unit = units.get(key, "")
+    return f"  # {unit}" if unit else ""
+
+
+def literal(value: object) -> str:
+    """A value as TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {literal(inside)}" for key, inside in value.items()) + " }"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Iterable):
+        return "[" + ", ".join(literal(inside) for inside in value) + "]"
+    return repr(float(str(value)))

@@ -1,0 +1,1 @@
+"""Logs of real flights: reading them, and judging what they really hold."""

@@ -1,0 +1,78 @@
+"""Samples of many topics as rows evenly apart."""
+
+from pathlib import Path
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.logs.flight import Flags, FlightRecord, Floats
+from quadstep.logs.mapping import Mapping, converted
+from quadstep.logs.series import Columns, Series
+
+PERIOD = 0.01
+"""Of the rows, where the log is that fast [s]."""
+
+STALE = 0.1
+"""Age from which a sample says nothing any more [s], or three periods of its own where these are longer."""
+
+LONGEST = 3600.0 * 6
+
+
+def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
+    """A log by a mapping. Raises UserError where the motors, or all else, are missing or out of order."""
+    for name, series in columns.items():
+        if len(series.time) > 1 and (np.diff(series.time) < 0.0).any():
+            raise UserError(f"{path}: {name}: time goes backward")
+    missing = [name for name in mapping.motors.columns if name not in columns or len(columns[name].time) < 2]
+    if missing:
+        have = ", ".join(sorted({name.partition(".")[0] for name in columns})) or "nothing that is known"
+        raise UserError(f"{path}: {missing[0]}: the motors' commands are not in the log; it has {have}")
+    told = columns[mapping.motors.columns[0]].time
+    if told[-1] - told[0] > LONGEST:
+        raise UserError(f"{path}: longer than six hours; cut the log")
+    period = max(PERIOD, float(np.median(np.diff(told))))
+    time = np.arange(told[0], told[-1], period)
+    logged = np.stack([held(columns[name], time) for name in mapping.motors.columns], axis=1)
+    factor = {"share": 1.0 / (mapping.motors.full - mapping.motors.zero), "rad/s": 1.0, "rpm": np.pi / 30.0}[
+        mapping.motors.unit
+    ]
+    motors = np.maximum((logged - mapping.motors.zero) * factor, 0.0)
+    share = mapping.motors.unit == "share"
+    known = np.isfinite(motors).all(axis=1)
+    lost: Flags = ~known | (np.nan_to_num(motors).max(axis=1) > (1.001 if share else np.inf))
+    channels = {}
+    for name, channel in mapping.columns.items():
+        if all(one in columns and len(columns[one].time) > 1 for one in channel.columns):
+            samples = np.stack([columns[one].value for one in channel.columns], axis=1)
+            stamps = columns[channel.columns[0]].time
+            channels[name] = between(stamps, converted(mapping, name, samples), time)
+    channels = {name: values for name, values in channels.items() if np.isfinite(values).any()}
+    return FlightRecord(path.stem, time - time[0], period, np.nan_to_num(motors), not share, channels, (), lost)
+
+
+def stale(stamps: Floats, time: Floats) -> Flags:
+    """Whether no sample is near, by time."""
+    oldest = max(STALE, 3.0 * float(np.median(np.diff(stamps))))
+    before = np.clip(np.searchsorted(stamps, time, side="right") - 1, 0, len(stamps) - 1)
+    after = np.clip(before + 1, 0, len(stamps) - 1)
+    far: Flags = (np.abs(time - stamps[before]) > oldest) | (np.abs(stamps[after] - time) > oldest)
+    return far
+
+
+def held(series: Series, time: Floats) -> Floats:
+    """The last sample at each time, NaN where it is stale."""
+    place = np.searchsorted(series.time, time, side="right") - 1
+    values = np.where(place >= 0, series.value[np.maximum(place, 0)], np.nan)
+    return np.where(stale(series.time, time), np.nan, values)
+
+
+def between(stamps: Floats, values: Floats, time: Floats) -> Floats:
+    """Values on straight lines between samples, (n, width), NaN where these are stale; quaternions without jumps of sign."""
+    if values.shape[1] == 4:
+        turns = np.sum(values[1:] * values[:-1], axis=1) < 0.0
+        values = values * np.cumprod(np.concatenate([[1.0], np.where(turns, -1.0, 1.0)]))[:, None]
+    found = np.stack([np.interp(time, stamps, column) for column in values.T], axis=1)
+    if values.shape[1] == 4:
+        found /= np.linalg.norm(found, axis=1, keepdims=True)
+    found[stale(stamps, time)] = np.nan
+    return found

@@ -1,0 +1,349 @@
+"""Judging a log before it is used: what contradicts its mapping, and what it cannot tell."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.allocation import mixing
+from quadstep.airframe.geometry import Geometry
+from quadstep.errors import UserError
+from quadstep.logs.flight import Flags, FlightRecord, Floats
+from quadstep.logs.read import rates_of
+from quadstep.logs.signals import lag, slopes, smooth
+
+GRAVITY = 9.80665
+CLEAR = 0.3
+"""Share of a signal's variance that a regression must explain before it is evidence."""
+
+FACTORS = {180.0 / math.pi: "degrees where radians are expected", math.pi / 180.0: "radians where degrees are expected",
+           GRAVITY: "m/s^2 where g is expected", 1.0 / GRAVITY: "g where m/s^2 is expected", 1e3: "thousandths",
+           1e-3: "thousands"}  # fmt: skip
+"""Slopes that mean a unit mistaken for another."""
+
+MARGIN = 12
+"""Rows on either side of one that was not measured that a smoothed signal may not be trusted in."""
+
+FEWEST = 200
+"""Rows that evidence needs."""
+
+AXES = "xyz"
+
+
+class Finding(NamedTuple):
+    """One line on a log. wrong: whether it contradicts the mapping."""
+
+    wrong: bool
+    text: str
+
+
+def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Finding]:
+    """What is wrong with a log, then what is worth knowing. geometry: of the vehicle that should have flown it."""
+    found = [*flaws(flight)]
+    if flight.flying.sum() * flight.period < 3.0:
+        return [Finding(True, never_flew(flight)), *found]
+    sure = flight.flying & (flight.runs() > 0)
+    if sure.sum() < 0.5 * flight.flying.sum():
+        return sorted([*found, Finding(True, "most of the flight cannot be used")], key=lambda one: not one.wrong)
+    found += [*turning(flight, sure), *moving(flight, sure), *leaning(flight, sure), *felt(flight, sure)]
+    found += [*height(flight), *volts(flight, sure), *commanded(flight, sure, geometry), *estimates(flight, sure)]
+    found += [*clocks(flight, sure), *excitation(flight, sure)]
+    return sorted(found, key=lambda one: not one.wrong)
+
+
+def refuse(flight: FlightRecord, found: list[Finding]) -> None:
+    """Raises UserError with everything that contradicts the mapping."""
+    wrong = [one.text for one in found if one.wrong]
+    if wrong:
+        raise UserError(f"{flight.name}: {'; '.join(wrong)}")
+
+
+def never_flew(flight: FlightRecord) -> str:
+    """Why a log is no flight."""
+    if not flight.turning.any():
+        return "never flew: the rotors never turned"
+    high = flight.channel("position")[:, 2]
+    span = float(np.nanmax(high) - np.nanmin(high)) if np.isfinite(high).any() else 0.0
+    seconds = float(flight.flying.sum()) * flight.period
+    heights = f"heights within {span:.2g} m (are their units right?)"
+    return f"never flew: {seconds:.1f} s in the air, {heights}; at least 3 s are needed"
+
+
+def flaws(flight: FlightRecord) -> list[Finding]:
+    """Gaps, rows twice, lost commands, numbers missing, crashes."""
+    found = []
+    steps = np.diff(flight.time)
+    twice = int((steps < 1e-9).sum())
+    gaps = steps[steps > 1.5 * flight.period]
+    uneven = int((~flight.follows[1:]).sum()) - twice - len(gaps)
+    if twice:
+        found.append(Finding(False, f"{twice} rows repeat the time of the row before"))
+    if len(gaps):
+        found.append(Finding(False, f"{len(gaps)} gaps, the longest {1e3 * gaps.max():.0f} ms; no prediction crosses one"))
+    if uneven > 0.3 * flight.rows:
+        text = f"{100 * uneven / flight.rows:.0f} % of the steps in time differ by more than a tenth from {flight.period:g} s"
+        found.append(Finding(True, text))
+    if flight.lost.any():
+        most = float(flight.motors.max())
+        text = f"{int(flight.lost.sum())} rows with commands of up to {most:.3g} times the full one"
+        many = bool(flight.lost.sum() > 0.2 * flight.turning.sum())
+        found.append(Finding(many, f"motors: {text}; is `full` right?" if many else f"{text}; left out"))
+    for name, values in flight.channels.items():
+        missing = float((~np.isfinite(values)).any(axis=1).mean())
+        if missing > 0.0 and name != "voltage":
+            found.append(Finding(False, f"{name}: not measured in {100 * missing:.2g} % of the rows"))
+    for name in flight.derived:
+        found.append(Finding(False, f"{name}: not logged, made from the channel that it is the rate of"))
+    if "attitude" in flight.channels:
+        q = flight.channel("attitude")
+        tilt = 1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2)
+        over = np.flatnonzero(flight.flying & (tilt < 0.0))
+        if len(over):
+            found.append(Finding(False, f"upside down from {flight.time[over[0]] - flight.time[0]:.1f} s on: a crash?"))
+    return found
+
+
+def unit_of(slope: float) -> str:
+    """What a slope other than 1 means; empty for 1 or so."""
+    size = abs(slope)
+    for factor, meaning in FACTORS.items():
+        if 0.6 < size / factor < 1.6:
+            return meaning
+    return (
+        ""
+        if 0.5 < size < 2.0
+        else f"{size:.3g} times too large"
+        if size > 1.0
+        else f"{1.0 / max(size, 1e-9):.3g} times too small"
+    )
+
+
+def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: float) -> list[Finding]:
+    """What a regression of y, the channel `name`, on x says of its unit, signs and axes. least: spread of either to say so."""
+    found: list[Finding] = []
+    if where.sum() < FEWEST:
+        return found
+    for place, one in enumerate(slopes(x, y, where)):
+        if max(x[where, one.axis].std(), y[where, place].std()) < least or one.best_share < CLEAR:
+            continue
+        axis = AXES[place]
+        if one.axis != place and one.best_share > 2.0 * one.share + 0.2:
+            evidence = f"slope {one.best:.2f}, {100 * one.best_share:.0f} % explained"
+            text = f"{name}: {axis} goes with {AXES[one.axis]} of {other} ({evidence})"
+            found.append(Finding(True, text))
+            continue
+        if one.share < CLEAR:
+            continue
+        # noise in x makes the slope smaller; over the correlation it is between the slopes of either on the other
+        slope = one.slope / math.sqrt(one.share)
+        unit = unit_of(slope)
+        evidence = f"slope {slope:.3g} on {other}, {100 * one.share:.0f} % explained"
+        if one.slope < 0.0:
+            found.append(Finding(True, f"{name}: the sign of {axis} is inverted ({evidence})"))
+        if unit and (unit in FACTORS.values() or one.share > 0.7):
+            found.append(Finding(True, f"{name}: {axis}: {unit} ({evidence})"))
+    return found
+
+
+def turning(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """Rates against the attitude."""
+    if "attitude" not in flight.channels or "rates" not in flight.channels or "rates" in flight.derived:
+        return []
+    seen = finite(sure, flight.channel("attitude"), flight.channel("rates"))
+    made = smooth(rates_of(filled(flight.channel("attitude")), flight.time), flight.period)
+    return against("rates", "the attitude's", made, smooth(filled(flight.channel("rates")), flight.period), seen, 0.05)
+
+
+def moving(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """Velocity against the position."""
+    if "position" not in flight.channels or "velocity" not in flight.channels or "velocity" in flight.derived:
+        return []
+    seen = finite(sure, flight.channel("position"), flight.channel("velocity"))
+    made = smooth(np.gradient(filled(flight.channel("position")), flight.time, axis=0), flight.period)
+    return against(
+        "velocity", "the position's rate", made, smooth(filled(flight.channel("velocity")), flight.period), seen, 0.05
+    )
+
+
+def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """Acceleration across against the tilt: where thrust points, the vehicle goes."""
+    if "attitude" not in flight.channels or "velocity" not in flight.channels:
+        return []
+    w, x, y, z = filled(flight.channel("attitude")).T
+    lean = GRAVITY * np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x)], axis=1)
+    gain = np.gradient(smooth(filled(flight.channel("velocity")), flight.period), flight.time, axis=0)[:, :2]
+    seen = finite(sure, flight.channel("attitude"), flight.channel("velocity"))
+    found: list[Finding] = []
+    if seen.sum() < FEWEST:
+        return found
+    across, ahead = smooth(lean, flight.period), smooth(gain, flight.period)
+    for place, one in enumerate(slopes(across, ahead, seen)):
+        if ahead[seen, place].std() < 0.2 or one.share < CLEAR:
+            continue
+        unit, shown = unit_of(1.0 / one.slope), f"{100 * one.share:.0f} % explained"
+        if unit:
+            found.append(Finding(True, f"attitude: {unit} (tilt along {AXES[place]}, {shown})"))
+        if one.slope < 0.0:
+            text = f"attitude: accelerates along {AXES[place]} against its tilt (slope {one.slope:.2f}, {shown})"
+            found.append(Finding(True, f"{text}; a sign or the direction of the rotation is wrong"))
+    return found
+
+
+def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """The accelerometer against gravity."""
+    if "acceleration" not in flight.channels:
+        return []
+    mean = np.nanmean(flight.channel("acceleration")[sure], axis=0)
+    size = float(np.linalg.norm(mean))
+    unit = unit_of(size / GRAVITY)
+    if unit:
+        return [Finding(True, f"acceleration: {size:.3g} m/s^2 on average in flight instead of {GRAVITY:.3g}: {unit}")]
+    if mean[2] < 0.0:
+        return [Finding(True, f"acceleration: {mean[2]:.3g} m/s^2 along body z in flight; it should be near +{GRAVITY:.3g}")]
+    tilt = np.degrees(np.arctan2(np.hypot(mean[0], mean[1]), mean[2]))
+    return [Finding(False, f"the accelerometer leans {tilt:.1f} degrees on average in flight")] if tilt > 0.5 else []
+
+
+def height(flight: FlightRecord) -> list[Finding]:
+    """Whether up is up."""
+    high = flight.channel("position")[:, 2]
+    rest = ~flight.turning
+    if not np.isfinite(high).any() or not rest[:50].all():
+        return []
+    gained = float(np.nanmedian(high[flight.turning]) - np.nanmedian(high[rest]))
+    if gained < -0.2:
+        return [Finding(True, f"position: flies {-gained:.2g} m below where it stood; is z down?")]
+    return []
+
+
+def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """The battery."""
+    if "voltage" not in flight.channels:
+        return [Finding(False, "voltage: not logged; thrust is taken to depend on the command alone")]
+    middle = float(np.nanmedian(flight.channel("voltage")[sure]))
+    if not 2.5 < middle < 70.0:
+        return [Finding(True, f"voltage: {middle:.3g} V in flight; is the unit right?")]
+    return []
+
+
+def commanded(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
+    """Motors: saturation, and torque against what the vehicle does."""
+    found = []
+    motors = flight.motors[sure]
+    if not flight.speeds:
+        middle = float(motors.mean())
+        if middle > 1.0 or middle < 0.02:
+            found.append(Finding(True, f"motors: {middle:.3g} of the full command on average in flight; is `full` right?"))
+        full = float((motors >= 1.0 - 1e-6).any(axis=1).mean())
+        if full > 0.001:
+            found.append(Finding(False, f"a motor is at its full command in {100 * full:.2g} % of the flight"))
+    if geometry is None or "rates" not in flight.channels or len(geometry.mounts) != motors.shape[1]:
+        return found
+    rows = np.array([list(row) for row in mixing(geometry, 0.006)])
+    squares = flight.motors**2
+    torques = smooth(squares @ rows[1:3].T, flight.period, 0.03)
+    rates = smooth(filled(flight.channel("rates"))[:, :2], flight.period, 0.03)
+    gains = np.gradient(rates, flight.time, axis=0)
+    seen = finite(sure, flight.channel("rates"))
+    if seen.sum() < FEWEST:
+        return found
+    for place in (0, 1):
+        scores = [correlation(torques[:, place], np.roll(gains[:, place], -shift), seen) for shift in range(12)]
+        best = scores[int(np.argmax(np.abs(scores)))]
+        cross = max(
+            (correlation(torques[:, place], np.roll(gains[:, 1 - place], -shift), seen) for shift in range(12)), key=abs
+        )
+        name = ("roll", "pitch")[place]
+        if abs(cross) > abs(best) + 0.2:
+            found.append(
+                Finding(True, f"motors: their {name} torque turns the other axis (correlation {cross:.2f} against {best:.2f})")
+            )
+        elif best < -0.25:
+            found.append(
+                Finding(True, f"motors: their {name} torque is against the angular acceleration (correlation {best:.2f})")
+            )
+    return found
+
+
+def correlation(x: Floats, y: Floats, where: Flags) -> float:
+    """Of two signals."""
+    a, b = x[where] - x[where].mean(), y[where] - y[where].mean()
+    return float(a @ b) / (float(np.sqrt((a @ a) * (b @ b))) or 1.0)
+
+
+def estimates(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """The log's own estimate against its other channels."""
+    if "attitude" not in flight.channels or "estimated_attitude" not in flight.channels:
+        return []
+    mine, theirs = (filled(flight.channel(name)) for name in ("attitude", "estimated_attitude"))
+    seen = finite(sure, flight.channel("attitude"), flight.channel("estimated_attitude"))
+    lean = [
+        2.0 * np.stack([q[:, 0] * q[:, 1] + q[:, 2] * q[:, 3], q[:, 0] * q[:, 2] - q[:, 1] * q[:, 3]], axis=1)
+        for q in (mine, theirs)
+    ]
+    return against("estimated_attitude", "the attitude's tilt", lean[0], lean[1], seen, 0.02)
+
+
+def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """Lags between sources, and how much they jitter."""
+    found = []
+    if "attitude" in flight.channels and "rates" in flight.channels and "rates" not in flight.derived:
+        made = rates_of(filled(flight.channel("attitude")), flight.time)
+        seen = [
+            one
+            for axis in (0, 1)
+            if (
+                one := lag(
+                    filled(flight.channel("rates"))[sure, axis], smooth(made, flight.period, 0.03)[sure, axis], flight.period
+                )
+            )
+        ]
+        if seen:
+            late, jitter = (float(np.mean([one[place] for one in seen])) for place in (0, 1))
+            when = f"{1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates"
+            text = f"the attitude comes {when}, give or take {1e3 * jitter:.0f} ms"
+            found.append(Finding(abs(late) > 0.1, text))
+    if "setpoint" in flight.channels and "position" in flight.channels:
+        for axis in (0, 1):
+            goal, place = (filled(flight.channel(name))[sure, axis] for name in ("setpoint", "position"))
+            behind = lag(goal, place, flight.period, 1.0) if goal.std() > 0.1 else None
+            if behind:
+                found.append(
+                    Finding(False, f"the position follows the setpoint {1e3 * behind.lag:.0f} ms later along {AXES[axis]}")
+                )
+    return found
+
+
+def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
+    """What hardly moves, so that little can be told of it."""
+    found = []
+    if "rates" in flight.channels:
+        spread = np.nanstd(flight.channel("rates")[sure], axis=0)
+        for axis, name in enumerate(("roll", "pitch", "yaw")):
+            if spread[axis] < 0.1:
+                found.append(Finding(False, f"{name} is hardly excited ({spread[axis]:.2g} rad/s): expect wide intervals"))
+    if "velocity" in flight.channels:
+        speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
+        if speed < 0.3:
+            found.append(Finding(False, f"it flies no faster than {speed:.2g} m/s: it tells little of drag"))
+    return found
+
+
+def filled(values: Floats) -> Floats:
+    """The channel with the last known number where one is missing."""
+    good: Flags = np.isfinite(values.sum(axis=1))
+    if good.all() or not good.any():
+        return np.nan_to_num(values)
+    latest = np.maximum.accumulate(np.where(good, np.arange(len(values)), np.flatnonzero(good)[0]))
+    result: Floats = values[latest]
+    return result
+
+
+def finite(sure: Flags, *channels: Floats) -> Flags:
+    """Rows to be sure of around which, a tenth of a second or so either way, all channels were measured."""
+    missing: Flags = np.zeros(len(sure), dtype=bool)
+    for values in channels:
+        missing |= ~np.isfinite(values).all(axis=1)
+    if missing.any():
+        missing = np.convolve(missing, np.ones(2 * MARGIN + 1), "same") > 0.0
+    return sure & ~missing

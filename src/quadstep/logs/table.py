@@ -1,0 +1,84 @@
+"""Logs as tables: CSV files by a mapping."""
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from quadstep import files
+from quadstep.errors import UserError, cut
+from quadstep.logs.flight import Floats
+from quadstep.mission.check import shorten
+
+MOST_ROWS = 500_000
+FEWEST_ROWS = 20
+
+
+def header_of(path: Path) -> list[str]:
+    """The names of a CSV file's columns. Raises UserError."""
+    with files.table(path, files.LOG) as lines:
+        try:
+            return [name.strip() for name in next(csv.reader(lines), [])]
+        except (OSError, ValueError, csv.Error):
+            raise unreadable(path) from None
+
+
+def unreadable(path: Path) -> UserError:
+    """The error for a file that is no CSV."""
+    return UserError(f"{path}: cannot be read as a log: not a text file of comma-separated values")
+
+
+def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
+    """Columns of a CSV file by name, one number a row; NaN where a field is empty or nan.
+
+    Raises UserError for a missing column, a field that is no number, rows cut short, too few rows and too many.
+    """
+    with files.table(path, files.LOG) as lines:
+        table = csv.reader(lines)
+        try:
+            return collected(path, ((table.line_num, row) for row in table if row), wanted)
+        except (OSError, ValueError, csv.Error):
+            raise unreadable(path) from None
+
+
+def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[str]) -> dict[str, Floats]:
+    """`read_columns` of rows, each with the number of its line."""
+    header = [name.strip() for name in next(table, (0, []))[1]]
+    for name in wanted:
+        if name not in header:
+            have = ", ".join(cut(one, 30) for one in header[:8]) + (", ..." if len(header) > 8 else "")
+            raise UserError(f"{path}: column {shorten(name)} is missing; the file has: {have or 'nothing'}")
+        if header.count(name) > 1:
+            raise UserError(f"{path}: column {shorten(name)} appears more than once in the header")
+    places = [header.index(name) for name in wanted]
+    last = max(places)
+    found: list[list[float]] = []
+    for line, row in table:
+        if len(found) == MOST_ROWS:
+            raise UserError(f"{path}: more than {MOST_ROWS} rows, the most that a log may have")
+        if len(row) <= last:
+            raise UserError(f"{path}: line {line}: {len(row)} fields, the header has {len(header)}; the file is cut short")
+        try:
+            found.append([float(row[place] or "nan") for place in places])
+        except ValueError:
+            raise wrong_field(path, line, row, places, header) from None
+    if len(found) < FEWEST_ROWS:
+        raise UserError(f"{path}: {len(found)} rows of data; a log needs at least {FEWEST_ROWS}")
+    array = np.array(found)
+    if np.isinf(array).any():
+        row_number, place = np.argwhere(np.isinf(array))[0]
+        raise UserError(f"{path}: row {row_number + 1}, column {shorten(wanted[place])}: infinite")
+    return dict(zip(wanted, array.T, strict=True))
+
+
+def wrong_field(path: Path, line: int, row: list[str], places: list[int], header: list[str]) -> UserError:
+    """The error for the first field of a row that is no number."""
+    for place in places:
+        text = row[place].strip()
+        try:
+            float(text or math.nan)
+        except ValueError:
+            return UserError(f"{path}: line {line}, column {shorten(header[place])}: {shorten(text)} is not a number")
+    return unreadable(path)

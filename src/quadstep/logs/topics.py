@@ -1,0 +1,37 @@
+"""Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. A reader is loaded when it is used, as it needs a package."""
+
+from importlib import import_module
+from pathlib import Path
+
+from quadstep import files
+from quadstep.errors import UserError
+from quadstep.extras import needed_by
+from quadstep.logs.series import Columns
+
+MOST_SAMPLES = 20_000_000
+"""Numbers that are taken from a log, in all."""
+
+READERS = {
+    ".ulg": ("ulog", "ULog"),
+    ".ulog": ("ulog", "ULog"),
+    ".bin": ("ardupilot", "ArduPilot log"),
+    ".mcap": ("mcap_file", "MCAP file"),
+}
+"""The module that reads a kind of file, and what the kind is called, by the end of the file's name."""
+
+
+def read_topics(path: Path, wanted: list[str]) -> Columns:
+    """Those of the wanted columns that a log has. Raises UserError for what is no log, or a package that is not installed."""
+    module, kind = READERS[path.suffix.lower()]
+    files.opened(path, files.LOG).close()
+    found: Columns
+    with needed_by(f"reading a {kind}"):
+        try:
+            found = import_module(f"quadstep.logs.{module}").read(path, wanted)
+        except (UserError, ModuleNotFoundError):
+            raise
+        except Exception as error:
+            raise UserError(f"{path}: cannot be read as a {kind}: {str(error) or type(error).__name__}") from None
+    if sum(len(one.time) for one in found.values()) > MOST_SAMPLES:
+        raise UserError(f"{path}: more than {MOST_SAMPLES} numbers; cut the log")
+    return found

@@ -1,0 +1,262 @@
+"""Vectors and matrices that stay in memory while a law is recorded: what is done with their rows becomes loops.
+
+They stand where a law expects a `Vector` or a `Matrix`. Sums, differences and scaling wait until a result is needed, row by
+row; a norm, a product and `map_rows` record one loop over the rows, in the order in which `Vector` and `Matrix` add. Anything
+else takes the entries one by one, as ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, cast
+
+from quadstep.numbers.functions import Number, sqrt
+from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.script import INPUT, Record, ScriptNumber
+
+FEWEST_ROWS = 5
+"""Of a matrix that stays in memory, and entries of a vector that does: fewer are taken one by one."""
+
+INDEX = "i"
+
+
+class Body(NamedTuple):
+    """One turn of a loop, as places in the record. counter: its row.
+
+    stored: of a row of the array that it makes; empty for none. added: what each running sum takes in, term by term.
+    """
+
+    rows: int
+    counter: str
+    stored: tuple[int, ...] = ()
+    added: tuple[tuple[int, ...], ...] = ()
+
+
+class RowRecord(Record):
+    """A record with loops."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loops: dict[int, Body] = {}
+        self.turning: list[frozenset[str]] = []
+        self._indices = 0
+
+    def place(self, operation: str, *operands: int, text: str = "") -> int:
+        """As of any record; it is noted which loops' rows a number depends on."""
+        place = super().place(operation, *operands, text=text)
+        if place == len(self.turning):
+            own = frozenset((text[1 : text.index("]")],)) if text.startswith(f"[{INDEX}") else frozenset()
+            around = frozenset() if operation == "loop" else own.union(*(self.turning[operand] for operand in operands))
+            self.turning.append(around)
+        return place
+
+    def index(self) -> str:
+        """A loop's own name for its row."""
+        self._indices += 1
+        return f"{INDEX}{self._indices}"
+
+    def item(self, array: int, row: str, column: int | None = None) -> ScriptNumber:
+        """An entry of an array in memory."""
+        place = "" if column is None else f"[{column}]"
+        return ScriptNumber(self, self.place("item", array, text=f"[{row}]{place}"))
+
+    def loop(self, body: Body) -> int:
+        """The place of a loop, after everything that it takes from around it."""
+        taken = self.around(body)
+        if any(self.turning[place] for place in taken):
+            raise TypeError(
+                "a loop over rows within another one cannot be written down; take the products one after the other"
+            )
+        place = self.place("loop", *sorted(taken), text=body.counter)
+        self.loops[place] = body
+        return place
+
+    def around(self, body: Body) -> set[int]:
+        """What a loop takes from around it."""
+        taken: set[int] = set()
+        seen: set[int] = set()
+        waiting = [*body.stored, *(place for terms in body.added for place in terms)]
+        while waiting:
+            place = waiting.pop()
+            if place in seen:
+                continue
+            seen.add(place)
+            if body.counter in self.turning[place]:
+                waiting += self.nodes[place].operands
+            else:
+                taken.add(place)
+        return taken
+
+    def sums(self, loop: int) -> list[ScriptNumber]:
+        """The running sums of a loop at its end."""
+        return [ScriptNumber(self, self.place("sum", loop, text=str(number))) for number in range(len(self.loops[loop].added))]
+
+    def array(self, text: str) -> int:
+        """An array that the code finds under this name."""
+        return self.place(INPUT, text=text)
+
+
+class RowVector(Vector):
+    """A long vector. entry(row) gives the number in the row of this name."""
+
+    __slots__ = ("array", "count", "entry", "record")
+
+    def __init__(self, record: RowRecord, count: int, entry: Callable[[str], Number], array: int | None = None) -> None:
+        self.record, self.count, self.entry, self.array = record, count, entry, array
+
+    @classmethod
+    def found(cls, record: RowRecord, count: int, array: int) -> RowVector:
+        """One in memory."""
+        return cls(record, count, lambda row: cast(Number, record.item(array, row)), array)
+
+    @property
+    def entries(self) -> tuple[Number, ...]:  # type: ignore[override]
+        """One by one."""
+        return tuple(self.entry(str(row)) for row in range(self.count))
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, index: int) -> Number:
+        return self.entry(str(range(self.count)[index]))
+
+    def _with(self, other: object, operation: Callable[[Number, Number], Number]) -> RowVector:
+        if isinstance(other, RowVector):
+            return RowVector(self.record, self.count, lambda row: operation(self.entry(row), other.entry(row)))
+        return RowVector(self.record, self.count, lambda row: operation(self.entry(row), cast(Number, other)))
+
+    def __add__(self, other: Vector) -> Vector:
+        return self._with(other, lambda a, b: a + b) if isinstance(other, RowVector) else super().__add__(other)
+
+    def __sub__(self, other: Vector) -> Vector:
+        return self._with(other, lambda a, b: a - b) if isinstance(other, RowVector) else super().__sub__(other)
+
+    def __mul__(self, other: Vector | Number) -> Vector:
+        plain = isinstance(other, Vector) and not isinstance(other, RowVector)
+        return super().__mul__(other) if plain else self._with(other, lambda a, b: a * b)
+
+    def __rmul__(self, other: Number) -> Vector:
+        return self._with(other, lambda a, b: b * a)
+
+    def __truediv__(self, other: Number) -> Vector:
+        return self._with(other, lambda a, b: a / b)
+
+    def __neg__(self) -> Vector:
+        return RowVector(self.record, self.count, lambda row: -self.entry(row))
+
+    def __matmul__(self, other: Vector) -> Number:
+        if not isinstance(other, RowVector):
+            return super().__matmul__(other)
+        index = self.record.index()
+        term = self.record.at(self.entry(index) * other.entry(index))
+        return cast(Number, self.record.sums(self.record.loop(Body(self.count, index, added=((term,),))))[0])
+
+    def map(self, function: Callable[[Number], Number]) -> Vector:
+        index = self.record.index()
+        stored = self.record.at(function(self.entry(index)))
+        return RowVector.found(self.record, self.count, self.record.loop(Body(self.count, index, (stored,))))
+
+    def outer(self, other: Vector) -> Matrix:
+        if isinstance(other, RowVector):
+            return super().outer(other)
+        return RowMatrix(self.record, (self.count, len(other)), lambda row: self.entry(row) * other)
+
+    def norm(self) -> Number:
+        return sqrt(self @ self)
+
+
+class RowMatrix(Matrix):
+    """A matrix of many rows. row(name) gives the row of this name."""
+
+    __slots__ = ("array", "record", "row", "shape")
+
+    def __init__(
+        self, record: RowRecord, shape: tuple[int, int], row: Callable[[str], Vector], array: int | None = None
+    ) -> None:
+        self.record, self.shape, self.row, self.array = record, shape, row, array
+
+    @classmethod
+    def found(cls, record: RowRecord, shape: tuple[int, int], array: int) -> RowMatrix:
+        """One in memory."""
+        return cls(record, shape, lambda row: Vector(cast(Number, record.item(array, row, i)) for i in range(shape[1])), array)
+
+    @property
+    def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
+        """One by one."""
+        return tuple(self.row(str(row)) for row in range(self.shape[0]))
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, index: tuple[int, int]) -> Number:
+        return self.row(str(range(self.shape[0])[index[0]]))[index[1]]
+
+    @property
+    def T(self) -> Matrix:  # noqa: N802 (as of a matrix)
+        return Turned(self)
+
+    def __add__(self, other: Matrix) -> Matrix:
+        if not isinstance(other, RowMatrix):
+            return super().__add__(other)
+        return RowMatrix(self.record, self.shape, lambda row: self.row(row) + other.row(row))
+
+    def __sub__(self, other: Matrix) -> Matrix:
+        if not isinstance(other, RowMatrix):
+            return super().__sub__(other)
+        return RowMatrix(self.record, self.shape, lambda row: self.row(row) - other.row(row))
+
+    def __mul__(self, other: Number) -> Matrix:
+        return RowMatrix(self.record, self.shape, lambda row: self.row(row) * other)
+
+    def __rmul__(self, other: Number) -> Matrix:
+        return RowMatrix(self.record, self.shape, lambda row: other * self.row(row))
+
+    def __matmul__(self, other: Vector | Matrix) -> Vector | Matrix:  # type: ignore[override]
+        return self.map_rows(lambda row: row @ other) if isinstance(other, Vector) else super().__matmul__(other)
+
+    def map_rows(self, function: Callable[[Vector], Number]) -> Vector:
+        index = self.record.index()
+        stored = self.record.at(function(self.row(index)))
+        return RowVector.found(self.record, self.shape[0], self.record.loop(Body(self.shape[0], index, (stored,))))
+
+    def norm(self) -> Number:
+        """As of a matrix; what waited is computed in the same loop, and kept."""
+        index = self.record.index()
+        row = self.row(index)
+        stored = () if self.array is not None else tuple(map(self.record.at, row))
+        squares = tuple(self.record.at(entry * entry) for entry in row)
+        loop = self.record.loop(Body(self.shape[0], index, stored, (squares,)))
+        if stored:
+            kept = RowMatrix.found(self.record, self.shape, loop)
+            self.row, self.array = kept.row, kept.array
+        return sqrt(cast(Number, self.record.sums(loop)[0]))
+
+
+class Turned(Matrix):
+    """The transpose of a matrix in memory."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: RowMatrix) -> None:
+        self.of = of
+
+    @property
+    def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
+        """One by one."""
+        return Matrix(self.of.rows).T.rows
+
+    def __len__(self) -> int:
+        return self.of.shape[1]
+
+    @property
+    def T(self) -> Matrix:  # noqa: N802 (as of a matrix)
+        return self.of
+
+    def __matmul__(self, other: Vector | Matrix) -> Vector | Matrix:  # type: ignore[override]
+        """With a vector: a running sum for each column."""
+        if not isinstance(other, RowVector):
+            return super().__matmul__(other) if isinstance(other, Matrix) else Vector(row @ other for row in self.rows)
+        record, index = self.of.record, self.of.record.index()
+        factor = other.entry(index)
+        added = tuple((record.at(entry * factor),) for entry in self.of.row(index))
+        return Vector(cast(list[Number], record.sums(record.loop(Body(self.of.shape[0], index, added=added)))))

@@ -1,0 +1,49 @@
+/* One sample through the adapter, in the firmware's units, beside the same through the law. argv: none. Prints both commands. */
+#include <stdio.h>
+#include <string.h>
+#include "controller.h"
+#include "NAME.h"
+#include "NAME_golden.h"
+int main(void)
+{
+    control_t control; setpoint_t setpoint; sensorData_t sensors; state_t state;
+    memset(&setpoint, 0, sizeof setpoint); memset(&sensors, 0, sizeof sensors); memset(&state, 0, sizeof state);
+    controllerOutOfTreeInit();
+    controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+    printf("idle %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX);
+    NAME_state law; NAME_measured measured; NAME_reference reference; NAME_command command; NAME_actuators made;
+    memset(&made, 0, sizeof made);
+    setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = modeAbs;
+    for (uint32_t i = 0; i < 20; ++i)
+    {
+        memcpy(&measured, golden_measured[i], sizeof measured);
+        memcpy(&reference, golden_reference[i], sizeof reference);
+        measured.thrust = made.thrust; memcpy(measured.torque, made.torque, sizeof made.torque);
+        memset(reference.snap, 0, sizeof reference.snap);
+        state.position.x = measured.position[0]; state.position.y = measured.position[1]; state.position.z = measured.position[2];
+        state.velocity.x = measured.velocity[0]; state.velocity.y = measured.velocity[1]; state.velocity.z = measured.velocity[2];
+        state.attitudeQuaternion.w = measured.attitude[0]; state.attitudeQuaternion.x = measured.attitude[1];
+        state.attitudeQuaternion.y = measured.attitude[2]; state.attitudeQuaternion.z = measured.attitude[3];
+        sensors.gyro.x = measured.rates[0] * 57.29577951f; sensors.gyro.y = measured.rates[1] * 57.29577951f; sensors.gyro.z = measured.rates[2] * 57.29577951f;
+        setpoint.position.x = reference.position[0]; setpoint.position.y = reference.position[1]; setpoint.position.z = reference.position[2];
+        setpoint.velocity.x = reference.velocity[0]; setpoint.velocity.y = reference.velocity[1]; setpoint.velocity.z = reference.velocity[2];
+        setpoint.acceleration.x = reference.acceleration[0]; setpoint.acceleration.y = reference.acceleration[1]; setpoint.acceleration.z = reference.acceleration[2];
+        setpoint.jerk.x = reference.jerk[0]; setpoint.jerk.y = reference.jerk[1]; setpoint.jerk.z = reference.jerk[2];
+        setpoint.attitude.yaw = reference.yaw * 57.29577951f; setpoint.attitudeRate.yaw = reference.yaw_rate * 57.29577951f;
+        if (i == 0) { NAME_reset(&law); (void)NAME_start(&NAME_mission, &law, &measured); }
+        /* the law takes every second of the firmware's ticks, its position loop every tenth */
+        NAME_clock clock = {.tick = 2u * i, .step = 0.001f, .period = 0.010f, .age = 0.0f};
+        if ((2u * i) % 10u == 0u) { (void)NAME_guide(&NAME_mission, &law, &measured, &reference, &clock); }
+        clock.period = 0.002f;
+        (void)NAME_law(&NAME_mission, &law, &measured, &reference, &clock, &command);
+        (void)NAME_made(&NAME_mission, &command, &made);
+        controllerOutOfTree(&control, &setpoint, &sensors, &state, 2u * i);
+        controllerOutOfTree(&control, &setpoint, &sensors, &state, 2u * i + 1u);
+        printf("sample %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY,
+               (double)control.torqueZ, (double)made.thrust, (double)made.torque[0], (double)made.torque[1], (double)made.torque[2]);
+    }
+    state.position.x = 0.0f / 0.0f;
+    for (int i = 0; i < 120; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); if (i == 1) { printf("held %.9g\n", (double)control.thrustSi); } }
+    printf("lost %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX);
+    return 0;
+}

@@ -1,0 +1,4 @@
+#pragma once
+#include <uORB/stub.hpp>
+struct vehicle_control_mode_s { uint64_t timestamp; bool flag_armed, flag_multicopter_position_control_enabled, flag_control_manual_enabled, flag_control_auto_enabled, flag_control_offboard_enabled, flag_control_position_enabled, flag_control_velocity_enabled, flag_control_altitude_enabled, flag_control_climb_rate_enabled, flag_control_acceleration_enabled, flag_control_attitude_enabled, flag_control_rates_enabled, flag_control_allocation_enabled, flag_control_termination_enabled; uint8_t source_id; };
+TOPIC(vehicle_control_mode)

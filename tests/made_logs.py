@@ -1,0 +1,100 @@
+"""Logs in the formats of autopilots, written byte by byte from a flight."""
+
+import json
+import struct
+
+import numpy as np
+
+from quadstep.logs.flight import FlightRecord
+
+FLIP = np.array([1.0, -1.0, -1.0])
+
+
+def frd(flight: FlightRecord):
+    """Channels as PX4 and ArduPilot have them: north, east, down; forward, right, down; and quaternions from that to that."""
+    channels = {name: flight.channels[name] * FLIP for name in ("position", "velocity", "rates")}
+    return {**channels, "attitude": flight.channels["attitude"] * np.array([1.0, 1.0, -1.0, -1.0])}
+
+
+def ulog(flight: FlightRecord, motors) -> bytes:
+    """A ULog; time in microseconds, each topic at a phase of its own."""
+    known = frd(flight)
+    topics = {
+        "actuator_motors": ("float[12] control", np.pad(motors, ((0, 0), (0, 8)), constant_values=np.nan)),
+        "vehicle_local_position": (
+            "float x;float y;float z;float vx;float vy;float vz",
+            np.concatenate([known["position"], known["velocity"]], axis=1),
+        ),
+        "vehicle_attitude": ("float[4] q", known["attitude"]),
+        "vehicle_angular_velocity": ("float[3] xyz", known["rates"]),
+        "battery_status": ("float voltage_v", flight.channels["voltage"]),
+    }
+    out = [b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0), message(b"B", bytes(40))]
+    for name, (fields, _) in topics.items():
+        out.append(message(b"F", f"{name}:uint64_t timestamp;{fields};".encode()))
+    for number, name in enumerate(topics):
+        out.append(message(b"A", struct.pack("<BH", 0, number) + name.encode()))
+    for row, time in enumerate(flight.time):
+        for number, (_, values) in enumerate(topics.values()):
+            stamp = round(1e6 * time) + 10 * number
+            out.append(message(b"D", struct.pack("<HQ", number, stamp) + values[row].astype("<f4").tobytes()))
+    return b"".join(out)
+
+
+def message(kind: bytes, content: bytes) -> bytes:
+    """A message of a ULog."""
+    return struct.pack("<H", len(content)) + kind + content
+
+
+def ardupilot(flight: FlightRecord, motors) -> bytes:
+    """An ArduPilot log."""
+    known = frd(flight)
+    w, x, y, z = known["attitude"].T
+    angles = np.degrees(
+        [
+            np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+            np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
+            np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        ]
+    ).T
+    pulses = np.round(1000 + 1000 * motors).astype(int)
+    kinds = {
+        "RCOU": (1, "QHHHH", "TimeUS,C1,C2,C3,C4", pulses),
+        "ATT": (2, "Qfff", "TimeUS,Roll,Pitch,Yaw", angles),
+        "XKF1": (3, "QBffffff", "TimeUS,C,PN,PE,PD,VN,VE,VD", np.concatenate([known["position"], known["velocity"]], axis=1)),
+        "IMU": (4, "QBfff", "TimeUS,I,GyrX,GyrY,GyrZ", known["rates"]),
+        "BAT": (5, "Qf", "TimeUS,Volt", flight.channels["voltage"]),
+    }
+    out = [described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")]
+    for name, (number, layout, columns, _) in kinds.items():
+        out.append(described(number, 3 + struct.calcsize("<" + layout), name, layout, columns))
+    for row, time in enumerate(flight.time):
+        for number, layout, _, values in kinds.values():
+            core = (0,) if layout[1] == "B" else ()
+            out.append(struct.pack("<BBB" + layout, 0xA3, 0x95, number, round(1e6 * time), *core, *values[row].tolist()))
+    return b"".join(out)
+
+
+def described(number: int, length: int, name: str, layout: str, columns: str) -> bytes:
+    """The message that says what another holds."""
+    return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, number, length, name.encode(), layout.encode(), columns.encode())
+
+
+def mcap(path, flight: FlightRecord, motors) -> None:
+    """An MCAP file with JSON in it."""
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        channels = {name: writer.register_channel(name, "json", schema) for name in ("/state", "/motors")}
+        for row, time in enumerate(flight.time):
+            place, speed, q, rates = (
+                flight.channels[name][row].tolist() for name in ("position", "velocity", "attitude", "rates")
+            )
+            state = {"p": place, "v": speed, "q": q, "w": rates, "volts": float(flight.channels["voltage"][row, 0])}
+            for name, content in (("/state", state), ("/motors", {"c": motors[row].tolist()})):
+                stamp = round(1e9 * time)
+                writer.add_message(channels[name], log_time=stamp, publish_time=stamp, data=json.dumps(content).encode())
+        writer.finish()

@@ -1,0 +1,211 @@
+"""Flights under an autopilot, here fake ones that speak the protocols of PX4 and ArduPilot."""
+
+import socket
+import threading
+
+import numpy as np
+import pytest
+
+from quadstep.autopilot import flight as autopilot_flight
+from quadstep.autopilot.address import address
+from quadstep.autopilot.ardupilot import ArduPilot
+from quadstep.autopilot.px4 import Px4
+from quadstep.errors import UserError
+from quadstep.mission.read import plan_mission, read_mission
+from quadstep.numbers import Vector
+from quadstep.numbers.rotations import rotation_matrix
+from tests.autopilots import FakeArduPilot, FakePx4, Hover, free_port
+from tests.commands import quadstep, strict_json, without_figures, write
+from tests.needs import package
+
+package("pymavlink")
+
+MISSION = """
+[vehicle]
+preset = "x500"
+[path]
+type = "step"
+start = [0.0, 0.0, 5.0]
+end = [0.0, 0.0, 5.0]
+duration = 2.0
+[wind]
+mean = [1.0, 0.0, 0.0]
+[simulation]
+control_period = 0.004
+"""
+
+FAKES = {"ardupilot": (FakeArduPilot, socket.SOCK_DGRAM), "px4": (FakePx4, socket.SOCK_STREAM)}
+
+
+def fake(name, mission, **how):
+    kind, socket_kind = FAKES[name]
+    pilot = kind(free_port(socket_kind), Hover(plan_mission(read_mission(mission), mission)), **how)
+    pilot.start()
+    return pilot
+
+
+@pytest.mark.parametrize("name", FAKES)
+def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
+    without_figures(monkeypatch)
+    monkeypatch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    mission = write(tmp_path, MISSION)
+    pilot = fake(name, mission)
+    run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out", "--json")
+    pilot.stop.set()
+    assert run.code == 0, run.err
+    metrics = strict_json(tmp_path / "out" / "metrics.json")
+    assert metrics["outcome"] == "completed"
+    assert len(pilot.seen) >= 500  # 2 s at 250 Hz
+    rows = np.genfromtxt(tmp_path / "out" / "flight.csv", delimiter=",", names=True)
+    assert abs(rows["zm"] - 5.0).max() < 0.3
+    assert 0.01 < abs(rows["xm"][-1]) < 3.0  # the wind takes it along: no autopilot here knows where it is
+    if name == "px4":
+        still = pilot.seen[0]
+        assert (still.xacc, still.yacc) == pytest.approx((0.0, 0.0), abs=0.6)  # drag in the wind
+        assert still.zacc == pytest.approx(-9.81, abs=0.3)
+        steps = np.diff([one.time_usec for one in pilot.seen])
+        assert set(steps[-400:]) == {4000}
+        assert pilot.fixes[0].lat == pytest.approx(473977420, abs=10)
+    else:
+        assert pilot.seen[-1]["position"][2] == pytest.approx(-rows["zm"][-1], abs=0.02)
+
+
+@pytest.mark.parametrize("name", FAKES)
+def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
+    monkeypatch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    monkeypatch.setattr(f"quadstep.autopilot.{name}.WAIT", 0.3)
+    mission = write(tmp_path, MISSION)
+    pilot = fake(name, mission, silent_after=300)
+    link = {"ardupilot": ArduPilot, "px4": Px4}[name]
+    monkeypatch.setattr(autopilot_flight, "opened", lambda *_: link(address(str(pilot.port), 1), wait=0.3))
+    run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out")
+    pilot.stop.set()
+    assert run.code == 3, run.err
+    assert "fell silent at 1." in run.out
+    assert "The log up to then is kept" in " ".join(run.out.split())
+    assert len((tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()) > 100
+
+
+@pytest.mark.parametrize("name", FAKES)
+def test_what_is_no_autopilot_is_refused(tmp_path, name):
+    mission = write(tmp_path, MISSION)
+    pilot = fake(name, mission, garbage=True)
+    run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out")
+    pilot.stop.set()
+    assert run.refused, run
+    assert "malformed packet" in run.err or "no MAVLink" in run.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_bad_connections_are_one_line(tmp_path):
+    mission = write(tmp_path, MISSION)
+    out = ("--out", tmp_path / "out")
+    for arguments, said in (
+        (("--autopilot", "betaflight"), "--autopilot betaflight: is not known; allowed: px4, ardupilot"),
+        (("--autopilot", "px4", "--connect", "here:99999"), "the port should be a number from 1 to 65535"),
+        (("--connect", "4560"), "--connect: goes with --autopilot"),
+    ):
+        run = quadstep("fly", mission, *arguments, *out)
+        assert run.refused
+        assert said in run.err
+    for name, (_, kind) in FAKES.items():
+        with socket.socket(socket.AF_INET, kind) as taken:
+            taken.bind(("127.0.0.1", 0))
+            port = taken.getsockname()[1]
+            if kind is socket.SOCK_STREAM:
+                taken.listen(1)
+            run = quadstep("fly", mission, "--autopilot", name, "--connect", port, *out)
+        assert run.refused
+        assert "cannot be listened on: Address already in use" in run.err
+    with pytest.raises(UserError, match="no ArduPilot spoke on 127"):
+        ArduPilot(address(str(free_port()), 1), first_wait=0.1).meet(None)
+    planar = write(
+        tmp_path, '[vehicle]\ntype = "planar"\n[path]\ntype = "step"\nend = [0.0, 0.0, 1.0]\nduration = 2.0\n', "p.toml"
+    )
+    run = quadstep("fly", planar, "--autopilot", "ardupilot", "--connect", free_port(), *out)
+    assert run.refused
+    assert not (tmp_path / "out").exists()
+    assert address("", 9002) == ("127.0.0.1", 9002)
+    assert address("0.0.0.0:1", 9002) == ("0.0.0.0", 1)
+
+
+# Setpoints
+
+ORBIT = """
+[vehicle]
+preset = "x500"
+[path]
+type = "circle"
+centre = [0.0, 0.0, 5.0]
+radius = 2.0
+period = 6.0
+[simulation]
+duration = 0.5
+"""
+
+
+def listening(port):
+    """A vehicle that says it is there, over UDP."""
+    from pymavlink import mavutil
+
+    vehicle = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=7)
+    stop = threading.Event()
+
+    def beat():
+        while not stop.is_set():
+            vehicle.mav.heartbeat_send(2, 12, 0, 0, 0)
+            stop.wait(0.05)
+
+    threading.Thread(target=beat, daemon=True).start()
+    return vehicle, stop
+
+
+@pytest.mark.parametrize("kind", ["position", "attitude", "rates"])
+def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
+    mission, port = write(tmp_path, ORBIT), free_port()
+    vehicle, stop = listening(port)
+    run = quadstep("serve-setpoints", mission, "--connect", f"udpin:127.0.0.1:{port}", "--kind", kind, "--rate", "40")
+    stop.set()
+    assert run.code == 0, run.err
+    assert "arming and the change to offboard or guided mode are yours" in run.err
+    assert "Sent 21 setpoints over 0.5 s." in run.out
+    heard = []
+    while (message := vehicle.recv_match(blocking=True, timeout=0.3)) is not None:
+        heard.append(message)
+    vehicle.close()
+    wanted = "SET_POSITION_TARGET_LOCAL_NED" if kind == "position" else "SET_ATTITUDE_TARGET"
+    assert {one.get_type() for one in heard} == {wanted}
+    assert len(heard) == 21
+    assert {one.target_system for one in heard} == {7}
+    first, last = heard[0], heard[-1]
+    plan = plan_mission(read_mission(mission), mission)
+    if kind == "position":
+        reference = plan.loop.path.reference(0.5, plan.parameters.path)
+        x, y, z = reference.position
+        assert (last.x, last.y, last.z) == pytest.approx((x, -y, -z), abs=1e-5)
+        assert last.yaw == pytest.approx(-reference.yaw, abs=1e-5)
+        assert last.type_mask == 0
+    else:
+        mass, gravity = plan.parameters.airframe.mass, plan.parameters.airframe.gravity
+        full = 4 * plan.parameters.allocation.most
+        x, y, z = plan.loop.path.reference(0.5, plan.parameters.path).acceleration
+        pull = np.array([x, -y, -(z + gravity)])  # north, east, down
+        assert last.thrust == pytest.approx(mass * np.linalg.norm(pull) / full, rel=1e-5)
+        down = np.array(list(rotation_matrix(Vector(last.q)) @ Vector((0.0, 0.0, 1.0))))
+        np.testing.assert_allclose(down, -pull / np.linalg.norm(pull), atol=1e-5)
+        assert first.type_mask == (7 if kind == "attitude" else 128)
+
+
+def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
+    monkeypatch.setattr("quadstep.autopilot.setpoints.HEARTBEAT_WAIT", 0.2)
+    mission = write(tmp_path, ORBIT)
+    for arguments, said in (
+        (("--kind", "jerk"), "--kind jerk: is not known; allowed: position, attitude, rates"),
+        (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
+        (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no vehicle was heard in 0.2 s"),
+        (("--connect", "nonsense:"), "cannot be opened"),
+    ):
+        run = quadstep("serve-setpoints", mission, *arguments)
+        assert run.code == 2
+        assert said in run.err
+        assert "Traceback" not in run.err

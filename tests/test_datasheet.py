@@ -1,0 +1,93 @@
+"""Vehicles from data sheets: what was measured is recovered, what is wrong is named, and the result flies."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from quadstep.datasheet.estimate import estimate, vehicle_of
+from quadstep.datasheet.sheet import Datasheet
+from tests.commands import quadstep
+
+SHEET = """
+name = "Five inch"
+mass = 0.62
+wheelbase = 0.22
+kv = 1950
+cells = 4
+capacity = 1.5
+motor_mass = 0.033
+propeller = { inches = [5.1, 4.3] }
+"""
+SPEED, EXPONENT, K_F, K_M = 2600.0, 0.9, 1.7e-6, 2.2e-8
+
+
+def stand(**columns):
+    throttle = np.linspace(0.1, 1.0, 10)
+    speed = SPEED * throttle**EXPONENT
+    known = {"throttle": throttle, "thrust": K_F * speed**2, **columns}
+    return "[stand]\n" + "\n".join(f"{key} = {[float(one) for one in value]}" for key, value in known.items()) + "\n"
+
+
+def made(text):
+    return Datasheet.model_validate(tomllib.loads(text))
+
+
+def test_what_a_stand_measured_is_found():
+    speed = SPEED * np.linspace(0.1, 1.0, 10) ** EXPONENT
+    found = estimate(made(SHEET + stand(speed=speed, torque=K_M * speed**2)))
+    assert found.thrust.value == pytest.approx(K_F, rel=1e-9)
+    assert found.torque.value == pytest.approx(K_M, rel=1e-9)
+    assert found.exponent.value == pytest.approx(EXPONENT, rel=1e-9)
+    assert found.fastest.value == pytest.approx(SPEED, rel=1e-9)
+    assert found.thrust.source.startswith("measured")
+    assert found.thrust.spread < 0.01
+    assert found.voltage_exponent.source.startswith("usual")
+
+
+def test_without_a_stand_formulas_are_within_their_own_uncertainty():
+    found = estimate(made(SHEET))
+    assert found.thrust.source.startswith("estimated")
+    assert abs(np.log(found.thrust.value / K_F)) < 3.0 * found.thrust.spread
+    vehicle = vehicle_of(made(SHEET), found)
+    assert not vehicle.warnings()
+    assert vehicle.inertia[2] > vehicle.inertia[0]
+
+
+def test_torque_follows_from_current_where_nothing_better_is_known():
+    speed = SPEED * np.linspace(0.1, 1.0, 10) ** EXPONENT
+    current = K_M * speed**2 / (60.0 / (2.0 * np.pi * 1950.0))
+    found = estimate(made(SHEET + stand(speed=speed, current=current)))
+    assert found.torque.value == pytest.approx(K_M, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
+        (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
+        (SHEET + "[stand]\nthrottle = [0.1, 0.5]\nthrust = [1.0, 2.0]\n", "at least 3"),
+        (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not per cent"),
+        (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [100.0, 500.0, 1200.0]\n", "in grams"),
+        (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [3.0, 2.0, 1.0]\n", "does not rise"),
+        (SHEET.replace("0.033", "0.33"), "leave nothing"),
+        (SHEET.replace("inches = [5.1, 4.3]", "pitch = 0.1"), "give either diameter"),
+    ],
+)
+def test_a_wrong_sheet_is_one_line(tmp_path, text, said):
+    (tmp_path / "sheet.toml").write_text(text)
+    run = quadstep("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml")
+    assert run.code == 2
+    assert said in run.err
+    assert run.err.count("\n") == 1
+    assert not (tmp_path / "v.toml").exists()
+
+
+def test_the_vehicle_and_its_campaign_fly(tmp_path):
+    (tmp_path / "sheet.toml").write_text(SHEET + stand())
+    assert quadstep("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml").code == 0
+    text = (tmp_path / "v_campaign.toml").read_text().replace("flights = 2000", "flights = 16")
+    (tmp_path / "v_campaign.toml").write_text(text)
+    run = quadstep("campaign", tmp_path / "v_campaign.toml", "--out", tmp_path / "out")
+    assert run.code == 0
+    assert "16 flights: 100 % succeed" in run.out

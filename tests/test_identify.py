@@ -1,0 +1,257 @@
+"""Identification: of flights whose every number is known, and through the commands."""
+
+import json
+
+import numpy as np
+import pytest
+
+from quadstep.identify.averages import blocks, forces, torques
+from quadstep.identify.errors import differences
+from quadstep.identify.errors import logged as measured_at
+from quadstep.identify.fit import EFFECTS, identify, with_values
+from quadstep.identify.parameters import numbers_of
+from quadstep.identify.predictor import Predictor
+from quadstep.identify.problem import Batch, as_states
+from quadstep.identify.replay import predictions_of, read_starts, ready
+from quadstep.identify.starts import laid_out, starts_at
+from quadstep.identify.vehicle_file import as_toml, identified_vehicle
+from quadstep.mission.vehicle_list import read_vehicle
+from quadstep.numbers import Vector
+from tests.commands import quadstep
+from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, write
+
+LEAVES = {
+    "curve.speed": "command.speed",
+    "curve.exponent": "command.exponent",
+    "curve.voltage_exponent": "command.voltage_exponent",
+    "curve.delay": "command.delay",
+    "airframe.rotor.rise": "rotor.rise_time",
+    "airframe.rotor.fall": "rotor.rise_time",
+    "airframe.inertia.0": "inertia[0]",
+    "airframe.inertia.1": "inertia[1]",
+    "airframe.rotor.torque": "rotor.torque_coefficient",
+    "airframe.rotor.inertia": "rotor.inertia",
+    "airframe.drag.rotor.0": "drag.rotor[0]",
+    "airframe.drag.rotor.1": "drag.rotor[0]",
+    "airframe.drag.rotor.2": "drag.rotor[2]",
+    "airframe.drag.flapping": "drag.flapping",
+    "offset.0": "centre_of_gravity[0]",
+    "offset.1": "centre_of_gravity[1]",
+    "tilt.0": "imu.tilt[0]",
+    "tilt.1": "imu.tilt[1]",
+}
+
+
+@pytest.fixture(scope="module")
+def flights():
+    return logged(0)
+
+
+@pytest.fixture(scope="module")
+def truth(flights):
+    """The true numbers."""
+    p = numbers_of(start(), laid_out(flights).rows)
+    p = p._replace(curve=p.curve._replace(nominal=NOMINAL))
+    return with_values(p, {leaf: TRUTH[key] for leaf, key in LEAVES.items()})
+
+
+def gone_wrong(flights, p, horizon=10):
+    """Mean error of the rates and of the velocity, `horizon` samples ahead, over how much they change until then."""
+    laid = laid_out(flights[:1])
+    starts = starts_at(flights[:1], laid, [np.arange(300, 1700, 20)])
+    batch = Batch(Predictor(start().geometry(), EFFECTS, (horizon,)), flights[0].period, starts, p._replace(rows=laid.rows))
+    states, _ = batch.run([np.zeros(0)])
+    later, now = measured_at(flights[:1], starts, horizon), measured_at(flights[:1], starts, 0)
+    parts, changes = differences(as_states(states[0][0]), later), differences(now, later)
+    return [float(np.linalg.norm(parts[i], axis=1).mean() / np.linalg.norm(changes[i], axis=1).mean()) for i in (3, 1)]
+
+
+def test_the_true_numbers_predict_best(flights, truth):
+    best = gone_wrong(flights, truth)
+    assert max(best) < 0.06
+    for leaf, factor in (
+        ("airframe.inertia.0", 1.4),
+        ("airframe.rotor.rise", 0.4),
+        ("airframe.drag.flapping", -1.0),
+        ("offset.1", -1.0),
+        ("curve.speed", 1.05),
+    ):
+        wrong = with_values(truth, {leaf: factor * TRUTH[LEAVES[leaf]]})
+        assert sum(gone_wrong(flights, wrong)) > sum(best), leaf
+
+
+def test_averages_tell_thrust_tilt_and_centre_of_gravity(flights, truth):
+    block = blocks(flights, TRUTH["command.delay"], TRUTH["rotor.rise_time"], 9.81)
+    begun = numbers_of(start(), laid_out(flights).rows)
+    begun = begun._replace(curve=begun.curve._replace(nominal=NOMINAL))
+    found, why = forces(block, begun, start().geometry(), speeds=False)
+    assert not why
+    for key, within in (
+        ("command.speed", 0.01), ("command.exponent", 0.01), ("command.voltage_exponent", 0.05), ("imu.tilt[0]", 0.1),
+        ("imu.tilt[1]", 0.1), ("drag.rotor[0]", 0.03),
+    ):  # fmt: skip
+        assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
+    found = torques(block, truth, start().geometry())
+    for key, within in (("centre_of_gravity[0]", 0.1), ("centre_of_gravity[1]", 0.05), ("drag.flapping", 0.08)):
+        assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
+
+
+def test_what_the_commands_do_not_vary_stays_with_a_reason(flights, truth):
+    block = blocks(flights, 0.013, 0.04, 9.81)
+    still = block._replace(volts=np.full_like(block.volts, NOMINAL))
+    _, why = forces(still, truth, start().geometry(), speeds=False)
+    assert "varies by" in why["command.voltage_exponent"]
+
+
+@pytest.mark.slow
+def test_a_known_vehicle_is_found_again(flights):
+    found = identify(flights, start(), lambda what: None, predictors=False)
+    ratio = (4.2 / NOMINAL) ** TRUTH["command.voltage_exponent"]  # the preset's nominal voltage is that of a full battery
+    for key, one in found.fitted.items():
+        true = TRUTH[key] * (ratio if key == "command.speed" else 1.0)
+        assert one.value == pytest.approx(true, rel=0.08), key
+        assert one.low < one.value < one.high
+
+
+def written(folder, truth):
+    """A vehicle file with the true numbers and a predictor."""
+    from quadstep.identify.fit import Identified
+
+    observer = truth.observer._replace(leak=Vector((1.0, 1.0)), path=4.0, drift=3.0)
+    found = Identified(truth, observer, {}, {})
+    content = identified_vehicle(start().model_copy(update={"sources": {}}), with_fitted(found), "made", "given")
+    (folder / "v.toml").write_text(as_toml(content))
+    return folder / "v.toml"
+
+
+def with_fitted(found):
+    from quadstep.identify.fit import Fitted
+
+    keys = ("rotor.rise_time", "centre_of_gravity[0]", "inertia[0]")
+    return found._replace(fitted={key: Fitted(TRUTH[key], 0.0, 1.0, "", "made") for key in keys})
+
+
+def test_an_identified_vehicle_reads_back_and_flies(tmp_path, truth):
+    vehicle = read_vehicle(written(tmp_path, truth))
+    assert vehicle.command.speed == TRUTH["command.speed"]
+    assert vehicle.imu.tilt == (TRUTH["imu.tilt[0]"], TRUTH["imu.tilt[1]"])
+    places = np.array([mount.position for mount in vehicle.geometry().mounts])
+    assert places.mean(axis=0)[:2] == pytest.approx([-TRUTH["centre_of_gravity[0]"], -TRUTH["centre_of_gravity[1]"]])
+    ratio = vehicle.inertia[2] / (vehicle.inertia[0] + vehicle.inertia[1])
+    assert ratio == pytest.approx(start().inertia[2] / (start().inertia[0] + start().inertia[1]), rel=1e-4)
+    assert vehicle.rotor.torque_coefficient / vehicle.inertia[2] == pytest.approx(
+        TRUTH["rotor.torque_coefficient"] / start().inertia[2], rel=1e-4
+    )
+    assert "identified" in vehicle.sources["rotor.rise_time"]
+
+
+def test_rows_that_were_not_measured_are_predicted_from_commands(tmp_path, flights, truth):
+    vehicle = read_vehicle(written(tmp_path, truth))
+    flight = flights[1]
+    rows = [400, 520, 640]
+    masked = {name: values.copy() for name, values in flight.channels.items()}
+    for row in rows:
+        for name in ("position", "velocity", "attitude", "rates"):
+            masked[name][row + 1 : row + 51] = np.nan
+    hidden = type(flight)(**{**vars(flight), "channels": masked})
+    (tmp_path / "starts.json").write_text(json.dumps({flight.name: rows}))
+    p, guided = ready([hidden], vehicle)
+    assert guided
+    starts = read_starts(tmp_path / "starts.json", [hidden])
+    found = predictions_of([hidden], vehicle, p, starts, guided)[flight.name]
+    assert np.shape(found["q"]) == (3, 3, 4)
+    assert np.shape(found["w"]) == (3, 3, 3)
+    place = flight.channels["position"][np.array(rows) + 10]
+    assert np.linalg.norm(np.array(found["p"])[:, 1] - place, axis=1).max() < 0.02
+    quaternions = np.array(found["q"])[:, 0]
+    true = flight.channels["attitude"][np.array(rows) + 1][:, [1, 2, 3, 0]]
+    assert np.abs((quaternions * true).sum(axis=1)).min() > 0.9999
+
+
+def test_replay_through_the_command_line(tmp_path, flights, truth):
+    vehicle = written(tmp_path, truth)
+    write(tmp_path / "log.csv", *table(flights[0]))
+    (tmp_path / "map.toml").write_text(MAPPING.replace("full = 1.5", "full = 1.2"))
+    # commands are shares of another full one: the thrust is off, and replay says by how much
+    run = quadstep("replay", tmp_path / "log.csv", "--vehicle", vehicle, "--mapping", tmp_path / "map.toml")
+    assert run.code == 0
+    assert "from commands and setpoints" in run.out
+    (tmp_path / "starts.json").write_text('{"log": [400], "other": [1]}')
+    run = quadstep(
+        "replay", tmp_path / "log.csv", "--vehicle", vehicle, "--mapping", tmp_path / "map.toml", "--starts",
+        tmp_path / "starts.json", "--predictions", tmp_path / "p.json",
+    )  # fmt: skip
+    assert run.code == 0
+    assert set(json.loads((tmp_path / "p.json").read_text())) == {"log"}
+
+
+def test_bad_requests_are_one_line(tmp_path, flights, truth):
+    vehicle = written(tmp_path, truth)
+    write(tmp_path / "log.csv", *table(flights[0]))
+    (tmp_path / "map.toml").write_text(MAPPING)
+    mapping = ("--mapping", tmp_path / "map.toml")
+    asked = {
+        '{"log": [99999]}': "but the log has rows",
+        '{"log": ["a"]}': "whole numbers",
+        "[1]": "object of flights",
+        '{"x": [1]}': "names none of the flights",
+    }
+    for text, said in asked.items():
+        (tmp_path / "s.json").write_text(text)
+        run = quadstep(
+            "replay", tmp_path / "log.csv", "--vehicle", vehicle, *mapping, "--starts", tmp_path / "s.json", "--predictions",
+            tmp_path / "p.json",
+        )  # fmt: skip
+        assert run.code == 2
+        assert said in run.err
+        assert not (tmp_path / "p.json").exists()
+    for arguments, said in (
+        (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
+        (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "cannot be read"),
+        (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "same name"),
+        (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "belong together"),
+        (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", "v.txt"), "should end in .toml"),
+        (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--mass", "-1"), "--mass"),
+    ):
+        run = quadstep(*arguments)
+        assert run.code == 2, arguments
+        assert said in run.err
+        assert run.err.count("\n") == 1
+
+
+def test_a_log_that_contradicts_its_mapping_is_not_fitted(tmp_path, flights):
+    write(tmp_path / "log.csv", *table(flights[0]))
+    (tmp_path / "map.toml").write_text(MAPPING.replace("rad/s", "deg/s"))
+    run = quadstep(
+        "identify",
+        tmp_path / "log.csv",
+        "--vehicle",
+        "crazyflie",
+        "--mapping",
+        tmp_path / "map.toml",
+        "--out",
+        tmp_path / "v.toml",
+    )
+    assert run.code == 2
+    assert "rates: x: radians where degrees are expected" in run.err
+    assert not (tmp_path / "v.toml").exists()
+
+
+def test_a_bench_log_never_flew(tmp_path, flights):
+    header, rows = table(flights[0])
+    for row in rows:
+        row[1:5] = ["0.0"] * 4
+    write(tmp_path / "log.csv", header, rows)
+    (tmp_path / "map.toml").write_text(MAPPING)
+    run = quadstep(
+        "identify",
+        tmp_path / "log.csv",
+        "--vehicle",
+        "crazyflie",
+        "--mapping",
+        tmp_path / "map.toml",
+        "--out",
+        tmp_path / "v.toml",
+    )
+    assert run.code == 2
+    assert "never flew: the rotors never turned" in run.err

@@ -1,0 +1,134 @@
+"""Reading logs and judging them: what contradicts a mapping is named, with evidence."""
+
+import numpy as np
+import pytest
+
+from quadstep.errors import UserError
+from quadstep.logs.judge import judge
+from quadstep.logs.mapping import Mapping, load_mapping, mapping_names
+from quadstep.logs.read import read_log
+from quadstep.logs.signals import lag, slopes
+from tests.made_flights import MAPPING, logged, start, table, write
+
+
+@pytest.fixture(scope="module")
+def flight():
+    return logged(0)[0]
+
+
+@pytest.fixture
+def folder(tmp_path, flight):
+    """A log, and a mapping that fits it."""
+    write(tmp_path / "log.csv", *table(flight))
+    (tmp_path / "map.toml").write_text(MAPPING)
+    return tmp_path
+
+
+def judged(folder, text):
+    (folder / "map.toml").write_text(text)
+    found = judge(read_log(folder / "log.csv", str(folder / "map.toml")), start().geometry())
+    return [one.text for one in found if one.wrong]
+
+
+def test_a_log_reads_back_as_it_was_made(folder, flight):
+    read = read_log(folder / "log.csv", str(folder / "map.toml"))
+    assert np.array_equal(read.motors * 1.5, flight.motors) or np.allclose(read.motors * 1.5, flight.motors, rtol=1e-15)
+    for name, values in flight.channels.items():
+        assert np.allclose(read.channels[name], values, rtol=0, atol=1e-12), name
+    assert read.measured.all()
+    assert read.flying.sum() > 1000
+
+
+def test_a_right_mapping_is_not_contradicted(folder):
+    assert judged(folder, MAPPING) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("rad/s", "deg/s"), "rates: x: radians where degrees are expected"),
+        (('["p", "q", "r"]', '["q", "p", "r"]'), "rates: x goes with y"),
+        (('unit = "rad/s"', 'unit = "rad/s", signs = [1, -1, 1]'), "rates: the sign of y is inverted"),
+        (('"wxyz"', '"xyzw"'), "rates"),
+        (('["m1", "m2", "m3", "m4"]', '["m1", "m4", "m3", "m2"]'), "motors: their roll torque turns the other axis"),
+        (('["m1", "m2", "m3", "m4"]', '["m3", "m4", "m1", "m2"]'), "motors: their roll torque is against"),
+        (('unit = "V"', 'unit = "mV"'), "voltage"),
+        (('["vx", "vy", "vz"]', '["vy", "vx", "vz"]'), "velocity: x goes with y"),
+        (('unit = "m"', 'unit = "mm"'), "never flew"),
+        (("full = 1.5", "full = 0.4"), "motors"),
+        (("[columns]", '[columns]\nestimated_attitude = { columns = ["qw", "qx", "qy", "qz"], signs = [1, 1, -1, 1] }'),
+         "estimated_attitude: the sign of y is inverted"),
+    ],
+)  # fmt: skip
+def test_what_contradicts_a_mapping_is_named(folder, change, said):
+    assert any(one.startswith(said) for one in judged(folder, MAPPING.replace(*change)))
+
+
+def refused(folder, header, rows, text=MAPPING):
+    write(folder / "log.csv", header, rows)
+    (folder / "map.toml").write_text(text)
+    with pytest.raises(UserError) as error:
+        read_log(folder / "log.csv", str(folder / "map.toml"))
+    return str(error.value)
+
+
+def test_broken_logs_are_refused_in_a_line_that_says_where(folder, flight):
+    header, rows = table(flight)
+    assert "10 fields" in refused(folder, header, [*rows[:50], rows[50][:10]])
+    assert "column 'm3' is missing" in refused(folder, [name if name != "m3" else "other" for name in header], rows)
+    assert "more than once" in refused(folder, [name if name != "m3" else "m2" for name in header], rows)
+    assert "0 rows of data" in refused(folder, header, [])
+    assert "line 32, column 'm1': 'abc' is not a number" in refused(
+        folder, header, [*rows[:30], [rows[30][0], "abc", *rows[30][2:]], *rows[31:]]
+    )
+    assert "the motor's command is missing" in refused(
+        folder, header, [*rows[:30], [rows[30][0], "nan", *rows[30][2:]], *rows[31:]]
+    )
+    assert "time goes backward" in refused(folder, header, [*rows[:30], rows[5], *rows[31:]])
+    assert "is the unit right" in refused(folder, header, rows, MAPPING.replace('"s"', '"ms"'))
+    (folder / "empty.csv").write_text("")
+    with pytest.raises(UserError, match="fit none of the mappings"):
+        read_log(folder / "empty.csv")
+    with pytest.raises(UserError, match="this kind of log is not known"):
+        read_log(folder / "log.txt")
+
+
+def test_mappings_say_what_is_wrong_with_them(folder):
+    for change, said in (
+        (('"m/s"', '"knots"'), "unit 'knots' is not known"),
+        (('["vx", "vy", "vz"]', '["vx", "vy"]'), "2 columns given, 3 are needed"),
+        (("velocity", "speed"), "columns.speed is not known"),
+    ):
+        (folder / "map.toml").write_text(MAPPING.replace(*change))
+        with pytest.raises(UserError, match=said):
+            read_log(folder / "log.csv", str(folder / "map.toml"))
+
+
+def test_the_mappings_of_the_package_are_whole():
+    assert {"crazypad", "idsia", "nanobench"} <= set(mapping_names())
+    assert all(isinstance(load_mapping(name), Mapping) for name in mapping_names())
+
+
+def test_rows_after_a_gap_start_anew(flight):
+    time = flight.time.copy()
+    time[500:] += 0.05
+    gapped = type(flight)(**{**vars(flight), "time": time})
+    assert gapped.runs()[499] == 499
+    assert gapped.runs()[500] == 0
+
+
+def test_a_lag_is_found_with_its_sign():
+    time = np.arange(0.0, 20.0, 0.01)
+    signal = np.sin(7.0 * time) + np.sin(3.1 * time)
+    late = np.sin(7.0 * (time - 0.03)) + np.sin(3.1 * (time - 0.03))
+    assert abs(lag(signal, late, 0.01).lag - 0.03) < 1e-3
+    assert abs(lag(late, signal, 0.01).lag + 0.03) < 1e-3
+
+
+def test_a_slope_and_the_axis_that_explains_best_are_found():
+    random = np.random.default_rng(1)
+    x = random.normal(size=(500, 3))
+    one = slopes(x, np.column_stack([-2.0 * x[:, 1], x[:, 1], x[:, 2]]), np.ones(500, dtype=bool))
+    assert one[0].axis == 1
+    assert abs(one[0].best + 2.0) < 1e-12
+    assert abs(one[1].slope - 1.0) < 1e-12
