@@ -74,4 +74,10 @@ def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
     got = GpuSweep(loop, ticks, plan.start, plan.parameters, varying, True).fly(rows)
     np.testing.assert_array_equal(table(got), table(wanted))
     assert not driver.problems
-    assert ".target sm_90" in ptx(loop, plan.start, plan.parameters, frozenset(varying), double=True)
+
+
+@EVERY
+def test_loops_are_written_as_ptx(law):
+    plan = mission(law).plan()
+    text = ptx(scored(plan.loop, plan.ticks, 0.02)[0], plan.start, plan.parameters, frozenset(), double=True)
+    assert ".target sm_90" in text
