@@ -92,6 +92,7 @@ def nested_gains(**changes):
         bounds=vector(2.0, 1.0, 0.2, 0.1),
         slope_1=same(1.0),
         slope_2=same(15.0),
+        pace=1.0,
     )
     return result._replace(**changes)
 

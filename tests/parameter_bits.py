@@ -12,6 +12,8 @@ from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import CampaignFile, campaign_of, read_campaign
 from quadstep.comparison.shipped import shipped_study
+from quadstep.control.controller import Measured
+from quadstep.control.registry import controllers
 from quadstep.mission.airframe import LAYOUTS
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission, plan_mission, read_mission, read_toml
@@ -20,7 +22,7 @@ from quadstep.numbers import Table, flatten
 from quadstep.tuning.ground import asked
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping")
+CONTROLLERS = tuple(controllers(Measured))
 STEP = {"type": "step", "end": [1.0, 0.0, 2.0], "duration": 3.0}
 FLIGHTS = np.arange(40)
 

@@ -14,6 +14,7 @@ from quadstep.airframe.events import efficiencies, mass_properties
 from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.plant import derivative, voltage
 from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.registry import controllers
 from quadstep.flight.closed_loop import Clock, Outcome
 from quadstep.flight.eager import fly_arrays, fly_floats
 from quadstep.flight.engine import Engine
@@ -24,8 +25,7 @@ from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild, vecto
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.plants.multirotor import Spun
 
-FAMILIES = ("indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness")
-CONTROLLERS = ("geometric", "pid", "lqr", "rotation-backstepping", "backstepping", *FAMILIES)
+CONTROLLERS = tuple(controllers(Measured))
 SENSORS = {
     "gyro_noise": 0.002,
     "gyro_bias": 0.005,

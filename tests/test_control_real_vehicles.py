@@ -38,6 +38,9 @@ KINDS = (
     "dynamic-linearisation",
     "h-infinity-linearisation",
     "loop-shaping",
+    "nested-saturation",
+    "hedged-inversion",
+    "filtered-backstepping",
     "backstepping",
 )
 EXTENDED = ("thrust-extended-backstepping", "dynamic-linearisation", "h-infinity-linearisation", "loop-shaping")
@@ -118,12 +121,19 @@ def test_it_leans_towards_the_path_at_any_heading(kind, yaw):
 
 ANY_ATTITUDE = [(0.0, 0.0, 3.1), (0.3, 0.0, -2.9), (2.0, 1.4, 0.5), (0.0, -1.5, 0.0)]
 NEAR_LEVEL = [attitude for attitude in ANY_ATTITUDE if abs(attitude[2]) < 2.0]
-"""For the LQR, which is linear about hover: not turned over."""
+"""For laws that are linear about hover: not turned over."""
+
+LINEAR, ON_ANGLES = ("lqr", "planned-lqr"), ("backstepping", "nested-saturation")
+"""Laws about hover; laws on Euler angles, which are singular when the vehicle points straight up or down."""
 
 
 @pytest.mark.parametrize(
     ("kind", "attitude"),
-    [(kind, attitude) for kind in KINDS[:-1] for attitude in (NEAR_LEVEL if kind == "lqr" else ANY_ATTITUDE)],
+    [
+        (kind, attitude)
+        for kind in (*KINDS, "planned-lqr")
+        for attitude in (NEAR_LEVEL if kind in LINEAR else [] if kind in ON_ANGLES else ANY_ATTITUDE)
+    ],
 )
 def test_on_the_rotation_group_it_recovers_from_any_attitude(kind, attitude):
     start = {"attitude": list(attitude), "rates": [0.2, -0.3, 0.1]}

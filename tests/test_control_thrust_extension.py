@@ -118,40 +118,77 @@ def test_the_lyapunov_function_falls_as_the_proof_says():
         assert found == pytest.approx(wanted, rel=1e-5, abs=1e-5 * values_of[0])
 
 
+HERE = Reference(*(vector(0.0, 0.0, 0.0),) * 3, 0.0, 0.0)
+
+
+def sampled(law, gains, offset, steps, period):
+    """Where a vehicle without lag flies, whose thrust and torque are made at once; and its last command and memory."""
+    state = (np.array(offset), np.zeros(3), Rotation.identity(), np.zeros(3))
+    memory, command, path = law.start(measured(*state), gains), None, []
+    inertia = np.array(list(MODEL.inertia))
+    for i in range(steps):
+        position, velocity, rotation, rates = state
+        path.append(position)
+        command, memory = law.law(memory, measured(*state), HERE, gains, i * period, period)
+        angular = (np.array(list(command.torque)) - np.cross(rates, inertia * rates)) / inertia
+        acceleration = command.thrust / MODEL.mass * rotation.as_matrix()[:, 2] - [0.0, 0.0, GRAVITY]
+        turned = rotation * Rotation.from_rotvec(period * rates)
+        state = (position + period * velocity, velocity + period * acceleration, turned, rates + period * angular)
+    return np.array(path), state, command, memory
+
+
 def test_position_is_a_linear_chain_under_dynamic_feedback():
     """The flight from an offset against the matrix exponential of the chain, gains as declared, the observer settled."""
-    law, period = DynamicLinearisation(), 2e-4
+    period, offset = 2e-4, np.array([0.3, -0.2, 0.1])
     gains = DynamicLinearisation.gains(MODEL)
-    rotation = Rotation.from_matrix(np.eye(3))
-    state = (np.array([0.3, -0.2, 0.1]), np.zeros(3), rotation, np.zeros(3), Push(GRAVITY, 0.0))
-    here = Reference(*(vector(0.0, 0.0, 0.0),) * 3, 0.0, 0.0)
-    memory = law.start(measured(*state[:4]), gains)
-    path = []
-    for i in range(5000):
-        path.append(state[0])
-        known = measured(*state[:4])
-        command, memory = law.law(memory, known, here, gains, i * period, period)
-        inertia = np.array(list(MODEL.inertia))
-        rates = state[3]
-        angular = (np.array(list(command.torque)) - np.cross(rates, inertia * rates)) / inertia
-        force = command.thrust / MODEL.mass * state[2].as_matrix()[:, 2] - [0.0, 0.0, GRAVITY]
-        turned = state[2] * Rotation.from_rotvec(period * rates)
-        state = (state[0] + period * state[1], state[1] + period * force, turned, rates + period * angular, memory.push)
+    path, *_ = sampled(DynamicLinearisation(), gains, offset, 4000, period)
     chain = np.diag([1.0, 1.0, 1.0], 1)
     chain[3] = [-gains.position[0], -gains.velocity[0], -gains.acceleration[0], -gains.jerk[0]]
-    wanted = [expm(chain * period * i)[0, 0] * np.array([0.3, -0.2, 0.1]) for i in range(0, 5000, 250)]
+    wanted = [expm(chain * period * i)[0, 0] * offset for i in range(0, 4000, 250)]
     np.testing.assert_allclose(path[::250], wanted, atol=2e-3)
+
+
+def test_errors_follow_one_another_under_backstepping():
+    """e' = M e with k_i on the diagonal and -1, 1 beside it, from where position is off and all its rates are zero."""
+    period, offset = 2e-4, np.array([0.3, -0.2, 0.1])
+    gains = ThrustExtendedBackstepping.gains(MODEL)
+    path, state, command, memory = sampled(ThrustExtendedBackstepping(), gains, offset, 4000, period)
+    k = [one[0] for one in (gains.integral, gains.position, gains.velocity, gains.force, gains.force_rate)]
+    m = np.diag([0.0, *(-one for one in k[1:])]) + np.diag([1.0] * 4, 1) - np.diag([k[0], 1.0, 1.0, 1.0], -1)
+    rows = [np.linalg.matrix_power(m, n)[1] for n in range(4)]
+    start = np.linalg.solve(np.array([np.eye(5)[0], *rows]), [0.0, 1.0, 0.0, 0.0, 0.0])
+    errors = [expm(m * period * i) @ start for i in range(0, 4000, 250)]
+    np.testing.assert_allclose(path[::250], [one[1] * offset for one in errors], atol=2e-3)
+    last = expm(m * period * 4000) @ start
+    np.testing.assert_allclose(list(memory.integral), last[0] * offset, atol=1e-3)
+    np.testing.assert_allclose(list(command.r1), -last[2] * offset, atol=5e-3)
+    np.testing.assert_allclose(list(command.r2), -state[3], atol=2e-2)
+
+
+@pytest.mark.parametrize("law", [ThrustExtendedBackstepping, DynamicLinearisation])
+def test_torques_make_up_for_a_body_that_turns(law):
+    """A wanted angular acceleration and the gyroscopic torque w x J w, whatever the rates."""
+    gains = law.gains(MODEL)
+    inertia, rates = np.array(list(MODEL.inertia)), np.array([0.5, -0.4, 0.8])
+    known = measured(np.zeros(3), np.zeros(3), Rotation.identity(), rates)
+    command, _ = law().law(law().start(known, gains), known, HERE, gains, 0.0, 0.002)
+    still = known._replace(rates=vector(*rates[:2], 0.0))
+    other, _ = law().law(law().start(still, gains), still, HERE, gains, 0.0, 0.002)
+    turned = np.array(list(command.torque)) - np.array(list(other.torque))
+    p, q, r = rates
+    added = np.cross(rates, inertia * rates) - np.cross([p, q, 0.0], inertia * [p, q, 0.0])
+    free = inertia * [q * r, -p * r, -gains.turning * r]  # what `inputs` and the damping of the heading add
+    np.testing.assert_allclose(turned, added + free, atol=1e-12)
 
 
 def test_the_observer_finds_a_steady_push():
     law, period = DynamicLinearisation(), 0.002
     gains = DynamicLinearisation.gains(MODEL)
     push, velocity = np.array([1.5, -0.8, 0.4]), np.zeros(3)
-    here = Reference(*(vector(0.0, 0.0, 0.0),) * 3, 0.0, 0.0)
     memory = law.start(measured(np.zeros(3), velocity, Rotation.identity(), np.zeros(3)), gains)
     for i in range(2500):  # held level: all that it does not know of is the push
         known = measured(np.zeros(3), velocity, Rotation.identity(), np.zeros(3))
-        _, memory = law.law(memory._replace(push=Push(GRAVITY, 0.0)), known, here, gains, i * period, period)
+        _, memory = law.law(memory._replace(push=Push(GRAVITY, 0.0)), known, HERE, gains, i * period, period)
         velocity = velocity + period * push
     np.testing.assert_allclose(list(memory.disturbance), push, atol=0.05)
 

@@ -5,8 +5,13 @@ import pytest
 
 from quadstep import Mission, UserError, fly
 from quadstep.analysis.effort import EFFORT
+from quadstep.campaign.draws import draw
+from quadstep.campaign.planner import planner
+from quadstep.comparison.study import Situation
 from quadstep.flight.scored import metrics, scored
 from quadstep.flight.sweep import Sweep
+from quadstep.numbers import flatten
+from tests.studies import study
 
 UP = {"type": "step", "end": [0.5, 0.0, 1.0], "time": 0.2, "duration": 1.5}
 
@@ -65,3 +70,18 @@ def test_only_what_is_scored_counts(flight):
 def test_a_vehicle_without_rotors_of_its_own_is_refused():
     with pytest.raises(UserError, match="energy: only of real vehicles"):
         Mission(path=UP, metrics=["energy"])
+
+
+def test_a_campaign_that_varies_the_vehicle_is_built_in_one_go_whatever_is_measured():
+    one = study()
+    cell = one.cell(Situation("research-2.6kg", "up", "windy"), "firm", one.knowing("research-2.6kg", {"type": "geometric"}))
+    there = planner(cell.campaign)
+    (batch,) = there.batches(np.arange(8), draw(cell.campaign.file, np.arange(8)))
+    assert there.direct[()] == ["vehicle.mass"]
+    assert len(set(batch.rows[:, batch.places.index(mass_place(there))].tolist())) == 8
+
+
+def mass_place(there):
+    """Where a plan's leaves hold the vehicle's mass."""
+    plan = there.plan({"vehicle.mass": 2.5})
+    return next(i for i, leaf in enumerate(flatten((plan.start, plan.parameters))) if leaf == 2.5)

@@ -2,11 +2,13 @@
 
 import math
 import re
+import subprocess
 
 import numpy as np
 import pytest
 
 from quadstep import fly, read_mission
+from quadstep.c99.compiler import BITS
 from quadstep.c99.law import recorded
 from quadstep.c99.subject import subject_of
 from quadstep.errors import UserError
@@ -18,7 +20,7 @@ from quadstep.numbers.single import Single
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
-from tests.needs import C_COMPILER, CORTEX_M, CPPCHECK, needs
+from tests.needs import ARM_COMPILER, C_COMPILER, CORTEX_M, CPPCHECK, QEMU, needs
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
 PAPER = ["backstepping", "completed-backstepping", "nested-saturation"]
@@ -232,3 +234,60 @@ def test_the_data_sheet_is_measured(tmp_path):
     assert "micrometres beside the flight in f64" in sheet
     assert "not judged yet" not in sheet
     assert "Not measured" not in sheet
+
+
+@needs(C_COMPILER, QEMU, ARM_COMPILER)
+@pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
+def test_arm_gives_the_same_bits(tmp_path, precise):
+    law = written(tmp_path, real_mission({"type": "rotation-backstepping"}).plan(), precise)
+    sources = [f"{law.name}.c", f"{law.name}_params.c", f"test_{law.name}.c"]
+    line = ["aarch64-linux-gnu-gcc", "-std=c99", "-O3", "-static", *BITS, "-I.", *sources, "-lm", "-o", "on_arm"]
+    subprocess.run(line, cwd=tmp_path, check=True, capture_output=True)
+    run = subprocess.run(["qemu-aarch64", tmp_path / "on_arm"], capture_output=True, text=True, check=False, timeout=60)
+    assert run.stdout == "80 samples: the same bits\n"
+
+
+@needs(C_COMPILER)
+def test_a_policy_of_the_users_own_keeps_its_layers_in_memory(tmp_path):
+    write(tmp_path, POLICY, "policy.py")
+    plan = real_mission({"type": f"{tmp_path / 'policy.py'}:Policy"}).plan()
+    law = written(tmp_path, plan, False)
+    text = (tmp_path / f"{law.name}.c").read_text(encoding="utf-8")
+    assert text.count("for (int32_t i = 0; i < 24; ++i)") == 3
+    assert run_compiled(tmp_path, law.name, COMPILERS[0], "-O2")[1] == 0
+
+
+POLICY = '''
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller
+from quadstep.control.gain import given
+from quadstep.numbers import Matrix, Vector, sigmoid
+
+
+def layer(rows, columns):
+    """Weights that somebody has learnt."""
+    return Matrix([Vector([((i * 7 + j * 3) % 11 - 5.0) / 60.0 for j in range(columns)]) for i in range(rows)])
+
+
+class Gains(NamedTuple):
+    first: Matrix = given(lambda model: layer(24, 13))
+    bias: Vector = given(lambda model: Vector([0.01 * i for i in range(24)]))
+    second: Matrix = given(lambda model: layer(24, 24))
+    last: Matrix = given(lambda model: layer(4, 24))
+    weight: float = given(lambda model: model.mass * model.gravity)
+
+
+@dataclass(frozen=True)
+class Policy(Controller):
+    name = "policy"
+    Gains = Gains
+
+    def law(self, memory, measured, reference, gains, t, period):
+        seen = Vector((*(reference.position - measured.position), *measured.velocity, *measured.attitude, *measured.rates))
+        hidden = gains.first @ seen + gains.bias
+        hidden = (gains.second @ hidden).map(sigmoid)
+        thrust, *torque = gains.last @ hidden
+        return Command(gains.weight * (1.0 + thrust), 1e-4 * Vector(torque)), memory
+'''

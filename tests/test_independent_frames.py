@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.geometry import Effects
+from quadstep.control.controller import Measured
+from quadstep.control.registry import controllers
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly_all
 from quadstep.mission.multirotor import MultirotorMission
@@ -23,8 +25,7 @@ from tests.flights import array
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 AXES = ["roll", "pitch", "yaw"]
-FAMILIES = ["indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc", "super-twisting", "flatness"]
-CONTROLLERS = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping", *FAMILIES]
+CONTROLLERS = list(controllers(Measured))
 PACE = {"paper": 8.0}
 """How many times slower than the others a vehicle turns."""
 

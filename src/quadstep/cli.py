@@ -64,24 +64,8 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    for command in (
-        reproduce,
-        fly,
-        page,
-        serve,
-        campaign,
-        envelope,
-        tune,
-        compare,
-        vehicles,
-        identify,
-        replay,
-        certify,
-        export,
-        serve_setpoints,
-        new,
-        verify,
-    ):
+    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
+    for command in (*everyday, identify, replay, certify, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)

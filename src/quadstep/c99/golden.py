@@ -7,7 +7,7 @@ law is told are those that its own last command made.
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def kind(value: float, precise: bool) -> Number:
     return value if precise else cast(Number, Single(value))
 
 
-def in_kind(structure: Any, precise: bool) -> Any:
+def in_kind(structure: Structure, precise: bool) -> Structure:
     """A structure of floats as one of these numbers."""
     leaves = (leaf if isinstance(leaf, Table) else kind(float(leaf), precise) for leaf in flatten(structure))
     return rebuild(structure, leaves)
@@ -96,7 +96,7 @@ def uniform() -> Iterator[float]:
         yield from (2.0 * (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53 - 1.0).tolist()
 
 
-def strayed(measured: Any, reference: Reference, draw: Iterator[float], far: bool) -> Any:
+def strayed(measured: Structure, reference: Reference, draw: Iterator[float], far: bool) -> Structure:
     """A measurement near the path."""
     changed: dict[str, object] = {}
     for name, value in fields_of(measured).items():
@@ -111,7 +111,7 @@ def strayed(measured: Any, reference: Reference, draw: Iterator[float], far: boo
     return measured._replace(**changed)
 
 
-def fed_back(measured: Any, made: Any) -> Any:
+def fed_back(measured: Structure, made: Structure) -> Structure:
     """The measurement, told what the last command made."""
     if made is None or not hasattr(made, "_fields"):
         return measured

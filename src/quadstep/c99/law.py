@@ -4,7 +4,7 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import isnan
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 from quadstep.c99.naming import NamedRecord
 from quadstep.c99.structs import as_array, fields_of, found
@@ -91,7 +91,7 @@ class Subject(NamedTuple):
     controller: Controller
     gains: Structure
     plant: Plant
-    parameters: Any
+    parameters: Structure
     measured: Structure
     reference: Reference
 
@@ -139,7 +139,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         reads[name] = [record.nodes[place].text for place in reached if record.nodes[place].operation == INPUT]
         return reads[name]
 
-    def told(record: NamedRecord) -> tuple[Any, Any, Reference]:
+    def told(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
         return (
             found(record, gains, "params->gains"),
             subject.measured._replace(**fields_of(found(record, measured_part(subject.measured), "measured->"))),

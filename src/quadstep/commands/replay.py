@@ -8,7 +8,7 @@ import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
 from quadstep.errors import UserError
-from quadstep.terminal.screen import complain, say
+from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
@@ -24,6 +24,12 @@ def replay(
         str | None,
         typer.Option(
             help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False
+        ),
+    ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="With --controller: write a page with both flights drawn (HTML).", show_default=False
         ),
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
@@ -47,6 +53,8 @@ def replay(
 
     if (starts is None) != (predictions is None):
         raise UserError("--starts and --predictions belong together: rows to predict from, and where to write")
+    if page and not controller:
+        raise UserError("--page belongs to --controller: it shows what that flies beside the real flight")
     check_names(logs)
     section = vehicle_of(vehicle)
     flights = [read_log(log, mapping) for log in logs]
@@ -60,7 +68,7 @@ def replay(
     if estimator:
         show_estimates(flights)
     if controller:
-        show_flown(flights, section, controller_of(controller))
+        show_flown(flights, section, controller_of(controller), page)
     if estimator or controller:
         return
     from quadstep.identify.closed_loop import hover_ratio
@@ -106,8 +114,11 @@ def controller_of(given: str) -> dict[str, object]:
     return table
 
 
-def show_flown(flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, object]) -> None:
+def show_flown(
+    flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, object], page: Path | None
+) -> None:
     """Real flights beside simulated ones."""
+    from quadstep.identify.beside_page import write
     from quadstep.identify.closed_loop import fly_again
 
     found = fly_again(flights, section, controller)
@@ -126,6 +137,9 @@ def show_flown(flights: "list[FlightRecord]", section: "AirframeSection", contro
         )
     header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]", "lost")
     show_table(f"The logged setpoints under {controller['type']}", header, rows)
+    if page:
+        write(page, found, str(controller["type"]))
+        say_whole(f"wrote {page}")
     count = len(found)
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
     lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from quadstep.comparison import training
 from quadstep.comparison.jobs import Tune
 from quadstep.comparison.kept import JOURNALS, Kept
-from quadstep.comparison.schema import ControllerEntry
-from quadstep.comparison.study import Content, Study
+from quadstep.comparison.schema import Content, ControllerEntry
+from quadstep.comparison.study import Study
 from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller
 from quadstep.documents import read_json

@@ -8,7 +8,7 @@ that fails.
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, digests
-from quadstep.comparison.schema import MarginEntry
+from quadstep.comparison.schema import Content, MarginEntry
 from quadstep.comparison.spread import ordered_quantile
-from quadstep.comparison.study import FIRST, Content, Situation, Study
+from quadstep.comparison.study import FIRST, Situation, Study
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import LARGEST
@@ -199,7 +199,7 @@ def tried(proving: Proving, value: float) -> Estimate | None:
     return share(int(failed.sum()), len(failed))
 
 
-def as_json(margin: Margin) -> dict[str, Any]:
+def as_json(margin: Margin) -> Content:
     """For a file; infinity is null."""
 
     def numbers(one: Estimate | None) -> list[float | None] | None:
@@ -208,7 +208,7 @@ def as_json(margin: Margin) -> dict[str, Any]:
     return {**margin._asdict(), "half": numbers(margin.half), "few": numbers(margin.few), "checked": numbers(margin.checked)}
 
 
-def from_json(content: dict[str, Any]) -> Margin:
+def from_json(content: Content) -> Margin:
     """Back again."""
 
     def estimate(one: list[float | None]) -> Estimate:

@@ -2,8 +2,9 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
@@ -33,7 +34,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
     with drawing(sheet):
         height = 1.1 + group * len(situations) + 0.2 * math.ceil(len(names) / 4)
         figure = Figure(figsize=(sheet.inches(9.0), height), layout="constrained")
-        axes: Any = figure.subplots()
+        axes = figure.add_subplot()
         for row, situation in enumerate(situations):
             for one in found.of(situation):
                 place = names.index(one.controller)
@@ -52,7 +53,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         write(figure, path, sheet)
 
 
-def draw_result(axes: Any, one: Result, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
+def draw_result(axes: Axes, one: Result, metric: str, height: float, factor: float, looks: tuple[str, str]) -> None:
     """One controller in one situation; an arrow where its 95 % quantile is lost."""
     median, high = one.spreads[metric].median, one.spreads[metric].high.value
     if not math.isfinite(median.value):
@@ -72,8 +73,8 @@ def draw_result(axes: Any, one: Result, metric: str, height: float, factor: floa
     axes.plot(value, height, marker=shape, color="black", markerfacecolor=face, markersize=4.0, linestyle="", zorder=3)
 
 
-def scaled(axes: Any) -> None:
+def scaled(axes: Axes) -> None:
     """A logarithmic axis with plain numbers, where there is anything to be shown."""
-    if axes.has_data() and any(len(line.get_xdata()) for line in axes.lines):
+    if any(np.size(line.get_xdata()) for line in axes.lines):
         axes.set_xscale("log")
         plain_decades(axes.xaxis)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from quadstep import __version__
 from quadstep.comparison import tables, words
@@ -104,7 +103,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     return body
 
 
-def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, Any]:
+def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
     """The content of metrics.json."""
     files = {job.cell.label: f"{job.kind}/{job.key}.parquet" for job in flights}
     unit = found.metrics[found.metric].removeprefix(found.metric)

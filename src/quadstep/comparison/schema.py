@@ -2,14 +2,17 @@
 measured.
 """
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from collections.abc import Collection, Mapping
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, by_key
 from quadstep.mission.fields import Finite, Name, Positive, Section, as_tuple
 from quadstep.mission.tune import as_ranges, ranges_by_key
+
+Content: TypeAlias = dict[str, Any]
+"""A mission, or a table of one, as parsed TOML."""
 
 MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
 """Entries of a table; flights of a cell; seeds of tuning, below which the tail is overfitted."""
@@ -40,7 +43,7 @@ class Limited(Section):
         return self.vehicles is None or vehicle in self.vehicles
 
 
-def of_a_mission(keys: dict[str, Any]) -> dict[str, Any]:
+def of_a_mission(keys: Content) -> Content:
     """Refuses what the study itself says. Raises ValueError."""
     for key, why in OF_THE_STUDY.items():
         if key in keys and not (
@@ -50,7 +53,7 @@ def of_a_mission(keys: dict[str, Any]) -> dict[str, Any]:
     return keys
 
 
-Keys = Annotated[dict[str, Any], AfterValidator(of_a_mission)]
+Keys = Annotated[Content, AfterValidator(of_a_mission)]
 
 
 class PathEntry(Limited):
@@ -81,9 +84,9 @@ class ControllerEntry(Limited):
     ranges: of gains that are tuned, {} for the declared one; all that declare a range if left out.
     """
 
-    controller: Annotated[dict[str, Any], BeforeValidator(lambda one: {"type": one} if isinstance(one, str) else one)]
+    controller: Annotated[Content, BeforeValidator(lambda one: {"type": one} if isinstance(one, str) else one)]
     frozen: Name | None = None
-    ranges: Annotated[dict[str, Any], BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None = None
+    ranges: Annotated[Content, BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None = None
 
     @model_validator(mode="after")
     def _one_of_both(self) -> "ControllerEntry":
@@ -143,7 +146,7 @@ class MarginEntry(Limited):
         return self
 
 
-def named(table: Any) -> Any:
+def named(table: object) -> object:
     """Refuses a table of too many entries, or with names that are no plain text. Raises ValueError."""
     if isinstance(table, dict):
         if not table or len(table) > MOST_NAMES:
@@ -197,7 +200,7 @@ class StudyFile(Section):
         known("scenario", (scenario,), self.scenarios, said)
 
 
-def known(what: str, names: tuple[str, ...], there: Any, said: str) -> None:
+def known(what: str, names: tuple[str, ...], there: Collection[str], said: str) -> None:
     """Refuses the name of nothing. Raises ValueError."""
     for name in names:
         if name not in there:

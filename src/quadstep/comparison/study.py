@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from quadstep import files
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
-from quadstep.comparison.schema import EFFORTS, ControllerEntry, StudyFile
+from quadstep.comparison.schema import EFFORTS, Content, ControllerEntry, StudyFile
 from quadstep.documents import parse_toml, read_toml
 from quadstep.errors import UserError
 from quadstep.mission.check import check
@@ -20,9 +20,6 @@ from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.tuning.gains import filled_in, with_numbers
 from quadstep.tuning.ground import UNSEEN
-
-Content: TypeAlias = dict[str, Any]
-"""A mission, or a table of one, as parsed TOML."""
 
 MOST_CELLS = 20_000
 """Of one study: each needs some seconds."""

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 
@@ -12,7 +11,7 @@ from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.words import NOTHING, percent, shown, title, unit_of
 from quadstep.report.tables import write_csv
 
-Row = dict[str, Any]
+Row = dict[str, object]
 
 
 def cell_rows(found: Comparison) -> Iterator[Row]:

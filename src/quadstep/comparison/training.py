@@ -14,8 +14,8 @@ import numpy as np
 from quadstep.atomic import replace_file
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.schema import digests
-from quadstep.comparison.schema import ControllerEntry
-from quadstep.comparison.study import Content, Situation, Study
+from quadstep.comparison.schema import Content, ControllerEntry
+from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.tuning.ground import Ground, asked_of

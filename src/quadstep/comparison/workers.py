@@ -63,7 +63,7 @@ def on_cluster(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
                 yield going.pop(reference), Worked(*found)
 
 
-def on_worker(told: Any, packed: bytes) -> tuple[bytes, str]:
+def on_worker(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str]:
     """A job, on a node that has all it needs. Raises UserError."""
     refuse_others(f"--engine ray: node {platform.node()}", told)
     job: Job = pickle.loads(packed)

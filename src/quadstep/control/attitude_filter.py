@@ -8,7 +8,15 @@ Johnson and Calise 2003), so that it asks for no more than the vehicle can follo
 from typing import NamedTuple
 
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, normalised, rotation_vector
+from quadstep.numbers.rotations import (
+    conjugate,
+    cross,
+    from_rotation_vector,
+    multiply,
+    normalised,
+    rotation_matrix,
+    rotation_vector,
+)
 
 
 class FilteredAttitude(NamedTuple):
@@ -33,6 +41,30 @@ def attitude_filter(
     """
     away = rotation_vector(multiply(conjugate(filtered.attitude), command))
     acceleration = frequency * (frequency * away - 2.0 * filtered.rates)
+    rates = filtered.rates + period * (acceleration - hedge)
+    attitude = multiply(filtered.attitude, from_rotation_vector(period * rates))
+    return FilteredAttitude(normalised(attitude), rates, acceleration)
+
+
+class LedAttitude(NamedTuple):
+    """A wanted attitude with its motion: attitude, a unit quaternion; rates [rad/s], turning [rad/s^2]: in its own axes."""
+
+    attitude: Vector
+    rates: Vector
+    turning: Vector
+
+
+def led_acceleration(filtered: FilteredAttitude, led: LedAttitude, stiffness: Vector, damping: Vector) -> Vector:
+    """Of a filter that is told how its command moves, in the filter's own axes [rad/s^2]: it follows without lag."""
+    ahead = multiply(conjugate(filtered.attitude), led.attitude)  # from the wanted axes into the filter's
+    across = rotation_matrix(ahead)
+    rates = across @ led.rates
+    feed_forward = across @ led.turning - cross(filtered.rates, rates)
+    return feed_forward + stiffness * rotation_vector(ahead) + damping * (rates - filtered.rates)
+
+
+def led_filter(filtered: FilteredAttitude, acceleration: Vector, hedge: Vector, period: Number) -> FilteredAttitude:
+    """The filter `period` [s] later. acceleration: of `led_acceleration`. hedge: as in `attitude_filter`."""
     rates = filtered.rates + period * (acceleration - hedge)
     attitude = multiply(filtered.attitude, from_rotation_vector(period * rates))
     return FilteredAttitude(normalised(attitude), rates, acceleration)

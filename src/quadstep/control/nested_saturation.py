@@ -2,7 +2,8 @@
 
 Castillo, Lozano, Dzul, "Stabilization of a mini rotorcraft having four rotors", IEEE Control Systems Magazine 25 (2005).
 Altitude and yaw are linear; y with roll and x with pitch are each stabilised by four nested saturations. It was made to
-hold the origin; here it is given the path's position and velocity errors, without acceleration feed-forward.
+hold the origin; here it is given the path's position and velocity errors, on the paper's plant without acceleration
+feed-forward. What is added for real vehicles is time: [11] places its poles at -1 rad/s.
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,7 @@ class NestedSaturationGains(NamedTuple):
     )
     slope_1: Vector = given(lambda _: vector(1.0, 1.0, 1.0))
     slope_2: Vector = given(lambda _: vector(15.0, 15.0, 15.0))
+    pace: Number = gain(1.0, "1/s", "where nothing saturates, the four poles of x and of y are at minus this")
 
 
 class NoMemory(NamedTuple):
@@ -60,9 +62,28 @@ def nested(bounds: Vector, rate: Number, angle: Number, speed: Number, offset: N
     return -inner
 
 
+class Chain(NamedTuple):
+    """x with pitch, or y with roll. angle: [rad]; speed, offset: over g [s, s^2]; offset'' = speed' = angle."""
+
+    rate: Number
+    angle: Number
+    speed: Number
+    offset: Number
+
+
+def paced(gains: NestedSaturationGains, chain: Chain) -> Number:
+    """The nested saturations [rad/s^2] in units of time of 1 / pace."""
+    pace = gains.pace
+    square = pace * pace
+    return square * nested(gains.bounds, chain.rate / pace, chain.angle, pace * chain.speed, square * chain.offset)
+
+
 @dataclass(frozen=True)
 class NestedSaturation(Controller):
-    """[11]'s three loops. Its input change tau = C eta_dot + J tau~ compensates the attitude dynamics exactly."""
+    """[11]'s three loops. Its input change tau = C eta_dot + J tau~ compensates the attitude dynamics exactly.
+
+    feed_forward: whether the path's acceleration and its rates are, as [11]'s small angles have it: theta = -x_dd / g.
+    """
 
     name = "nested-saturation"
     label = "nested saturations [11]"
@@ -71,6 +92,7 @@ class NestedSaturation(Controller):
     measures = State
 
     kinematics: Kinematics = Kinematics.STANDARD
+    feed_forward: bool = False
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:
@@ -99,14 +121,18 @@ class NestedSaturation(Controller):
         g = gains.gravity
         lift = gains.mass * (g - gains.altitude[0] * z_dot - gains.altitude[1] * z)
         turn = -gains.yaw[0] * (psi_dot - reference.yaw_rate) - gains.yaw[1] * (psi - reference.yaw)
-        wanted = vector(
-            turn,
-            nested(gains.bounds, theta_dot, theta, -x_dot / g, -x / g),
-            nested(gains.bounds, phi_dot, phi, y_dot / g, y / g),
-        )
+        along, across = Chain(theta_dot, theta, -x_dot / g, -x / g), Chain(phi_dot, phi, y_dot / g, y / g)
+        desired = vector(reference.yaw, 0.0, 0.0)
+        if self.feed_forward:
+            lift = lift + gains.mass * reference.acceleration[2]
+            desired = vector(reference.yaw, -reference.acceleration[0] / g, reference.acceleration[1] / g)
+            along = along._replace(rate=theta_dot + reference.jerk[0] / g, angle=theta - desired[1])
+            across = across._replace(rate=phi_dot - reference.jerk[1] / g, angle=phi - desired[2])
+        wanted = vector(turn, paced(gains, along), paced(gains, across))
+        if self.feed_forward:
+            wanted = wanted + vector(0.0, -reference.snap[0] / g, reference.snap[1] / g)
         inertia = effective_inertia(measured.attitude, gains.inertia, self.kinematics)
         coupling = coriolis_torque(measured.attitude, measured.rates, gains.inertia, self.kinematics)
-        desired = vector(reference.yaw, 0.0, 0.0)
         e2 = desired - measured.attitude
         command = Command(
             thrust=lift / (cos(theta) * cos(phi)),

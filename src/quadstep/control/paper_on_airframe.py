@@ -87,7 +87,7 @@ class PaperOnAirframe(Controller):
     name = "backstepping"
     label = "adaptive backstepping (the paper's)"
     source = "Das, Lewis, Subbarao 2009, through its Euler angles"
-    Gains = BacksteppingGains
+    Gains: ClassVar[type[Any]] = BacksteppingGains
     defaults: ClassVar[Mapping[str, Any]] = {
         "slope_1": usual(0.82),
         "gain_1": from_gains(lambda gains, model: 6.3 * gains.mass * model.agility),

@@ -32,6 +32,10 @@ BUILT_IN: dict[type, tuple[str, ...]] = {
         "dynamic_linearisation.DynamicLinearisation",
         "h_infinity_linearisation.HInfinityLinearisation",
         "loop_shaping.LoopShaping",
+        "nested_saturation_on_airframe.NestedSaturationOnAirframe",
+        "hedged_inversion.HedgedInversion",
+        "filtered_backstepping.FilteredBackstepping",
+        "planned_lqr.PlannedLqr",
     ),
     PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
 }

@@ -1,7 +1,7 @@
 """Logged setpoints flown by a vehicle under a controller, beside the real flight."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -136,7 +136,7 @@ def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str
     return plan._replace(loop=loop, parameters=plan.parameters._replace(path=path), start=state), part
 
 
-def listed(value: Any) -> Any:
+def listed(value: object) -> object:
     """Tuples as TOML has them."""
     if isinstance(value, dict):
         return {key: listed(inside) for key, inside in value.items()}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,8 +61,11 @@ EXPLAINED = {
     "centre_of_gravity": "mean torque over half a second",
 }
 
-GUIDED_START: dict[str, Any] = {"leak": vector(8.0, 5.0), "spring": 50.0, "path": 5.0, "drift": 3.5}
-"""Where the search of an observer that knows setpoints begins."""
+
+def guided_start(observer: Observer) -> Observer:
+    """Where the search of an observer that knows setpoints begins."""
+    return observer._replace(leak=vector(8.0, 5.0), spring=50.0, path=5.0, drift=3.5)
+
 
 Say = Callable[[str], None]
 
@@ -106,7 +109,7 @@ def problem_of(
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} stretches of flight without a gap; at least 30 are needed for a fit")
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
-    return Problem(loop, flights, laid, starts, p, free)
+    return Problem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
 
 
 def from_averages(
@@ -211,7 +214,7 @@ def identify(
     guided = None
     if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
         say("predictor with setpoints")
-        begun = p.observer._replace(**GUIDED_START) if start_guided is None else start_guided
+        begun = guided_start(p.observer) if start_guided is None else start_guided
         guided = predictor(
             flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 3, True
         ).observer

@@ -1,15 +1,16 @@
 """Predictions of many starts in the engine, and how they differ from what was measured."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.scored import Scored
 from quadstep.flight.sweep import Sweep, places
-from quadstep.identify.errors import States, constant, differences, logged
+from quadstep.identify.errors import States, constant, differences, logged, norms
 from quadstep.identify.parameters import PREFIX, Free, leaf_values, placed
-from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.predictor import Prediction, Predictor, PredictorParameters
 from quadstep.identify.starts import Laid, Starts
 from quadstep.logs.flight import FlightRecord, Floats
 
@@ -23,8 +24,8 @@ class Batch:
         self.loop, self.starts, self.parameters, self.free = loop, starts, parameters, free
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
-        start: Any = ()
-        scored: Any = loop  # its score is what it leaves
+        start: tuple[()] = ()
+        scored = cast(Scored, loop)  # its score is what it leaves
         where = places(start, parameters, [PREFIX + name for name in names])
         self.sweep = Sweep(scored, ticks, start, parameters, where, double=True)
 
@@ -33,7 +34,7 @@ class Batch:
         base = np.stack([self.starts.first, self.starts.history], axis=1).astype(float)
         count = len(base)
         values = [np.concatenate([base, np.tile(leaf_values(point, self.free), (count, 1))], axis=1) for point in points]
-        score: Any = self.sweep.fly(np.concatenate(values)).score
+        score = cast(Prediction, self.sweep.fly(np.concatenate(values)).score)
         states = np.array([list(one) for one in score.states]).reshape(len(self.loop.horizons), 13, len(points), count)
         rest = np.array([entry for part in score.unexplained for entry in part]).reshape(9, len(points), count)
         return states.transpose(2, 0, 3, 1), rest.transpose(1, 2, 0)
@@ -45,11 +46,14 @@ def as_states(values: Floats) -> States:
 
 
 class Problem:
-    """How far predictions are from the log, group by group and horizon by horizon, in errors of "constant"."""
+    """How far predictions are from the log, group by group and horizon by horizon, in errors of "constant".
+
+    by_flight: whether in those of each flight, so that calm flights count as much as lively ones; else in the mean ones.
+    """
 
     def __init__(
         self, loop: Predictor, flights: Sequence[FlightRecord], laid: Laid, starts: Starts,
-        parameters: PredictorParameters, free: Sequence[Free],
+        parameters: PredictorParameters, free: Sequence[Free], by_flight: bool = False,
     ) -> None:  # fmt: skip
         self.flights, self.starts = flights, starts
         self.period = flights[0].period
@@ -57,12 +61,13 @@ class Problem:
         now = logged(flights, starts, 0)
         self.truth = [logged(flights, starts, horizon) for horizon in loop.horizons]
         plain = [constant(now, horizon * self.period) for horizon in loop.horizons]
-        self.scales = np.array(
-            [
-                [np.linalg.norm(part, axis=1).mean() for part in differences(guess, truth)]
-                for guess, truth in zip(plain, self.truth, strict=True)
-            ]
-        )
+        guesses = zip(plain, self.truth, strict=True)
+        lengths = np.array([norms(guess, truth) for guess, truth in guesses])
+        self.scales = np.broadcast_to(lengths.mean(axis=2, keepdims=True), lengths.shape).copy()
+        if by_flight:
+            for number in range(len(flights)):
+                mine = starts.flight == number
+                self.scales[..., mine] = lengths[..., mine].mean(axis=2, keepdims=True)
 
     def residuals(self, points: Sequence[Floats]) -> Floats:
         """Shape (points, horizons, groups, n, 3)."""
@@ -72,7 +77,7 @@ class Problem:
             for h, truth in enumerate(self.truth):
                 parts = differences(as_states(one[h]), truth)
                 for g, part in enumerate(parts):
-                    found[i, h, g] = part / self.scales[h, g]
+                    found[i, h, g] = part / self.scales[h, g][:, None]
         return np.nan_to_num(found, nan=1e3, posinf=1e3, neginf=-1e3).clip(-1e3, 1e3)
 
     def at(self, point: Floats) -> PredictorParameters:

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterable
-from typing import Any
 
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.parameters import leaves_of
@@ -131,7 +130,7 @@ def note(units: dict[str, str], key: str) -> str:
     return f"  # {unit}" if unit else ""
 
 
-def literal(value: Any) -> str:
+def literal(value: object) -> str:
     """A value as TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {literal(inside)}" for key, inside in value.items()) + " }"
@@ -141,4 +140,4 @@ def literal(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, Iterable):
         return "[" + ", ".join(literal(inside) for inside in value) + "]"
-    return repr(float(value))
+    return repr(float(str(value)))

@@ -7,7 +7,7 @@ import numpy as np
 from quadstep.errors import UserError
 from quadstep.logs.flight import Flags, FlightRecord, Floats
 from quadstep.logs.mapping import Mapping, converted
-from quadstep.logs.topics import Columns, Series
+from quadstep.logs.series import Columns, Series
 
 PERIOD = 0.01
 """Of the rows, where the log is that fast [s]."""

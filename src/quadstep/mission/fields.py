@@ -25,19 +25,19 @@ def plain(value: Any) -> Any:
     return str(value) if isinstance(value, PurePath) else value
 
 
-def as_tuple(value: Any) -> Any:
+def as_tuple(value: object) -> object:
     """TOML has lists, the models hold tuples."""
     return tuple(value) if isinstance(value, list) else value
 
 
-def as_triple(value: Any) -> Any:
+def as_triple(value: object) -> tuple[object, ...]:
     """A list of three."""
     if not isinstance(value, list | tuple) or len(value) != 3:
         raise ValueError(f"should be a list of three numbers, not {value!r:.60}")
     return tuple(value)
 
 
-def as_diagonal(value: Any) -> Any:
+def as_diagonal(value: object) -> tuple[object, ...]:
     """One number stands for three equal ones."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return (value, value, value)
@@ -78,7 +78,7 @@ def long_enough(value: float) -> float:
     return value
 
 
-def as_pair(value: Any) -> Any:
+def as_pair(value: object) -> tuple[object, ...]:
     """A list of two."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise ValueError(f"should be a list of two numbers, not {value!r:.60}")

@@ -82,6 +82,10 @@ class Vector:
     def __matmul__(self, other: Vector) -> Number:
         return total([a * b for a, b in zip(self.entries, other.entries, strict=True)])
 
+    def map(self, function: Callable[[Number], Number]) -> Vector:
+        """The vector of function(entry): a loop where code is written that keeps the vector in memory."""
+        return Vector([function(entry) for entry in self.entries])
+
     def outer(self, other: Vector) -> Matrix:
         """The matrix self other^T."""
         return Matrix(entry * other for entry in self)

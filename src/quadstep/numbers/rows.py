@@ -151,6 +151,11 @@ class RowVector(Vector):
         term = self.record.at(self.entry(index) * other.entry(index))
         return cast(Number, self.record.sums(self.record.loop(Body(self.count, index, added=((term,),))))[0])
 
+    def map(self, function: Callable[[Number], Number]) -> Vector:
+        index = self.record.index()
+        stored = self.record.at(function(self.entry(index)))
+        return RowVector.found(self.record, self.count, self.record.loop(Body(self.count, index, (stored,))))
+
     def outer(self, other: Vector) -> Matrix:
         if isinstance(other, RowVector):
             return super().outer(other)

@@ -65,13 +65,17 @@ def figure(path: Path, caption: str) -> str:
     return f'<figure role="img" aria-label="{escape(caption)}">{drawing}</figure>'
 
 
-def write_page(path: Path, title: str, sections: Iterable[str]) -> None:
+def page_text(title: str, sections: Iterable[str]) -> str:
     """The page itself."""
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
     head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>'
     body = "\n".join(sections)
-    path.write_text(
+    return (
         f'<!doctype html>\n<html lang="en"><head>{head}<style>{STYLE}</style></head>\n'
-        f"<body><h1>{escape(title)}</h1>\n{body}\n</body></html>\n",
-        encoding="utf-8",
+        f"<body><h1>{escape(title)}</h1>\n{body}\n</body></html>\n"
     )
+
+
+def write_page(path: Path, title: str, sections: Iterable[str]) -> None:
+    """Write the page."""
+    path.write_text(page_text(title, sections), encoding="utf-8")

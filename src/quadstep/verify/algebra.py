@@ -6,7 +6,7 @@ Differences that are polynomials in symbols, sines and cosines are proved zero b
 
 import random
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import mpmath
 import sympy
@@ -14,6 +14,9 @@ from sympy.core.relational import Relational
 
 from quadstep.numbers import Matrix, Vector, flatten
 from quadstep.verify.rows import Check
+
+Expression: TypeAlias = Any
+"""Of SymPy, which has no types: an expression, a matrix, or a number."""
 
 DIGITS = 40
 TOLERANCE = mpmath.mpf(10) ** -28
@@ -25,12 +28,12 @@ def symbols(name: str, count: int = 3, positive: bool = False) -> Vector:
     return Vector(sympy.Symbol(f"{name}_{i + 1}", real=True, positive=positive or None) for i in range(count))
 
 
-def symbol(name: str, positive: bool = True) -> Any:
+def symbol(name: str, positive: bool = True) -> Expression:
     """A number as a symbol."""
     return sympy.Symbol(name, real=True, positive=positive or None)
 
 
-def entries(thing: Any) -> list[Any]:
+def entries(thing: Expression) -> list[Expression]:
     """Every entry of numbers, vectors and matrices, in order."""
     if isinstance(thing, list | tuple) and not hasattr(thing, "_fields"):
         return [entry for part in thing for entry in entries(part)]
@@ -39,24 +42,24 @@ def entries(thing: Any) -> list[Any]:
     return flatten(thing)
 
 
-def array(thing: Vector | Matrix) -> Any:
+def array(thing: Vector | Matrix) -> Expression:
     """A vector or matrix of the laws as a SymPy matrix."""
     return sympy.Matrix([list(row) for row in thing] if isinstance(thing, Matrix) else list(thing)).applyfunc(exact)
 
 
-def exact(expression: Any) -> Any:
+def exact(expression: Expression) -> Expression:
     """The same with every float as the fraction it is."""
     expression = sympy.sympify(expression)
     return expression.xreplace({number: sympy.Rational(float(number)) for number in expression.atoms(sympy.Float)})
 
 
-def branch(expression: Any, at: dict[Any, Any]) -> Any:
+def branch(expression: Expression, at: dict[Expression, Expression]) -> Expression:
     """The piece of a piecewise expression that holds at a point."""
     expression = sympy.sympify(expression)
     return expression.xreplace({test: test.subs(at) for test in expression.atoms(Relational)})
 
 
-def reduced(expression: Any) -> Any | None:
+def reduced(expression: Expression) -> Expression | None:
     """The expanded form with cos^2 = 1 - sin^2, zero only for what is zero; None for what is no such polynomial."""
     expression = exact(expression)
     angles = sorted({wave.args[0] for wave in expression.atoms(sympy.sin, sympy.cos)}, key=str)
@@ -80,7 +83,7 @@ def reduced(expression: Any) -> Any | None:
     return sympy.sympify(element.as_expr(*[back.get(g, g) for g in generators]))
 
 
-def random_point(names: Iterable[Any], seed: int) -> dict[Any, Any]:
+def random_point(names: Iterable[Expression], seed: int) -> dict[Expression, Expression]:
     """A fraction for each symbol: in (0.3, 2) for positive ones, else in (-1.2, 1.2)."""
     draw = random.Random(seed)
     low_high = {True: (30, 200), None: (-120, 120)}
@@ -90,7 +93,7 @@ def random_point(names: Iterable[Any], seed: int) -> dict[Any, Any]:
     return point
 
 
-def values(expressions: Sequence[Any], point: dict[Any, Any]) -> list[Any]:
+def values(expressions: Sequence[Expression], point: dict[Expression, Expression]) -> list[Expression]:
     """The expressions at a point, in 40 digits."""
     names = list(point)
     with mpmath.workdps(DIGITS):
@@ -99,12 +102,12 @@ def values(expressions: Sequence[Any], point: dict[Any, Any]) -> list[Any]:
         return [mpmath.mpmathify(result) for result in results]
 
 
-def number(expression: Any, point: dict[Any, Any]) -> float:
+def number(expression: Expression, point: dict[Expression, Expression]) -> float:
     """One expression at a point."""
     return float(values([expression], point)[0])
 
 
-def difference(ours: Any, theirs: Any) -> tuple[bool, str]:
+def difference(ours: Expression, theirs: Expression) -> tuple[bool, str]:
     """Whether two things are equal entry by entry, and how that was seen."""
     a, b = entries(ours), entries(theirs)
     if len(a) != len(b):
@@ -124,39 +127,39 @@ def difference(ours: Any, theirs: Any) -> tuple[bool, str]:
     return True, f"largest difference {short(worst)} at {POINTS} random points, {DIGITS} digits"
 
 
-def same(what: str, ours: Any, theirs: Any) -> Check:
+def same(what: str, ours: Expression, theirs: Expression) -> Check:
     """Check: two things are equal, identically in every symbol."""
     holds, found = difference(ours, theirs)
     return Check(what, "equal", found, holds)
 
 
-def unlike(what: str, ours: Any, theirs: Any) -> Check:
+def unlike(what: str, ours: Expression, theirs: Expression) -> Check:
     """Check: two things are not equal (the printed form fails)."""
     equal, found = difference(ours, theirs)
     return Check(what, "different", found, not equal)
 
 
-def near(what: str, found: Any, expected: float, tolerance: float = 5e-4) -> Check:
+def near(what: str, found: Expression, expected: float, tolerance: float = 5e-4) -> Check:
     """Check: a number comes out as expected, to `tolerance` of its size (of 1 for small ones)."""
     return Check(what, short(expected), short(found), bool(abs(found - expected) <= tolerance * max(1.0, abs(expected))))
 
 
-def holds(what: str, truth: Any, found: str = "", expected: str = "true") -> Check:
+def holds(what: str, truth: Expression, found: str = "", expected: str = "true") -> Check:
     """Check: something is so."""
     return Check(what, expected, found or str(bool(truth)).lower(), bool(truth))
 
 
-def short(number: Any) -> str:
+def short(number: Expression) -> str:
     """A number in four digits."""
     return f"{float(number) + 0.0:.4g}"
 
 
-def listed(numbers: Iterable[Any]) -> str:
+def listed(numbers: Iterable[Expression]) -> str:
     """Numbers in four digits, in brackets."""
     return "(" + ", ".join("0" if abs(float(number)) < 1e-12 else short(number) for number in numbers) + ")"
 
 
-def along(expression: Any, flow: dict[Any, Any]) -> Any:
+def along(expression: Expression, flow: dict[Expression, Expression]) -> Expression:
     """Time derivative of an expression, or of each entry of a vector or matrix, when its symbols move as `flow` says."""
     if isinstance(expression, Vector | Matrix):
         return type(expression)(along(part, flow) for part in expression)
@@ -164,6 +167,6 @@ def along(expression: Any, flow: dict[Any, Any]) -> Any:
     return sum((sympy.diff(expression, name) * rate for name, rate in flow.items()), sympy.S.Zero)
 
 
-def flow_of(*pairs: tuple[Any, Any]) -> dict[Any, Any]:
+def flow_of(*pairs: tuple[Expression, Expression]) -> dict[Expression, Expression]:
     """Which symbol moves how fast, from pairs (symbols, their rates)."""
     return {name: rate for names, rates in pairs for name, rate in zip(entries(names), entries(rates), strict=True)}

@@ -1,7 +1,5 @@
 """The inner loop: Eqs 27-39, chi_2, and the rate of the wanted attitude."""
 
-from typing import Any
-
 import sympy
 
 from quadstep.control.backstepping import wanted_torque
@@ -11,7 +9,7 @@ from quadstep.numbers import Vector
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis, effective_inertia
 from quadstep.verify import closed_loop as loop
-from quadstep.verify.algebra import along, array, near, number, reduced, same, short, symbol, symbols, unlike
+from quadstep.verify.algebra import Expression, along, array, near, number, reduced, same, short, symbol, symbols, unlike
 from quadstep.verify.closed_loop import (
     CHI_2,
     DESIRED_DD,
@@ -40,18 +38,18 @@ ETA_D_DD = array(DESIRED_DD)
 W_2, EPS_2 = loop.weights("W2", loop.NEURONS, 3), symbols("eps2")
 
 
-def coriolis_matrix() -> Any:
+def coriolis_matrix() -> Expression:
     """The shipped C."""
     return array(coriolis(ATTITUDE, RATES, INERTIA, Kinematics.STANDARD))
 
 
-def j_r2_dot(torque: Vector = TORQUE) -> Any:
+def j_r2_dot(torque: Vector = TORQUE) -> Expression:
     """J times the rate of the shipped r2 when the shipped plant flies."""
     r2_dot = along(loop.sample(learning=False).command.r2, loop.motion(loop.plant(torque=torque)))
     return inertia_matrix() * array(r2_dot)
 
 
-def target() -> Any:
+def target() -> Expression:
     """What Eq. 33 asks of the second net."""
     j, c = inertia_matrix(), coriolis_matrix()
     return j * ETA_D_DD - array(MOMENT) + c * (ETA_D_DOT + LAMBDA_2 * E2) - j * LAMBDA_2**2 * E2
@@ -129,7 +127,7 @@ def equation_33() -> Evidence:
     ])  # fmt: skip
 
 
-def printed_torque() -> Any:
+def printed_torque() -> Expression:
     """Eq. 35 with Eq. 34."""
     return array(W_HAT_2).T * loop.mu(loop.NET_2, CHI_2) + K_R2 * R2 + K_I2 * INTEGRAL
 
@@ -155,7 +153,7 @@ def equation_35() -> Evidence:
     ])  # fmt: skip
 
 
-def net_error() -> tuple[Any, Any]:
+def net_error() -> tuple[Expression, Expression]:
     """v_tilde by Eqs 33 and 34, and its last form in Eqs 36 and 39."""
     mu = loop.mu(loop.NET_2, CHI_2)
     ideal = array(W_2).T * mu + array(EPS_2)
@@ -170,7 +168,7 @@ def equation_36() -> Evidence:
     return Evidence([same("v_NN2 - v_hat_NN2", *net_error())])
 
 
-def rest() -> Any:
+def rest() -> Expression:
     """What Eqs 37 and 38 have beside the net's error."""
     return inertia_matrix() * LAMBDA_2 * R2 - coriolis_matrix() * R2 - K_R2 * R2 - K_I2 * INTEGRAL
 

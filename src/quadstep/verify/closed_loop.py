@@ -1,6 +1,6 @@
 """One sample of the shipped controller in symbols, and how everything in it moves when the shipped plant obeys it."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy
 
@@ -20,7 +20,7 @@ from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import derivative
 from quadstep.vehicle.state import State
-from quadstep.verify.algebra import array, flow_of, symbol, symbols
+from quadstep.verify.algebra import Expression, array, flow_of, symbol, symbols
 from quadstep.verify.plant import MASS, THRUST, TORQUE, body
 from quadstep.verify.rigid_body import ATTITUDE, RATES
 
@@ -81,12 +81,12 @@ def sample(learning: bool = True, gains: BacksteppingGains = GAINS) -> Sample:
     return Sample(*Backstepping().law(MEMORY, STATE, REFERENCE, gains._replace(learning_start=start), 1.0, PERIOD))
 
 
-def diagonal(entries: Vector) -> Any:
+def diagonal(entries: Vector) -> Expression:
     """A gain as a matrix, as the paper writes it."""
     return sympy.diag(*entries)
 
 
-def column(*numbers: Any) -> Any:
+def column(*numbers: Expression) -> Expression:
     """A SymPy column."""
     return sympy.Matrix(list(numbers))
 
@@ -107,17 +107,17 @@ CHI_1 = (*STATE.position, *R1, *ATTITUDE, *RATES)
 CHI_2 = (*ATTITUDE, *R1, *R2)
 
 
-def mu(net: Net, chi: tuple[Any, ...]) -> Any:
+def mu(net: Net, chi: tuple[Expression, ...]) -> Expression:
     """The shipped basis at an input of the paper."""
     return array(basis(net, chi))
 
 
-def plant(thrust: Any = THRUST, torque: Vector = TORQUE, attitude: Vector = ATTITUDE) -> State:
+def plant(thrust: Expression = THRUST, torque: Vector = TORQUE, attitude: Vector = ATTITUDE) -> State:
     """How the shipped plant moves under a thrust and a torque."""
     return derivative(body(), DISTURBANCE, Kinematics.STANDARD, STATE._replace(attitude=attitude), thrust, torque)
 
 
-def motion(rate: State) -> dict[Any, Any]:
+def motion(rate: State) -> dict[Expression, Expression]:
     """How every symbol of a sample moves: the state as the plant says, the path and the wanted attitude as given."""
     return flow_of(
         *zip(STATE, rate, strict=True),

@@ -1,7 +1,5 @@
 """The outer loop closed: Eqs 20 and 26, and the term that they leave out."""
 
-from typing import Any
-
 import numpy as np
 import sympy
 
@@ -9,7 +7,7 @@ from quadstep.control.inversion import invert_force
 from quadstep.numbers import Vector, vector
 from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.verify import closed_loop as loop
-from quadstep.verify.algebra import array, holds, near, same, short, symbols, unlike
+from quadstep.verify.algebra import Expression, array, holds, near, same, short, symbols, unlike
 from quadstep.verify.closed_loop import FORCE, LAMBDA_1, R1
 from quadstep.verify.plant import MASS
 from quadstep.verify.position_loop import A_HAT, EPS_1, INTEGRAL, K_I1, K_R1, LAW, W_1, ideal_1, r1_dot, wanted, wanted_by
@@ -19,13 +17,13 @@ from quadstep.verify.rows import Evidence, Row, Verdict, row
 ROWS: list[Row] = []
 
 
-def attained(force: Vector) -> Any:
+def attained(force: Vector) -> Expression:
     """m r1_dot when the thrust and attitude are those that make a force."""
     u_d, theta_d, phi_d = invert_force(force)
     return MASS * r1_dot(u_d, vector(ATTITUDE[0], theta_d, phi_d))
 
 
-def left_out(force: Vector) -> Any:
+def left_out(force: Vector) -> Expression:
     """Delta: the force that u_d makes at the real attitude, less the one it was meant to make."""
     u_d, _, _ = invert_force(force)
     return u_d * array(thrust_direction(ATTITUDE)) - array(force)

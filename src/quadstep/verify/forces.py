@@ -1,7 +1,5 @@
 """The moving body: Eqs 1, 7, 9 and 67, and the direction of the thrust."""
 
-from typing import Any
-
 import sympy
 
 from quadstep.guidance.minimum_jerk import blend
@@ -10,7 +8,7 @@ from quadstep.vehicle.disturbance import Disturbance, disturb
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
 from quadstep.vehicle.lagrange import acceleration, derivative, effective_inertia
 from quadstep.vehicle.state import State
-from quadstep.verify.algebra import array, listed, near, same, short, symbol, symbols, unlike, values
+from quadstep.verify.algebra import Expression, array, listed, near, same, short, symbol, symbols, unlike, values
 from quadstep.verify.plant import GRAVITY, MASS, PLACE, THRUST, TORQUE, UNEQUAL, body
 from quadstep.verify.rigid_body import ATTITUDE, INERTIA, RATES, known, rate_map, yaw_innermost, zyx
 from quadstep.verify.rows import Evidence, Row, Verdict, row
@@ -21,7 +19,7 @@ NOTHING = Vector((0.0, 0.0, 0.0))
 WEIGHT = sympy.Matrix([0, 0, MASS * GRAVITY])
 
 
-def printed_direction(attitude: Vector = ATTITUDE) -> Any:
+def printed_direction(attitude: Vector = ATTITUDE) -> Expression:
     """(-sin theta, cos theta sin phi, cos theta cos phi), as Eq. 7 prints it."""
     _, theta, phi = attitude
     s, c = sympy.sin, sympy.cos

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy
 
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import vector
-from quadstep.verify.algebra import array, holds, listed, near, number, same, short, symbols, unlike
+from quadstep.verify.algebra import Expression, array, holds, listed, near, number, same, short, symbols, unlike
 from quadstep.verify.forces import printed_direction
 from quadstep.verify.rows import Check, Evidence, Row, Verdict, row
 
@@ -22,17 +22,17 @@ FAR_SIDE = (1.0, 2.0, -3.0)
 class Solution(NamedTuple):
     """What the shipped inversion gives for a force in symbols, and the a and b that follow from it."""
 
-    u: Any
-    theta: Any
-    phi: Any
+    u: Expression
+    theta: Expression
+    phi: Expression
 
     @property
-    def a(self) -> Any:
+    def a(self) -> Expression:
         """u_d sin theta_d."""
         return self.u * sympy.sin(self.theta)
 
     @property
-    def b(self) -> Any:
+    def b(self) -> Expression:
         """u_d cos theta_d."""
         return self.u * sympy.cos(self.theta)
 
@@ -45,13 +45,18 @@ def solution() -> Solution:
 A, B = -F_X, sympy.sqrt(F_Y**2 + F_Z**2)  # Eqs 43 and 45
 
 
-def made(u: Any, theta: Any, phi: Any) -> Any:
+def made(u: Expression, theta: Expression, phi: Expression) -> Expression:
     """The force that a thrust and an attitude make, as printed."""
     return u * printed_direction(vector(0.0, theta, phi))
 
 
 def plain(
-    name: str, what: str, printed: str, verdict: Verdict, sides: Callable[[Solution], tuple[Any, Any]], reason: str = ""
+    name: str,
+    what: str,
+    printed: str,
+    verdict: Verdict,
+    sides: Callable[[Solution], tuple[Expression, Expression]],
+    reason: str = "",
 ) -> None:
     """A row whose evidence is that two sides are equal."""
 

@@ -3,7 +3,7 @@
 The disturbance is chosen so that each net's ideal weights and error are known; so every inequality of the proof is a number.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from quadstep.vehicle.lagrange import (
 )
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
+from quadstep.verify.algebra import Expression
 
 Batch = NDArray[np.float64]
 COUNT, NEURONS, PERIOD = 4000, 4, 1e-3
@@ -68,7 +69,7 @@ class Weights(NamedTuple):
     error: Batch
 
 
-def batch(number: Any) -> Batch:
+def batch(number: Expression) -> Batch:
     """A number of a law that is an array, named as one."""
     return np.asarray(number, dtype=np.float64)
 
@@ -78,7 +79,7 @@ def frobenius(*matrices: Matrix) -> Batch:
     return batch(sqrt(total(m.norm() * m.norm() for m in matrices)))
 
 
-def inner(a: Matrix, b: Matrix) -> Any:
+def inner(a: Matrix, b: Matrix) -> Expression:
     """Trace of a^T b."""
     return batch(total(x @ y for x, y in zip(a, b, strict=True)))
 
@@ -104,7 +105,7 @@ def moments(
         flat = spread(3 * NEURONS, low, high).entries
         return Matrix(Vector(flat[3 * i : 3 * i + 3]) for i in range(NEURONS))
 
-    def between(low: float, high: float) -> Any:
+    def between(low: float, high: float) -> Expression:
         return draw.uniform(low, high, COUNT)
 
     attitude = Vector([between(-3, 3), between(-1.2, 1.2), between(-3, 3)])

@@ -1,13 +1,13 @@
 """The reference trajectory: Eqs 68-75, and that its jerk is the least."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy
 
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters, blend
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Vector, vector
-from quadstep.verify.algebra import array, branch, exact, holds, same, short, symbol, symbols
+from quadstep.verify.algebra import Expression, array, branch, exact, holds, same, short, symbol, symbols
 from quadstep.verify.rows import Check, Evidence, Row, Verdict, row
 
 ROWS: list[Row] = []
@@ -27,7 +27,7 @@ def on_the_way() -> Reference:
     return Reference(position, velocity, acceleration, cut(reference.yaw), cut(reference.yaw_rate))
 
 
-def cut(expression: Any) -> Any:
+def cut(expression: Expression) -> Expression:
     """The piece that flies between 0 and t_f, as a polynomial in t."""
     return sympy.expand(exact(branch(expression, UNDER_WAY)))
 
@@ -35,16 +35,16 @@ def cut(expression: Any) -> Any:
 class Coefficients(NamedTuple):
     """a_0 to a_5 of one axis of the shipped path."""
 
-    a: tuple[Any, ...]
+    a: tuple[Expression, ...]
 
-    def at(self, order: int) -> Any:
+    def at(self, order: int) -> Expression:
         """The derivative of this order of the quintic."""
         return sympy.diff(sum((a * T**power for power, a in enumerate(self.a)), sympy.S.Zero), T, order)
 
 
 def coefficients(axis: int = 0) -> Coefficients:
     """Read off the shipped path."""
-    position: Any = on_the_way().position[axis]
+    position: Expression = on_the_way().position[axis]
     return Coefficients(tuple(position.coeff(T, power) for power in range(6)))
 
 
@@ -140,7 +140,7 @@ def equation_75() -> Evidence:
         printed = 0.1 * t**3 - 0.015 * t**4 + 0.0006 * t**5
         flown = MinimumJerk().reference(t, example).position
         gap = max(gap, *(abs(x - factor * printed) for x, factor in zip(flown, (1, 2, 4), strict=True)))
-    way: Any = on_the_way().position[0]
+    way: Expression = on_the_way().position[0]
     symbolic = way.xreplace({START[0]: sympy.S.Zero, END[0]: sympy.S(10)}).subs(DURATION, 10)
     by_hand = T**3 / 10 - T**4 * 15 / 1000 + T**5 * 6 / 10000
     return Evidence([same("x_d on the way", symbolic, by_hand),

@@ -1,7 +1,5 @@
 """The turning body: Eqs 2-4, 6, 8, 10 and 66, and T_eta."""
 
-from typing import Any
-
 import sympy
 
 from quadstep.numbers import Vector
@@ -20,6 +18,7 @@ from quadstep.vehicle.lagrange import (
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
 from quadstep.verify.algebra import (
+    Expression,
     along,
     array,
     flow_of,
@@ -49,22 +48,22 @@ def body() -> Vehicle:
     return Vehicle(MASS, INERTIA, GRAVITY, Rotors(symbol("l"), symbol("c"), symbol("f_min"), symbol("f_max")))
 
 
-def inertia_matrix(kinematics: Kinematics = STANDARD) -> Any:
+def inertia_matrix(kinematics: Kinematics = STANDARD) -> Expression:
     """The shipped J."""
     return array(effective_inertia(ATTITUDE, INERTIA, kinematics))
 
 
-def j_dot(kinematics: Kinematics = STANDARD) -> Any:
+def j_dot(kinematics: Kinematics = STANDARD) -> Expression:
     """Time derivative of the shipped J, by differentiating it."""
     return along_rates(inertia_matrix(kinematics))
 
 
-def along_rates(matrix: Any) -> Any:
+def along_rates(matrix: Expression) -> Expression:
     """Time derivative of a SymPy matrix of the attitude."""
     return sum((matrix.diff(angle) * rate for angle, rate in zip(ATTITUDE, RATES, strict=True)), sympy.zeros(*matrix.shape))
 
 
-def solves_lagrange(kinematics: Kinematics, bias: Any) -> Check:
+def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
     """Check: J times the shipped eta_dd, plus a bias, is the torque."""
     turning = array(angular_acceleration(body(), ATTITUDE, RATES, TORQUE, kinematics))
     return same(f"J eta_dd + C eta_dot = tau, {kinematics} T_eta", inertia_matrix(kinematics) * turning + bias, TORQUE)
@@ -142,12 +141,12 @@ def t_eta() -> Evidence:
                             "[rad/s^2]")  # fmt: skip
 
 
-def newton_euler(kinematics: Kinematics) -> Any:
+def newton_euler(kinematics: Kinematics) -> Expression:
     """Generalised torque that the shipped equations of motion ask for."""
     return inertia_matrix(kinematics) * array(ACCELERATIONS) + array(coriolis_torque(ATTITUDE, RATES, INERTIA, kinematics))
 
 
-def number_at(expression: Any, inertia: tuple[float, ...], torque: tuple[float, ...] = ()) -> float:
+def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[float, ...] = ()) -> float:
     """A number at the attitude and rates of the counterexamples."""
     point = known(inertia=inertia, **PLACE)
     return number(expression, point | dict(zip(TORQUE, map(sympy.Integer, torque), strict=False)))
@@ -218,7 +217,7 @@ def equation_66() -> Evidence:
     s, c = sympy.sin(ATTITUDE[1]), sympy.cos(ATTITUDE[1])
     x, y, z = INERTIA
 
-    def form(angle: Any) -> Any:
+    def form(angle: Expression) -> Expression:
         sa, ca = sympy.sin(angle), sympy.cos(angle)
         cross = (y - z) * c * sa * ca
         return sympy.Matrix([[x * s**2 + y * c**2 * sa**2 + z * c**2 * ca**2, cross, -x * s],

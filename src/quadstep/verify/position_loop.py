@@ -1,7 +1,5 @@
 """The outer loop: Eqs 11-19, 22-25 and chi_1."""
 
-from typing import Any
-
 import numpy as np
 import sympy
 
@@ -11,7 +9,7 @@ from quadstep.numbers import Vector, vector
 from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.verify import closed_loop as loop
-from quadstep.verify.algebra import along, array, holds, near, same, short, symbol, symbols
+from quadstep.verify.algebra import Expression, along, array, holds, near, same, short, symbol, symbols
 from quadstep.verify.closed_loop import CHI_1, E1, E1_DOT, FORCE, GAINS, LAMBDA_1, M_G, MEMORY, R1, REFERENCE, STATE, XI_D_DD
 from quadstep.verify.forces import printed_direction
 from quadstep.verify.plant import MASS, THRUST
@@ -26,17 +24,17 @@ A_HAT = symbols("A_hat")
 FEEDBACK = MASS * XI_D_DD - MASS * LAMBDA_1**2 * E1 - M_G + K_R1 * R1 + K_I1 * INTEGRAL
 
 
-def r1_dot(thrust: Any = THRUST, attitude: Vector = ATTITUDE) -> Any:
+def r1_dot(thrust: Expression = THRUST, attitude: Vector = ATTITUDE) -> Expression:
     """Rate of the shipped r1 when the shipped plant flies."""
     return array(along(loop.sample(learning=False).command.r1, loop.motion(loop.plant(thrust, attitude=attitude))))
 
 
-def wanted(command: Any) -> Any:
+def wanted(command: Expression) -> Expression:
     """The force that a command's thrust and wanted attitude make: F_d_hat as it comes out of the law."""
     return command.thrust * array(thrust_direction(command.desired_attitude))
 
 
-def wanted_by(estimate: Any) -> Vector:
+def wanted_by(estimate: Expression) -> Vector:
     """The shipped F_d_hat with an estimate -A_hat."""
     return wanted_force(GAINS, REFERENCE, Vector(E1), Vector(R1), MEMORY.integral_1, Vector(estimate))
 
@@ -82,7 +80,7 @@ def equation_13() -> Evidence:
        f"{short(1.0 + reversal)} with |r1| = 1")  # fmt: skip
 
 
-def in_errors(thing: Vector) -> Any:
+def in_errors(thing: Vector) -> Expression:
     """A law's vector with the vehicle at rest at the origin, so that e1 and e1_dot are the path's own symbols."""
     still = dict.fromkeys((*STATE.position, *STATE.velocity), 0)
     return array(thing).xreplace(still)
@@ -113,7 +111,7 @@ def equation_16() -> Evidence:
     return Evidence([same("m r1_dot", MASS * r1_dot(), printed)])
 
 
-def driven(force: Any) -> Any:
+def driven(force: Expression) -> Expression:
     """Right side of Eqs 17 and 18 under a force F_d."""
     return MASS * XI_D_DD + MASS * LAMBDA_1 * R1 - MASS * LAMBDA_1**2 * E1 - force - M_G - array(FORCE)
 
@@ -169,7 +167,7 @@ def equation_24() -> Evidence:
 W_1, EPS_1 = loop.weights("W1", loop.NEURONS, 3), symbols("eps1")
 
 
-def ideal_1() -> Any:
+def ideal_1() -> Expression:
     """W_1^T mu_1 + eps_1 with the ideal weights."""
     return array(W_1).T * loop.mu(loop.NET_1, CHI_1) + array(EPS_1)
 

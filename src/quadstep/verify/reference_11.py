@@ -32,7 +32,7 @@ def reference_11() -> Evidence:
         position, velocity, ahead = (Vector(draw.uniform(-1, 1, 3).tolist()) for _ in range(3))
         path = Reference(position, velocity, ahead, *draw.uniform(-1, 1, 2).tolist())
         body = Vehicle(1.7, vector(5.0, 8.0, 12.0), 9.81, Rotors(0.25, 0.05, 0.0, 8.0))
-        gains = NestedSaturationGains(1.7, body.inertia, 9.81, a_z, a_psi, WIDE, slope_1, slope_2)
+        gains = NestedSaturationGains(1.7, body.inertia, 9.81, a_z, a_psi, WIDE, slope_1, slope_2, pace=1.0)
         command, _ = NestedSaturation().law(NoMemory(), state, path, gains, 0.0, 0.0)
         e, e_dot = state.position - position, state.velocity - velocity
         climb = acceleration(body, state.attitude, command.thrust, vector(0.0, 0.0, 0.0))[2]

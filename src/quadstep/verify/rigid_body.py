@@ -4,18 +4,18 @@ Nothing here comes from the laws; it starts from rotation matrices.
 """
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy
 
-from quadstep.verify.algebra import array, reduced, symbols
+from quadstep.verify.algebra import Expression, array, reduced, symbols
 
 ATTITUDE, RATES, ACCELERATIONS = symbols("eta"), symbols("eta_dot"), symbols("eta_dd")
 INERTIA = symbols("Sigma", positive=True)
 PSI, THETA, PHI = ATTITUDE
 
 
-def about(axis: int, angle: Any) -> Any:
+def about(axis: int, angle: Expression) -> Expression:
     """Right-handed rotation matrix about x (0), y (1) or z (2)."""
     c, s = sympy.cos(angle), sympy.sin(angle)
     rows = {
@@ -26,24 +26,24 @@ def about(axis: int, angle: Any) -> Any:
     return sympy.Matrix(rows[axis])
 
 
-def zyx() -> Any:
+def zyx() -> Expression:
     """Body to inertial frame by yaw, then pitch, then roll: the order that T_eta belongs to."""
     return about(2, PSI) * about(1, THETA) * about(0, PHI)
 
 
-def yaw_innermost() -> Any:
+def yaw_innermost() -> Expression:
     """Body to inertial frame in the order that the paper's thrust direction (Eq. 7) belongs to."""
     return about(0, -PHI) * about(1, -THETA) * about(2, -PSI)
 
 
-def body_rates(rotation: Any) -> Any:
+def body_rates(rotation: Expression) -> Expression:
     """Omega with R^T R_dot = [omega]x, linear in the Euler rates."""
     turning = sum((sympy.diff(rotation, angle) * rate for angle, rate in zip(ATTITUDE, RATES, strict=True)), sympy.zeros(3))
     spin = rotation.T * turning
     return sympy.Matrix([reduced(spin[2, 1]), reduced(spin[0, 2]), reduced(spin[1, 0])])
 
 
-def rate_map(rotation: Any) -> Any:
+def rate_map(rotation: Expression) -> Expression:
     """The matrix T with omega = T eta_dot."""
     return body_rates(rotation).jacobian(list(RATES))
 
@@ -51,9 +51,9 @@ def rate_map(rotation: Any) -> Any:
 class Lagrange(NamedTuple):
     """Lagrange's equations of the turning body: mass @ eta_dd + bias = generalised torque."""
 
-    kinetic: Any
-    mass: Any
-    bias: Any
+    kinetic: Expression
+    mass: Expression
+    bias: Expression
 
 
 @cache
@@ -68,7 +68,7 @@ def lagrange() -> Lagrange:
 
 
 @cache
-def euler_torque() -> Any:
+def euler_torque() -> Expression:
     """Generalised torque that Newton and Euler ask for: T^T (Sigma omega_dot + omega x Sigma omega), by virtual work."""
     omega, rates, angles = body_rates(zyx()), list(RATES), list(ATTITUDE)
     sigma = sympy.diag(*INERTIA)
@@ -77,7 +77,7 @@ def euler_torque() -> Any:
     return t.T * (sigma * omega_dot + omega.cross(sigma * omega))
 
 
-def known(**vectors: tuple[float, ...]) -> dict[Any, Any]:
+def known(**vectors: tuple[float, ...]) -> dict[Expression, Expression]:
     """A point for the symbols of this file: attitude, rates, inertia."""
     names = {"attitude": ATTITUDE, "rates": RATES, "inertia": INERTIA}
     return {
