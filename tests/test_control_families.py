@@ -231,7 +231,7 @@ def test_it_commands_what_numpy_makes_of_the_paper(kind, seed, bounds):
     memory, independent = law.start(first, gains), FAMILIES[kind](gains, arrays(first))
     for _ in range(12):
         measured, reference = any_measured(random, **hidden), any_reference(random)
-        command, memory = law.law(memory, measured, reference, gains, 0.0, PERIOD)
+        command, memory = law.law(memory, measured, reference, gains, 0.5, PERIOD)
         thrust, torque, r1, r2 = independent.sample(arrays(measured), arrays(reference))
         assert command.thrust == pytest.approx(thrust, rel=1e-9)
         np.testing.assert_allclose(list(command.torque), torque, rtol=1e-6, atol=1e-6 * np.linalg.norm(torque))
@@ -259,7 +259,7 @@ def test_the_observer_of_adrc_finds_a_push_with_all_its_poles_at_its_bandwidth()
     t = period * np.arange(1, 6001)
     found = []
     for one in t:
-        memory = law.observed(memory, level(gains, one, push), gains, period)
+        memory = law.observed(memory, level(gains, one, push), gains, one, period)
         found.append(list(memory.disturbance))
     w = gains.observer
     _, response, _ = lsim(([w**3], [1.0, 3.0 * w, 3.0 * w**2, w**3]), np.ones_like(t), t)
@@ -273,7 +273,7 @@ def test_the_estimate_of_l1_is_there_after_two_samples_and_passes_its_filters():
     memory = law.start(level(gains, 0.0, push), gains)
     t = PERIOD * np.arange(1, 501)
     for k, one in enumerate(t):
-        memory = law.estimated(memory, level(gains, one, push), gains, PERIOD)
+        memory = law.estimated(memory, level(gains, one, push), gains, one, PERIOD)
         if k > 0:
             np.testing.assert_allclose(list(memory.unknown), push, rtol=2.0 * gains.pole * PERIOD)
     passed = 1.0 - np.exp(-gains.thrust_cutoff * t[-1]), 1.0 - np.exp(-gains.lean_cutoff * t[-1])
@@ -341,3 +341,15 @@ def test_gains_that_are_left_out_scale_with_the_vehicle(kind, vehicle):
             assert ratio == pytest.approx(model.agility)
             assert getattr(scaled, name).stiffness[2] / getattr(usual, name).stiffness[2] == pytest.approx(model.agility**2)
     assert scaled.body.lag == model.lag
+
+
+@pytest.mark.parametrize("kind", ["adrc", "geometric-l1", "indi-velocity"])
+def test_rotors_that_have_not_been_asked_for_anything_yet_carry_the_weight(kind):
+    law, gains = law_of(kind)
+    weight = gains.body.mass * gains.body.gravity
+    idle = Measured(ZERO, ZERO, IDENTITY, ZERO, 0.0, ZERO)
+    command, memory = law.law(law.start(idle, gains), idle, STILL, gains, 0.0, PERIOD)
+    assert command.thrust == pytest.approx(weight, rel=1e-12)
+    assert memory.made.thrust == pytest.approx(weight, rel=1e-12)
+    _, memory = law.law(memory, idle, STILL, gains, PERIOD, PERIOD)
+    assert memory.made.thrust == pytest.approx(weight * np.exp(-PERIOD / gains.body.lag), rel=1e-12)

@@ -69,7 +69,7 @@ def test_attitude_and_rates_are_those_of_the_equation_of_motion(seed):
     np.testing.assert_allclose(list(found.rates), turning(attitude)[0], rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.parametrize(("seed", "bounds"), [(1, 1.0), (2, 0.01), (3, 1.0)])
+@pytest.mark.parametrize(("seed", "bounds"), [(1, 1.0), (2, 1e-5), (3, 1.0)])
 def test_it_commands_what_numpy_makes_of_the_paper(seed, bounds):
     random = np.random.default_rng(seed)
     flown, gains = law_of("flatness")

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from quadstep.control.controller import Measured
 from quadstep.control.vectoring import ZERO, Body, followed
 from quadstep.control.wanted_attitude import up_axis
-from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers import Number, Vector, vector, where
 from quadstep.numbers.rotations import cross, rotation_matrix
 
 
@@ -21,9 +21,12 @@ def at_rest(body: Body) -> Made:
     return Made(body.mass * body.gravity, ZERO)
 
 
-def lagged(made: Made, measured: Measured, lag: Number, period: Number) -> Made:
-    """A period [s] later, by what the rotors have been asked for since; lag: their time constant [s]."""
-    share = followed(1.0 / lag, period)
+def lagged(made: Made, measured: Measured, lag: Number, t: Number, period: Number) -> Made:
+    """At time t [s], a period [s] later, by what the rotors have been asked for since; lag: their time constant [s].
+
+    At t = 0 nothing has been asked for yet.
+    """
+    share = where(t > 0.0, followed(1.0 / lag, period), 0.0)
     thrust = made.thrust + share * (measured.thrust - made.thrust)
     return Made(thrust, made.torque + share * (measured.torque - made.torque))
 

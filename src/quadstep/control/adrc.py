@@ -76,7 +76,7 @@ class Adrc(Controller):
         self, memory: AdrcMemory, measured: Measured, reference: Reference, gains: AdrcGains, t: Number, period: Number
     ) -> tuple[Command, AdrcMemory]:
         """One sample."""
-        memory = self.observed(memory, measured, gains, period)
+        memory = self.observed(memory, measured, gains, t, period)
         body, w_c, w_r = gains.body, gains.bandwidth, gains.turn_bandwidth
         wanted = pulled(measured, reference, Pull(w_c * w_c, 2.0 * w_c))
         force = force_for(wanted - memory.disturbance, body)
@@ -92,10 +92,10 @@ class Adrc(Controller):
         )
         return command, memory
 
-    def observed(self, memory: AdrcMemory, measured: Measured, gains: AdrcGains, period: Number) -> AdrcMemory:
-        """The observers a period [s] later."""
+    def observed(self, memory: AdrcMemory, measured: Measured, gains: AdrcGains, t: Number, period: Number) -> AdrcMemory:
+        """The observers at time t [s], a period [s] later."""
         body, w, w_r = gains.body, gains.observer, gains.turn_observer
-        made = lagged(memory.made, measured, body.lag, period)
+        made = lagged(memory.made, measured, body.lag, t, period)
         pushed, spun = accelerations(made, measured, body)
         off, off_r = measured.position - memory.position, measured.rates - memory.rates
         return AdrcMemory(

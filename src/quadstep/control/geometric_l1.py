@@ -95,7 +95,7 @@ class GeometricL1(Controller):
         t: Number, period: Number,
     ) -> tuple[Command, GeometricL1Memory]:  # fmt: skip
         """One sample."""
-        memory = self.estimated(memory, measured, gains, period)
+        memory = self.estimated(memory, measured, gains, t, period)
         body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
         force = force_for(pulled(measured, reference, gains.pull) - memory.across, body)
         attitude = attitude_for(force, reference, body.mass)
@@ -110,11 +110,11 @@ class GeometricL1(Controller):
         return command, memory
 
     def estimated(
-        self, memory: GeometricL1Memory, measured: Measured, gains: GeometricL1Gains, period: Number
+        self, memory: GeometricL1Memory, measured: Measured, gains: GeometricL1Gains, t: Number, period: Number
     ) -> GeometricL1Memory:
-        """What is predicted for now, what follows from it, and the filters a period [s] later."""
+        """What is predicted for time t [s], what follows from it, and the filters a period [s] later."""
         body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
-        made = lagged(memory.made, measured, body.lag, period)
+        made = lagged(memory.made, measured, body.lag, t, period)
         pushed, spun = accelerations(made, measured, body)
         velocity = memory.velocity + period * (pushed + memory.unknown)
         rates = memory.rates + period * (spun + memory.turning)

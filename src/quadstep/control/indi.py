@@ -80,7 +80,7 @@ class Indi(Controller):
     ) -> tuple[Command, IndiMemory]:
         """One sample."""
         body, axis = gains.body, up_axis(rotation_matrix(measured.attitude))
-        made = self.made(memory, measured, gains, period)
+        made = self.made(memory, measured, gains, t, period)
         share = followed(gains.force_filter, period)
         pushed = memory.pushed + share * ((made.thrust / body.mass) * axis - memory.pushed)
         if feels(measured):
@@ -105,11 +105,11 @@ class Indi(Controller):
         )
         return command, IndiMemory(made, pushed, felt, rates, torque)
 
-    def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, period: Number) -> Made:
+    def made(self, memory: IndiMemory, measured: Measured, gains: IndiGains, t: Number, period: Number) -> Made:
         """What the rotors make now."""
         if len(measured.rotor_speeds):
             return of_speeds(measured.rotor_speeds, gains.per_speed, gains.mixing)
-        return lagged(memory.made, measured, gains.body.lag, period)
+        return lagged(memory.made, measured, gains.body.lag, t, period)
 
 
 @dataclass(frozen=True)
