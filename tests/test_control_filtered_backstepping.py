@@ -227,6 +227,12 @@ def test_no_more_force_is_asked_for_than_there_is():
     assert LAW.guide(LAW.start(measured, GAINS), measured, STILL, GAINS, 0.0, 0.01).force.norm() <= GAINS.most_thrust * 1.001
 
 
+@pytest.mark.parametrize(("share", "flies"), [(0.78, 0.0), (0.82, 1.0)])
+def test_it_flies_once_the_rotors_have_carried_most_of_its_weight(share, flies):
+    measured = told(np.zeros(12), share * MASS * G)
+    assert LAW.guide(LAW.start(measured, GAINS), measured, STILL, GAINS, 0.0, 0.01).flying == flies
+
+
 def test_weights_keep_their_bounds():
     measured, before = told(np.zeros(12), MASS * G), memory(np.random.default_rng(4))
     tight = GAINS._replace(weight_bounds=vector(0.5, 0.7))
