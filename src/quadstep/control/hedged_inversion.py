@@ -159,7 +159,7 @@ class HedgedInversion(Controller):
 
         made = (memory.thrust / gains.mass) * axis - down
         hedge = memory.asked - made
-        model_speed = speed + period * (a_r - hedge)
+        model_speed = speed + (flying * period) * (a_r - hedge)
         change = weight_rate(gains.force_net, memory.weights_1, mu, on * period * r, on * period * length(e, e_dot))
         return memory._replace(
             place=place + period * model_speed,
@@ -184,7 +184,7 @@ class HedgedInversion(Controller):
         """Inner loop: pseudo-control of the body rates, the torque that makes it, hedge, learning."""
         on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
         rates, rotation = measured.rates, rotation_matrix(measured.attitude)
-        share = 1.0 - exp(-(period / maximum(gains.lag, 1e-6)))
+        share = where(memory.flying > 0.5, 1.0 - exp(-(period / maximum(gains.lag, 1e-6))), 1.0)
         thrust = memory.thrust + share * (measured.thrust - memory.thrust)
         torque = memory.torque + share * (measured.torque - memory.torque)
         over = Vector(1.0 / entry for entry in gains.inertia)
