@@ -74,12 +74,11 @@ CORTEX_M = Need(
 CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cppcheck") is not None)
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
+APART = "`.venv/bin/pip install --no-deps --require-hashes -r requirements/apart.lock`"
 TINYMPC = Need(
-    "tinympc",
-    "`pip install --no-deps tinympc==0.0.8` (it asks for an older SciPy than everything else here, and does without)",
-    lambda: find_spec("tinympc") is not None,
-    spared=True,
+    "tinympc", f"{APART} (it asks for an older SciPy, and does without)", lambda: find_spec("tinympc") is not None
 )
+POLICY = Need("foundation-policy", f"{APART} (there is no wheel of it)", lambda: find_spec("foundation_policy") is not None)
 SUPERUSER = Need("the rights of root", "run as root", lambda: os.geteuid() == 0)
 MOUNTS = Need("file systems of its own", "run as root where `mount` is allowed (containers may forbid it)")
 GRAPHICS = Need("an NVIDIA graphics processor", "use a machine with one", has_graphics, spared=True)
@@ -93,7 +92,7 @@ RECORDINGS = Need(
 )
 
 NEEDS = (
-    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, SUPERUSER, MOUNTS,
+    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CPPCHECK,
 )  # fmt: skip
 

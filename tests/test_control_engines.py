@@ -11,7 +11,7 @@ from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Sweep, places
 from quadstep.mission.read import check_mission
 from tests.fake_driver import installed
-from tests.needs import package
+from tests.needs import POLICY, without
 from tests.pages import flown, fly_page, needs_node, write_page
 from tests.sweeps import table
 
@@ -21,8 +21,8 @@ EVERY = pytest.mark.parametrize("law", LAWS)
 
 
 def mission(law, **content):
-    if law == "raptor":
-        package("foundation_policy")
+    if law == "raptor" and not POLICY.here():
+        without(POLICY)
     start = {"position": [0.2, -0.1, 5.1], "velocity": [0.3, 0.0, -0.2], "attitude": [0.3, 0.1, -0.1]}
     simulation = {"duration": 0.05}
     return check_mission(

@@ -16,10 +16,10 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll, multiply
-from tests.needs import package
+from tests.needs import POLICY, needs, package
 
 h5py = package("h5py")
-package("foundation_policy")
+pytestmark = needs(POLICY)
 
 ZERO = vector(0.0, 0.0, 0.0)
 REFERENCE = Reference(vector(1.0, 2.0, 3.0), vector(0.1, -0.2, 0.3), ZERO, 0.0, 0.0)
