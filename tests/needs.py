@@ -75,9 +75,7 @@ CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cp
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
 APART = "`.venv/bin/pip install --no-deps --require-hashes -r requirements/apart.lock`"
-TINYMPC = Need(
-    "tinympc", f"{APART} (it asks for an older SciPy, and does without)", lambda: find_spec("tinympc") is not None
-)
+TINYMPC = Need("tinympc", f"{APART} (it asks for an older SciPy, and does without)", lambda: find_spec("tinympc") is not None)
 POLICY = Need("foundation-policy", f"{APART} (there is no wheel of it)", lambda: find_spec("foundation_policy") is not None)
 SUPERUSER = Need("the rights of root", "run as root", lambda: os.geteuid() == 0)
 MOUNTS = Need("file systems of its own", "run as root where `mount` is allowed (containers may forbid it)")
