@@ -229,7 +229,7 @@ def plant_template(kind: str, controller: str | None, folder: Path) -> str:
         raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
     section = own or section_of(known[name])
     model = vehicle(type=kind).model()
-    return PLANT_TEMPLATE.format(
+    return at_its_rates(PLANT_TEMPLATE, section.controller).format(
         kind=kind,
         label=vehicle.plant.label or kind,
         numbers="\n".join(number_lines(vehicle)),
@@ -237,6 +237,20 @@ def plant_template(kind: str, controller: str | None, folder: Path) -> str:
         loops=loop_line(section.controller, mission),
         limits="\n".join(number_lines(fields["limits"].annotation)),
     )
+
+
+SAMPLED = {**{key: method for method, key in PERIODS.items()}, "imu_period": "law", "fix_period": "law"}
+"""Keys of sample times, and the method of a controller whose own is their default."""
+
+
+def at_its_rates(text: str, controller: type[Controller]) -> str:
+    """A template with the controller's own sample times."""
+    for key, method in SAMPLED.items():
+        line = f"# {key} = {Controller.rates[method]!r}"
+        own = f"# {key} = {controller.rates.get(method, Controller.rates[method])!r}"
+        width = max(len(line), len(own))
+        text = text.replace(line.ljust(width), own.ljust(width))
+    return text
 
 
 def loop_line(controller: type[Controller], mission: type[Mission]) -> str:
@@ -264,4 +278,6 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     section = own or section_of(known[name])
     lines = "\n".join(controller_lines(section, model, [other for other in known if other != name]))
     text = (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
-    return text.replace("LOOPS", loop_line(section.controller, MultirotorMission if preset else LagrangeMission))
+    return at_its_rates(text, section.controller).replace(
+        "LOOPS", loop_line(section.controller, MultirotorMission if preset else LagrangeMission)
+    )
