@@ -7,7 +7,7 @@ from typing import NamedTuple
 from quadstep import airframe_metrics, fly, read_mission
 from quadstep.control.controller import Command, Controller
 from quadstep.control.gain import believed
-from quadstep.control.geometric import vee_error
+from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.numbers import Vector, vector
 from quadstep.numbers.rotations import rotation_matrix

@@ -17,7 +17,7 @@ MODULES = (
     "quadstep.numbers.functions", "quadstep.numbers.linear", "quadstep.numbers.structure", "quadstep.guidance.reference",
     "quadstep.guidance.minimum_jerk", "quadstep.guidance.orbit", "quadstep.guidance.step", "quadstep.guidance.piecewise",
     "quadstep.guidance.spline", "quadstep.guidance.declared", "quadstep.air.declared",
-    "quadstep.flight.own_metric", *FRONTS,
+    "quadstep.numbers.scan", "quadstep.flight.own_metric", *FRONTS,
 )  # fmt: skip
 
 

@@ -171,7 +171,7 @@ def test_a_step_s_instructions_are_those_of_every_task_as_often_as_it_runs():
 def test_the_program_with_marks_is_the_same_program():
     one = program(LOOP, TILTED, NUMBERS, frozenset(PLACES))
     marks = re.findall(r"// at ([^\"]+)", marked(one))
-    assert {"entry", "head", "control", "score", "moving", "done"} <= set(marks)
+    assert {"entry", "head", "law", "score", "moving", "done"} <= set(marks)
     assert re.sub(r".*asm sideeffect.*\n", "", marked(one)) == one
 
 

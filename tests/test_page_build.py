@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import fly
@@ -163,7 +164,7 @@ def test_a_flight_that_is_too_long_shows_its_recording_thinned():
     assert recorded["columns"][0] == ["t", "s"]
 
 
-class Opaque:
+class Opaque(Controller):
     """A controller that is no law: it decides with `if`."""
 
     def start(self, measured, gains):

@@ -107,15 +107,14 @@ class Suite:
                 sample + bias + size * white
                 for sample, bias, size, white in zip(samples, memory.biases, sizes, noise, strict=False)
             ]
-        since = where(tick > 0.0, period, 0.0)  # no time has passed before the first sample
         if not self.estimator:
             return memory._replace(
                 held=memory.held._replace(rates=samples[0]),
                 force=samples[1] if self.accelerometer else (),
-                age=() if self.late is None else memory.age + since,
+                age=() if self.late is None else memory.age + passed_by(tick, period),
             )
         gyro, force = samples
-        return memory._replace(filter=estimator.predict(memory.filter, gyro, force, sensors.gravity, since))
+        return memory._replace(filter=estimator.predict(memory.filter, gyro, force, sensors.gravity, passed_by(tick, period)))
 
     def fix(self, memory: Memory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number) -> Memory:
         """A fix, every `period` [s] from tick 0 on, after the sample of the IMU at that instant. The biases wander here."""
@@ -155,3 +154,8 @@ class Suite:
         known: estimator.Filter = memory.filter
         force = known.accelerometer - known.accelerometer_bias if self.accelerometer else ()
         return Motion(*known.now.state, known.gyro - known.gyro_bias), force
+
+
+def passed_by(tick: Number, period: Number) -> Number:
+    """Time since the sample before [s]; none has passed before the first."""
+    return where(tick > 0.0, period, 0.0)
