@@ -219,19 +219,16 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         assert run.err.count("\n") == 1
 
 
+def identified(folder):
+    """The command on a log and its mapping in a folder."""
+    files = "--mapping", folder / "map.toml", "--out", folder / "v.toml"
+    return quadstep("identify", folder / "log.csv", "--vehicle", "crazyflie", *files)
+
+
 def test_a_log_that_contradicts_its_mapping_is_not_fitted(tmp_path, flights):
     write(tmp_path / "log.csv", *table(flights[0]))
     (tmp_path / "map.toml").write_text(MAPPING.replace("rad/s", "deg/s"))
-    run = quadstep(
-        "identify",
-        tmp_path / "log.csv",
-        "--vehicle",
-        "crazyflie",
-        "--mapping",
-        tmp_path / "map.toml",
-        "--out",
-        tmp_path / "v.toml",
-    )
+    run = identified(tmp_path)
     assert run.code == 2
     assert "rates: x: radians where degrees are expected" in run.err
     assert not (tmp_path / "v.toml").exists()
@@ -243,15 +240,6 @@ def test_a_bench_log_never_flew(tmp_path, flights):
         row[1:5] = ["0.0"] * 4
     write(tmp_path / "log.csv", header, rows)
     (tmp_path / "map.toml").write_text(MAPPING)
-    run = quadstep(
-        "identify",
-        tmp_path / "log.csv",
-        "--vehicle",
-        "crazyflie",
-        "--mapping",
-        tmp_path / "map.toml",
-        "--out",
-        tmp_path / "v.toml",
-    )
+    run = identified(tmp_path)
     assert run.code == 2
     assert "never flew: the rotors never turned" in run.err

@@ -11,10 +11,9 @@ from typing import NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
-from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.control.thrust_extension import Push, driving, motion
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, absolute, sqrt, vector
-from quadstep.numbers.rotations import cross
 
 SMOOTH = 0.01
 """Velocity error [m/s] below which the observer's sign is a slope."""
@@ -85,18 +84,16 @@ class DynamicLinearisation(Controller):
             + gains.velocity * (reference.velocity - measured.velocity)
             + gains.position * (reference.position - measured.position)
         )
-        asked = inputs(measured, memory.push, snap)
-        around = turning(measured, now.axis, reference, gains.heading, gains.turning)
-        angular = vector(asked.about_x, asked.about_y, around)
+        made = driving(memory.push, snap, measured, reference, gains, period)
         command = Command(
-            thrust=gains.mass * memory.push.value,
-            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            thrust=made.thrust,
+            torque=made.torque,
             r1=reference.velocity - measured.velocity,
             r2=-measured.rates,
         )
         roots = Vector(sqrt(absolute(one)) for one in off)
         following = DynamicLinearisationMemory(
-            push=driven(memory.push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period),
+            push=made.push,
             velocity=memory.velocity + period * (acceleration + gains.observer * roots * sign(off)),
             disturbance=project(memory.disturbance + period * (gains.drift * sign(off)), gains.bound),
         )

@@ -28,7 +28,8 @@ from quadstep.control.gain import NETS, believed, gain, given, usual
 from quadstep.control.local_basis import NODES, growth, hats, values
 from quadstep.control.projection import project_weights
 from quadstep.control.rotation_backstepping import AIRBORNE
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.vectoring import attitude_for
+from quadstep.control.wanted_attitude import up_axis, within
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, maximum, vector, where
 from quadstep.numbers.rotations import (
@@ -151,8 +152,7 @@ class FilteredBackstepping(Controller):
         unknown = values(memory.weights_1, regressors)
         asked = speed_rate - gains.speed * speed_error - gains.coupling_1 * place_left - unknown
         force = within(gains.mass * (asked + down), gains.most_thrust)
-        jerk, snap = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = wanted_attitude(force, jerk, snap, reference.yaw, reference.yaw_rate)
+        wanted = attitude_for(force, reference, gains.mass)
 
         made = measured.thrust / gains.mass
         turned = rotation_matrix(measured.attitude) @ cross(memory.xi_3, UP)  # what xi_3 does to the thrust's axis

@@ -19,11 +19,10 @@ from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.model import Model
 from quadstep.control.projection import project
-from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.control.thrust_extension import Push, driving, motion
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, sqrt, vector
 from quadstep.numbers.riccati import riccati
-from quadstep.numbers.rotations import cross
 from quadstep.numbers.solve import cholesky
 
 PARTS = ("integral", "position", "velocity", "acceleration", "jerk")
@@ -164,14 +163,11 @@ class HInfinityLinearisation(Controller):
         snap = reference.snap
         for one, state in zip(gains.feedback, states, strict=True):
             snap = snap + one * state
-        asked = inputs(measured, memory.push, snap)
-        around = turning(measured, now.axis, reference, gains.heading, gains.turning)
-        angular = vector(asked.about_x, asked.about_y, around)
+        made = driving(memory.push, snap, measured, reference, gains, period)
         command = Command(
-            thrust=gains.mass * memory.push.value,
-            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            thrust=made.thrust,
+            torque=made.torque,
             r1=states[2],
             r2=-measured.rates,
         )
-        push = driven(memory.push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period)
-        return command, HInfinityMemory(push, project(memory.integral + period * e, gains.integral_bound))
+        return command, HInfinityMemory(made.push, project(memory.integral + period * e, gains.integral_bound))

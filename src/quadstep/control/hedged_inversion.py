@@ -33,7 +33,8 @@ from quadstep.control.rotation_backstepping import (
     TORQUE_INPUTS,
     TURN,
 )
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.vectoring import attitude_for
+from quadstep.control.wanted_attitude import up_axis, within
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, maximum, sqrt, vector, where
 from quadstep.numbers.rotations import (
@@ -154,8 +155,7 @@ class HedgedInversion(Controller):
         a_ad = on * output(memory.weights_1, mu)
         asked = a_r + gains.stiffness_1 * e + gains.damping_1 * e_dot + a_ad
         force = within(gains.mass * (asked + down), gains.most_thrust)
-        jerk, snap = gains.mass * reference.jerk, gains.mass * reference.snap
-        wanted = wanted_attitude(force, jerk, snap, reference.yaw, reference.yaw_rate)
+        wanted = attitude_for(force, reference, gains.mass)
 
         made = (memory.thrust / gains.mass) * axis - down
         hedge = memory.asked - made

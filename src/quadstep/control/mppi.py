@@ -14,12 +14,12 @@ from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.disturbance_observer import observed
 from quadstep.control.gain import believed, from_gains, gain, given, usual
 from quadstep.control.projection import project
-from quadstep.control.vectoring import vee_error
+from quadstep.control.vectoring import torque_for, turning_errors
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, exp, matrix, minimum, scan, vector, where
 from quadstep.numbers.noise import Key, normals
-from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, yaw_pitch_roll
+from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 
 SAMPLES, STAGES, STAGE = 64, 12, 0.05
 """Plans that are tried, stages of each, and how long one is [s]."""
@@ -184,18 +184,15 @@ class Mppi(Controller):
         rate, change = gains.mass * reference.jerk, gains.mass * reference.snap
         wanted = wanted_attitude(force, rate, change, reference.yaw, reference.yaw_rate)
         rotation = rotation_matrix(measured.attitude)
-        axis, across = up_axis(rotation), rotation.T @ wanted.rotation
-        turning = across @ wanted.rates
-        e_omega = measured.rates - turning
-        feed_forward = across @ wanted.acceleration - cross(measured.rates, turning)
-        e_r = vee_error(wanted.rotation, rotation)
-        angular = feed_forward - gains.turn_stiffness * e_r - gains.turn_damping * e_omega
+        axis = up_axis(rotation)
+        errors = turning_errors(wanted, rotation, measured.rates)
+        angular = errors.feed_forward - gains.turn_stiffness * errors.attitude - gains.turn_damping * errors.rates
         command = Command(
             thrust=force @ axis,
-            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            torque=torque_for(angular, measured, gains),
             desired_attitude=yaw_pitch_roll(quaternion_of(wanted.rotation)),
             r1=reference.velocity - measured.velocity,
-            r2=-e_omega,
+            r2=-errors.rates,
         )
         made = (measured.thrust / gains.mass) * axis - up
         velocity, push = observed(memory.velocity, memory.push, measured.velocity, made, gains.observer, period)

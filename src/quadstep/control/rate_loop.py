@@ -9,10 +9,10 @@ from quadstep.control.controller import Command, Condition, Controller, Measured
 from quadstep.control.gain import believed, gain, kept, usual
 from quadstep.control.model import Model
 from quadstep.control.projection import project
+from quadstep.control.vectoring import torque_for
 from quadstep.errors import UserError
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Vector, vector
-from quadstep.numbers.rotations import cross
 
 
 class RateGains(NamedTuple):
@@ -44,7 +44,7 @@ def rate_loop(
     """Thrust and torque that follow body rates, and the integral one period [s] later."""
     error = asked.rates - measured.rates
     angular = gains.proportional * error + integral
-    torque = gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates)
+    torque = torque_for(angular, measured, gains)
     command = Command(asked.thrust, torque, asked.desired_attitude, r2=error)
     return command, project(integral + period * (gains.integral * error), gains.bound)
 

@@ -16,10 +16,11 @@ from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
 from quadstep.control.thrust_extension import turning
+from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector, clip, maximum, vector
-from quadstep.numbers.rotations import cross, from_rotation_vector, multiply, rotation_matrix
+from quadstep.numbers.rotations import from_rotation_vector, multiply, rotation_matrix
 
 LEAST = 0.2
 """Share of gravity below which the specific thrust is not taken, and cosine of the tilt that is not divided by less."""
@@ -184,7 +185,7 @@ class StateSpaceBackstepping(Controller):
         angular = vector(leaning[0], leaning[1], turning(measured, axis, reference, gains.heading, gains.turning))
         command = Command(
             thrust=gains.mass * thrust.push,
-            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            torque=torque_for(angular, measured, gains),
             r1=found.e2,
             r2=vector(e4[0], e4[1], -measured.rates[2]),
         )

@@ -14,10 +14,9 @@ from typing import NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
-from quadstep.control.thrust_extension import Push, driven, inputs, motion, turning
+from quadstep.control.thrust_extension import Push, driving, motion
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, vector
-from quadstep.numbers.rotations import cross
 
 
 class ThrustExtendedGains(NamedTuple):
@@ -105,14 +104,13 @@ class ThrustExtendedBackstepping(Controller):
         """One sample: the snap that backstepping asks for, and the inputs that make it."""
         now = motion(measured, memory.push)
         errors = backstepped(gains, memory.integral, measured, reference, now.force, now.force_rate)
-        asked = inputs(measured, memory.push, errors.snap)
-        around = turning(measured, now.axis, reference, gains.heading, gains.turning)
-        angular = vector(asked.about_x, asked.about_y, around)
+        made = driving(memory.push, errors.snap, measured, reference, gains, period)
         command = Command(
-            thrust=gains.mass * memory.push.value,
-            torque=gains.inertia * angular + cross(measured.rates, gains.inertia * measured.rates),
+            thrust=made.thrust,
+            torque=made.torque,
             r1=-errors.velocity,
             r2=-measured.rates,
         )
-        push = driven(memory.push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period)
-        return command, ThrustExtendedMemory(push, project(memory.integral + period * errors.position, gains.integral_bound))
+        return command, ThrustExtendedMemory(
+            made.push, project(memory.integral + period * errors.position, gains.integral_bound)
+        )

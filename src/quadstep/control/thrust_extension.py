@@ -4,9 +4,10 @@ integrators in each axis, by a change of inputs that is exact wherever there is 
 Mistler, Benallegue, M'Sirdi (2001), the paper's [20]; Mahony, Hamel, Dzul (1999), its [26].
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from quadstep.control.controller import Measured
+from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector, clip, vector, where
@@ -29,6 +30,31 @@ class Motion(NamedTuple):
     axis: Vector
     force: Vector
     force_rate: Vector
+
+
+class Extended(Protocol):
+    """Gains of a law that drives the thrust's rate: what it believes of the vehicle, and those of the heading."""
+
+    @property
+    def mass(self) -> Number: ...
+    @property
+    def inertia(self) -> Vector: ...
+    @property
+    def gravity(self) -> Number: ...
+    @property
+    def most_thrust(self) -> Number: ...
+    @property
+    def heading(self) -> Number: ...
+    @property
+    def turning(self) -> Number: ...
+
+
+class Driving(NamedTuple):
+    """Thrust [N] and torque [N m] now, and the extended thrust one period later."""
+
+    thrust: Number
+    torque: Vector
+    push: Push
 
 
 class Inputs(NamedTuple):
@@ -79,3 +105,15 @@ def turning(measured: Measured, axis: Vector, reference: Reference, stiffness: N
     across = rotation_matrix(measured.attitude).T @ wanted
     error = 0.5 * (across[1, 0] - across[0, 1])
     return stiffness * error + damping * (axis[2] * reference.yaw_rate - measured.rates[2])
+
+
+def driving(push: Push, snap: Vector, measured: Measured, reference: Reference, gains: Extended, period: Number) -> Driving:
+    """What a wanted snap [m/s^4] makes of the extended thrust, with the heading turned to the wanted one."""
+    asked = inputs(measured, push, snap)
+    axis = up_axis(rotation_matrix(measured.attitude))
+    around = turning(measured, axis, reference, gains.heading, gains.turning)
+    return Driving(
+        thrust=gains.mass * push.value,
+        torque=torque_for(vector(asked.about_x, asked.about_y, around), measured, gains),
+        push=driven(push, asked.push, gains.gravity, gains.most_thrust / gains.mass, period),
+    )

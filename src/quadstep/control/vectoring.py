@@ -5,7 +5,7 @@
 Position stiffness and damping ask for an acceleration, mass and gravity make a force of it, the attitude follows the force.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from quadstep.control.controller import Measured
 from quadstep.control.gain import believed, gain, given, usual
@@ -89,7 +89,14 @@ def turned(errors: TurningErrors, gains: Turn) -> Vector:
     return errors.feed_forward - gains.stiffness * errors.attitude - gains.damping * errors.rates
 
 
-def torque_for(angular: Vector, measured: Measured, body: Body) -> Vector:
+class Inert(Protocol):
+    """Anything that says which inertia a law believes in: diagonal [kg m^2]."""
+
+    @property
+    def inertia(self) -> Vector: ...
+
+
+def torque_for(angular: Vector, measured: Measured, body: Inert) -> Vector:
     """The torque [N m] for an angular acceleration [rad/s^2], about the body's axes."""
     return body.inertia * angular + cross(measured.rates, body.inertia * measured.rates)
 
