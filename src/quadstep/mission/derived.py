@@ -73,7 +73,12 @@ class ControllerSection(Section):
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
         self.check_followed(gains)
-        return BuiltController(law, law.prepare(gains, model))
+        try:
+            return BuiltController(law, law.prepare(gains, model))
+        except ValueError as error:
+            if self.own:
+                raise
+            raise UserError(f"controller: {self.type} has no law for these gains: {error}") from error
 
     def check_followed(self, gains: Any) -> None:
         """Refuse gains that follow from a vehicle of no use. Raises UserError."""
