@@ -11,7 +11,7 @@ from quadstep.tuning.ground import Ground, asked_of
 
 MISSION = {
     "vehicle": {"preset": "research-2.6kg"},
-    "path": {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 1.0},
+    "path": {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "time": 0.5, "duration": 1.0},
     "controller": {"type": "loop-shaping"},
     "simulation": {"duration": 2.0},
     "wind": {"mean": [3.0, 0.0, 0.0], "turbulence": {"wind_20": 3.0, "height": 6.0}},
