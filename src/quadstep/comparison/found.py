@@ -28,7 +28,7 @@ class Result(NamedTuple):
 class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs: by vehicle and controller. problems: what could not take part, or went
-    wrong.
+    wrong. notes: of whoever wrote the study, on its limits.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Comparison(NamedTuple):
     raised: dict[str, MarginEntry]
     costs: dict[tuple[str, str], Cost]
     problems: tuple[Problem, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def metric(self) -> str:

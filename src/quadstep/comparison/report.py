@@ -8,6 +8,7 @@ from quadstep.comparison import tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
 from quadstep.comparison.jobs import Fly
+from quadstep.comparison.markdown import markdown
 from quadstep.comparison.picture import draw_vehicle
 from quadstep.errors import UserError
 from quadstep.page.identity import identity
@@ -15,12 +16,13 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.sheet import Sheet
 
-REPORT, PAGE = "report.html", "page.html"
+REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
 
 
 def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
     """Everything but the flights and gains. Raises UserError."""
     tables.write_tables(out, found)
+    (out / SUMMARY).write_text(markdown(found), encoding="utf-8")
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
     (out / "figures").mkdir()
@@ -48,6 +50,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
     body = [page.paragraph(first), page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    body += [page.heading("Limits", "limits"), page.listing(found.notes)] if found.notes else []
     if links:
         body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
     else:

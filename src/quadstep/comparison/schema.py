@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, by_key
-from quadstep.mission.fields import Finite, Name, Positive, Section, as_tuple
+from quadstep.mission.fields import Finite, Name, Positive, Section, as_tuple, printable
 from quadstep.mission.tune import as_ranges, ranges_by_key
 
 Content: TypeAlias = dict[str, Any]
@@ -30,6 +30,7 @@ OF_THE_STUDY = {
 }
 """Keys of a mission that paths and scenarios cannot set, and why."""
 
+Note = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
 Names = Annotated[tuple[Name, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_NAMES)]
 
 
@@ -160,7 +161,8 @@ def named(table: object) -> object:
 class StudyFile(Section):
     """A study. common: keys of a mission that all flights have; first of them what sensors there are.
 
-    seeds: flights of a cell. metrics: what is reported of each flight beside its outcome, the first of which ranks.
+    seeds: flights of a cell. metrics: what is reported of each flight beside its outcome, the first of which ranks. notes:
+    what the report says of the limits of the study.
     """
 
     name: Name = "Study"
@@ -176,6 +178,7 @@ class StudyFile(Section):
     precision: Literal["f32", "f64"] = "f64"
     score_period: Positive | None = None
     metrics: Names = ("position_rmse", "largest_error")
+    notes: Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)] = ()
 
     @model_validator(mode="after")
     def _names_what_is_there(self) -> "StudyFile":
