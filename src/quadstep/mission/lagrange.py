@@ -4,9 +4,10 @@ import math
 from functools import partial
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from quadstep.analysis.metrics import lagrange_metrics, saturated_share
+from quadstep.analysis.metrics import lagrange_metrics, position_errors, saturated_share
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
 from quadstep.mission.clock import ClockSection
@@ -78,8 +79,13 @@ class LagrangeMission(Mission):
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics, limits = lagrange_metrics(log), self.vehicle.rotors.limits
         share = saturated_share(log, *limits) if limits else 0.0
+        if len(log.rows) > 1:
+            metrics["largest_error[m]"] = float(np.linalg.norm(position_errors(log), axis=1).max())
         if limits:
             metrics["saturated_share"] = share
+        if limits and len(log.rows) > 1:
+            forces = log.table("f1", "f2", "f3", "f4")
+            metrics["largest_thrust_share"] = float(forces.sum(axis=1).max()) / (4.0 * limits[1])
         return metrics, [f"a rotor is at a limit in {100 * share:.3g} % of the log rows"] if share else []
 
     def figures(self, log: FlightLog) -> list[FigureJob]:

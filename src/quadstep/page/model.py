@@ -138,6 +138,16 @@ class Recorded(NamedTuple):
     period: float
 
 
+class Summary(NamedTuple):
+    """What the page sums up of a flight. since: errors count from this time on [s]. limit: the parameter that holds a
+    rotor's greatest thrust [N]. filed: what Python measured of the file's flight, by the front end's names.
+    """
+
+    since: float
+    limit: str | None
+    filed: dict[str, float]
+
+
 class Flight(NamedTuple):
     """One flight of the page."""
 
@@ -148,6 +158,7 @@ class Flight(NamedTuple):
     claims: tuple[int, ...]
     outcome: dict[str, Any]
     facts: tuple[tuple[str, str], ...]
+    summary: Summary
     whyNot: str  # noqa: N815
     warnings: tuple[str, ...]
     recorded: Recorded | None
