@@ -60,7 +60,7 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
     story = viewed(written(tmp_path, one(settings), one(title="Second", watch="net")), case)
     assert story["title"] == "A walk"
     first, second = story["steps"]
-    assert first["text"] == ("Look: it flies. And goes on.", "A second paragraph.")
+    assert first["text"] == ["Look: it flies. And goes on.", "A second paragraph."]
     assert first["values"] == {
         "backstepping.K_r1": [4.0, 4.0, 4.0],
         "backstepping.neurons": [8.0],

@@ -74,7 +74,7 @@ def page_data(
         "tables": laws.tables,
         "outcomes": outcomes(),
         "flights": [sharing.value(one) for one in shown],
-        "story": story_view(walk.story, shown, walk.missions, laws) if walk else None,
+        "story": sharing.value(story_view(walk.story, shown, walk.missions, laws)) if walk else None,
         "claims": sharing.value(list(claims)),
         "shared": sharing.values,
     }

@@ -182,6 +182,31 @@ class ClaimView(NamedTuple):
     panels: tuple[str, ...]
 
 
+class StepView(NamedTuple):
+    """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
+
+    watch: a panel's id, "net" or "scene". time: where the cursor starts [s].
+    """
+
+    title: str
+    text: tuple[str, ...]
+    flight: str
+    controller: str
+    ghost: str
+    values: dict[str, list[float]]
+    move: str
+    watch: str
+    time: float | None
+    camera: str
+
+
+class StoryView(NamedTuple):
+    """A guided walk over a page's flights."""
+
+    title: str
+    steps: tuple[StepView, ...]
+
+
 class Link(NamedTuple):
     """A link to something beside the page."""
 

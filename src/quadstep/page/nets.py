@@ -1,17 +1,15 @@
 """What the page shows of the first net of the paper's law: neurons, weights, its force and the one that it should make."""
 
-from typing import Any
-
 from quadstep.control.backstepping import Backstepping, position_loop
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.control.networks import output
 from quadstep.flight.closed_loop import ClosedLoop
 from quadstep.flight.loop import Loop
-from quadstep.numbers import Number, where
+from quadstep.numbers import Number, Structure, where
 from quadstep.plants.lagrange import Lagrange
 
 
-def net_row(loop: ClosedLoop, cycle: Any, p: Any, time: Number) -> list[Number]:
+def net_row(loop: ClosedLoop, cycle: Structure, p: Structure, time: Number) -> list[Number]:
     """Of a flight at time t [s], for the N neurons of the net: mu_1 (N), W_1 (N rows of 3), W_1^T mu_1 [N], -A_xyz [N].
 
     Empty where the loop has no such net, or its plant no such disturbance.

@@ -1,9 +1,9 @@
 """A guided walk over a page's flights, read from Markdown: `docs/story.md` says how one is written."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
@@ -13,7 +13,7 @@ from quadstep.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.fields import Section
 from quadstep.page.laws import Laws
-from quadstep.page.model import Control, Flight
+from quadstep.page.model import Control, Flight, StepView, StoryView
 
 OWN = Path(__file__).parent / "stories" / "paper.md"
 """The walk that ships, on the paper's page."""
@@ -102,23 +102,24 @@ def step(part: str, place: int, path: Path) -> Step:
     return Step(title.strip(), text, settings)
 
 
-def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Path, str], laws: Laws) -> dict[str, Any]:
+def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Path, str], laws: Laws) -> StoryView:
     """The walk as the page takes it. of_missions: ids of the flights of its mission files. laws: of the page.
 
     Raises UserError where a step names what the page does not have.
     """
     by_id = {flight.id: flight for flight in flights}
     steps = []
-    for place, (title, text, settings) in enumerate(story.steps, 1):
-        where = f"{story.source}: step {place} ({title:.40})"
+    for place, written in enumerate(story.steps, 1):
+        where, settings = f"{story.source}: step {place} ({written.title:.40})", written.settings
         known = settings.flight if settings.mission is None else of_missions[story.source.parent / settings.mission]
         flight = by_id[chosen(known, by_id, f"{where}: flight")]
-        steps.append({"title": title, "text": text, **step_view(flight, settings, where, laws)})
-    return {"title": story.title, "steps": steps}
+        steps.append(step_view(written, flight, where, laws))
+    return StoryView(story.title, tuple(steps))
 
 
-def step_view(flight: Flight, settings: Settings, where: str, laws: Laws) -> dict[str, Any]:
-    """What a step sets, moves and watches. Raises UserError."""
+def step_view(written: Step, flight: Flight, where: str, laws: Laws) -> StepView:
+    """A step on its flight. Raises UserError."""
+    title, text, settings = written
     if not flight.controllers:
         raise UserError(f"{where}: {flight.name}: {flight.whyNot}")
     ids = [one.id for one in flight.controllers]
@@ -126,16 +127,15 @@ def step_view(flight: Flight, settings: Settings, where: str, laws: Laws) -> dic
     ghost = settings.ghost and chosen(settings.ghost, [FILE, *ids], f"{where}: ghost")
     owned = {one.id: (one, "") for one in flight.controls}
     owned |= {one.id: (one, f"{controller.id}.") for one in controller.controls}
-    values = {}
+    values: dict[str, list[float]] = {}
     for name, given in settings.set.items():
         control, owner = owned[chosen(name, owned, f"{where}: set")]
         values[f"{owner}{name}"] = components(control, given, f"{where}: set.{name}")
     moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
     watched = chosen(settings.watch, watchable(flight, laws.laws[controller.law].net > 0), f"{where}: watch")
-    return {
-        "flight": flight.id, "controller": controller.id, "ghost": ghost, "values": values, "move": moved, "watch": watched,
-        "time": settings.time, "camera": settings.camera,
-    }  # fmt: skip
+    return StepView(
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.camera
+    )  # fmt: skip
 
 
 def watchable(flight: Flight, net: bool) -> list[str]:
@@ -155,7 +155,7 @@ def components(control: Control, given: Values, where: str) -> list[float]:
     return found
 
 
-def chosen(name: str | None, allowed: Any, where: str) -> str:
+def chosen(name: str | None, allowed: Collection[str], where: str) -> str:
     """The name, if it is one of those allowed. Raises UserError naming these."""
     if name is None or name not in allowed:
         raise UserError(f"{where}: {name!r:.60} is not one of {', '.join(allowed)}")
