@@ -15,7 +15,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import any_section, section_of
-from quadstep.mission.fields import Name, Positive, Section
+from quadstep.mission.fields import Name, Positive, Quantity, Section
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import own_or
 from quadstep.mission.own_metrics import OwnMetrics
@@ -51,8 +51,8 @@ class OwnVehicleSection(NumbersSection):
 class DeclaredSimulation(ClockSection):
     """Clock of the flight [s]: of the controller's law and of its slower loop, if it has one."""
 
-    control_period: Positive = 0.002
-    guidance_period: Positive = 0.01
+    control_period: Annotated[Positive, Quantity("s", "of the controller's law")] = 0.002
+    guidance_period: Annotated[Positive, Quantity("s", "of its slower loop, if it has one")] = 0.01
 
 
 class DeclaredMission(Mission):
