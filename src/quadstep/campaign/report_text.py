@@ -5,7 +5,6 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from quadstep.analysis.metrics import position_errors
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.flown import OUTCOMES
 from quadstep.campaign.manifest import FLIGHTS
@@ -16,6 +15,7 @@ from quadstep.campaign.store import Store
 from quadstep.campaign.summary import Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.quantities import position_errors
 from quadstep.report import page
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"

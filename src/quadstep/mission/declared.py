@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import SerializeAsAny, WrapValidator, create_model
 
-from quadstep.analysis.general_metrics import general_metrics
 from quadstep.control.gain import kept
 from quadstep.control.model import Model
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import any_section, section_of
@@ -25,8 +25,6 @@ from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
 from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
-from quadstep.report.drawing import FigureJob
-from quadstep.report.general_panels import general_jobs
 from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
 
 PLANTS = {Planar.name: Planar}
@@ -68,10 +66,7 @@ class DeclaredMission(Mission):
         return self.vehicle.plant
 
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
-        return general_metrics(log, self.plant.efforts), []
-
-    def figures(self, log: FlightLog) -> list[FigureJob]:
-        return general_jobs(log, self.name)
+        return flight_metrics(log, efforts=self.plant.efforts), []
 
     def build(self, path: BuiltPath) -> Built:
         numbers = self.vehicle.numbers()
