@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from docs.site.notebooks import write_notebooks
 from docs.site.pages import DOCS, ROOT, name_of, run_pages
 from docs.site.runs import folder_of, results, source_digest
 from docs.site.runs import run_pages as run_listings
@@ -56,7 +57,11 @@ def build() -> int:
     write_pages(source, {page: one for page, one in ran.items() if one[0].is_dir()}, OUT / "figures")
     write_reference(source)
     command = ["-b", "html", "-E", "-W", "--keep-going", "-q", "-c", str(DOCS / "site"), str(source), str(OUT / "html")]
-    return subprocess.run([sys.executable, "-m", "sphinx", *command], check=False, cwd=ROOT).returncode
+    code = subprocess.run([sys.executable, "-m", "sphinx", *command], check=False, cwd=ROOT).returncode
+    write_notebooks(OUT / "notebooks")
+    if (source / "flown").is_dir():
+        shutil.copytree(source / "flown", OUT / "html" / "flown", dirs_exist_ok=True)
+    return code
 
 
 def main() -> None:

@@ -34,6 +34,11 @@ class Ran(NamedTuple):
 def prepare(folder: Path, page: Path, found: list[Listing]) -> None:
     """A folder as a reader has it: the examples, some files of their own, and those that the page shows."""
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=shutil.ignore_patterns("__pycache__", "crazypad"))
+    for name, start in (("quadstep", "-m quadstep "), ("python", "")):
+        program = folder / ".bin" / name
+        program.parent.mkdir(exist_ok=True)
+        program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {start}"$@"\n', encoding="utf-8")
+        program.chmod(0o755)
     for path in (ROOT / "examples").glob("*.py"):  # beside missions that name them
         shutil.copyfile(path, folder / path.name)
     shutil.copytree(DOCS / "site" / "folder", folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
@@ -52,11 +57,10 @@ def prepare(folder: Path, page: Path, found: list[Listing]) -> None:
 def shell(command: str, wanted: int, folder: Path) -> str:
     """What a shell listing prints. Raises RuntimeError where it ends otherwise than said."""
     command = command.replace(".venv/bin/quadstep", "quadstep").replace(".venv/bin/python", "python")
-    run = f"{shlex.quote(sys.executable)} -m quadstep"
-    functions = f'quadstep() {{ {run} "$@"; }}; python() {{ {shlex.quote(sys.executable)} "$@"; }}\n'
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "COLUMNS": "100", "MPLBACKEND": "agg"}
+    environment["PATH"] = f"{folder / '.bin'}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        ["bash", "-e", "-o", "pipefail", "-c", functions + command],
+        ["bash", "-e", "-o", "pipefail", "-c", command],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,

@@ -82,10 +82,9 @@ def with_flights(text: str, folder: Path | None, static: Path, place: str) -> st
         name = f"{folder.name}-{file.removeprefix('out/').replace('/', '-')}"
         static.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(folder / file, static / name)
-        up = os.path.relpath("_static/flown", Path(place).parent)
-        if kind == "page":
-            return embedded(f"{up}/{name}", caption)
         shown = os.path.relpath("flown", Path(place).parent)
+        if kind == "page":
+            return embedded(f"{shown}/{name}", caption)
         return f"```{{figure}} {shown}/{name}\n:alt: {caption}\n\n{caption}\n```"
 
     return MARK.sub(put, text)
@@ -113,8 +112,12 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
 def with_further(text: str, places: Iterable[str]) -> str:
     """The first page, with the pages that its lists do not name in a list of their own."""
     listed = set(re.findall(r"^(?:.*<)?([\w/-]+)>?$", text, flags=re.MULTILINE))
-    further = sorted(name for name in (place.removesuffix(".md") for place in places) if name not in listed and name != "index")
-    return text.replace("<!-- further -->", "\n".join(["```{toctree}", ":caption: Further", "", *further, "```"]) if further else "")
+    further = sorted(
+        name for name in (place.removesuffix(".md") for place in places) if name not in listed and name != "index"
+    )
+    return text.replace(
+        "<!-- further -->", "\n".join(["```{toctree}", ":caption: Further", "", *further, "```"]) if further else ""
+    )
 
 
 def reference() -> dict[str, str]:

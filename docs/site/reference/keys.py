@@ -106,7 +106,11 @@ ENDS = ((annotated_types.Gt, "gt", "above"), (annotated_types.Ge, "ge", "from"),
 def ends(notes: list[Any]) -> str:
     """A range in words; nothing where there is none that matters."""
     found = [f"{word} {getattr(note, key):g}" for note in notes for kind, key, word in ENDS if isinstance(note, kind)]
-    most = [note.le for note in notes if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6]
+    most = [
+        note.le
+        for note in notes
+        if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6
+    ]
     found = [one for one in found if one not in ("from -1e+09", "below 9.22337e+18")]
     return " ".join([*found, *(f"to {one:g}" for one in most)])
 
