@@ -5,6 +5,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from playwright.sync_api import sync_playwright
+
+from quadstep.page.missions import fly_missions
+
 HERE = Path(__file__).parent
 MISSION = HERE / "lessons" / "10-real.toml"
 OPTIONS = (
@@ -18,10 +22,6 @@ OPTIONS = (
 
 def main(folder: Path = HERE) -> None:
     """Fly a mission in the page, let it run for some seconds, take its picture."""
-    from playwright.sync_api import sync_playwright
-
-    from quadstep.page.missions import fly_missions
-
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     if chromium is None:
         print("docs/page.png is taken with Chromium, which is not here: the picture stays")

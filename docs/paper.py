@@ -1,4 +1,7 @@
-"""Draws docs/paper.png, the picture of docs/paper.md: the loop, and what the study finds. Run: python docs/paper.py [FOLDER]"""
+"""Draws docs/paper.png, the picture of docs/paper.md: the loop, and what the study finds.
+
+Run: python docs/paper.py [FOLDER]
+"""
 
 import sys
 from pathlib import Path

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from quadstep import __version__, read_mission
-from tests.commands import LINE, Run, quadstep, quadstep_process
+from tests.commands import LINE, quadstep, quadstep_process
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.site import running
 from docs.site.checking import check_toml
 from docs.site.listings import Kind, listings
 from docs.site.pages import DOCS, ROOT, mentions, name_of, pages, run_pages
@@ -16,7 +17,6 @@ from docs.site.reference import equations, keys
 from docs.site.reference.commands import commands
 from docs.site.reference.commands import page as commands_page
 from docs.site.reference.python import page as python_page
-from docs.site import running
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
 from docs.site.writing import with_flights, with_further, with_links, with_listings

@@ -9,8 +9,8 @@ MARK = re.compile(r"<!-- (not run|instead|exit|file|given|figure|page): (.*?) --
 """What an author says in a comment right above a listing, or of what is shown there (`figure`, `page`)."""
 
 COMMANDS = (
-    "quadstep ", "python", ".venv/", "make", "pip ", "docker ", "export ", "ray ", "git ", "cd ", "mkdir ", "RAY_", "cp ", "sed ",
-    "cat ", "ls ", "cmp ", "eval ", "echo ",
+    "quadstep ", "python", ".venv/", "make", "pip ", "docker ", "export ", "ray ", "git ", "cd ", "mkdir ", "RAY_",
+    "cp ", "sed ", "cat ", "ls ", "cmp ", "eval ", "echo ",
 )  # fmt: skip
 """How a line of a shell listing begins."""
 

@@ -12,7 +12,7 @@ LESSONS = DOCS / "lessons"
 
 def cell(kind: str, text: str, number: int) -> dict[str, Any]:
     """A cell."""
-    code = {"outputs": [], "execution_count": None} if kind == "code" else {}
+    code: dict[str, Any] = {"outputs": [], "execution_count": None} if kind == "code" else {}
     return {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": text.strip("\n"), **code}
 
 
