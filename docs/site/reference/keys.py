@@ -13,15 +13,17 @@ from docs.site.reference.markdown import code, plain, prose, table
 from quadstep.campaign.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.campaign.schema import CampaignFile
 from quadstep.comparison.schema import StudyFile
+from quadstep.control.registry import controllers
 from quadstep.datasheet.sheet import Datasheet
 from quadstep.logs.mapping import Mapping
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
-from quadstep.mission.derived import ControllerSection
+from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.nets import NetsSection
+from quadstep.mission.schema import Mission
 
 Model = type[BaseModel]
 
@@ -98,6 +100,14 @@ def models_in(kind: Any) -> list[Model]:
     if isinstance(kind, type) and get_origin(kind) is None:
         return [kind] if issubclass(kind, BaseModel) else []
     return [found for one in get_args(kind) if not isinstance(one, str) for found in models_in(one)]
+
+
+def tables_in(model: Model, field: FieldInfo) -> list[Model]:
+    """Every table that a key may hold; of a mission's controller, those of the package that its vehicle can have."""
+    found = models_in(field.annotation)
+    if found == [ControllerSection] and issubclass(model, Mission):
+        return [section_of(law) for law in controllers(model.measures).values()]
+    return found
 
 
 ENDS = ((annotated_types.Gt, "gt", "above"), (annotated_types.Ge, "ge", "from"), (annotated_types.Lt, "lt", "below"))
@@ -194,7 +204,7 @@ def keys(model: Model) -> Iterator[Key]:
     """The keys of a table."""
     for name, field in model.model_fields.items():
         note = next((one for one in field.metadata if isinstance(one, Quantity)), Quantity("", ""))
-        inner = models_in(field.annotation)
+        inner = tables_in(model, field)
         whole = takes(field.annotation, tuple(field.metadata))
         if len(inner) > 1:
             whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
@@ -208,7 +218,7 @@ def below(model: Model, path: str, page: str, seen: dict[Model, str]) -> None:
         return
     seen[model] = path
     for name, field in model.model_fields.items():
-        for inner in models_in(field.annotation):
+        for inner in tables_in(model, field):
             several = get_origin(opened(field.annotation)[0]) is tuple
             below(inner, f"{path}.{name}".lstrip(".") + ("[]" if several else ""), page, seen)
 

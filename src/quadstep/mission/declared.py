@@ -93,7 +93,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         f"{name}Mission",
         __base__=DeclaredMission,
         __module__=__name__,
-        name=(Name, "Flight"),
+        name=(Annotated[Name, Quantity("", "of the flight, in its results")], "Flight"),
         vehicle=(vehicle, ...),
         path=(AnyPath, ...),
         controller=(any_controller(plant.measures), usual),
