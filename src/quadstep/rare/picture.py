@@ -1,0 +1,46 @@
+"""The picture of an estimate: how the probability falls as the score rises, in each replicate."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from quadstep.rare.pieces import Kind
+from quadstep.rare.summary import Summary
+from quadstep.report.canvas import drawing, margins, new_figure, write
+from quadstep.report.sheet import Sheet
+
+OWN, OTHER, END = "black", "#2166ac", "#b2182b"
+
+
+def draw_levels(path: Path, pieces: Sequence[dict[str, Any]], summary: Summary, sheet: Sheet) -> None:
+    """A panel for each kind of failure: the probability beyond each score, of replicates and second opinions; where they end."""
+    names = list(dict.fromkeys(event["failure"] for one in pieces for event in one["events"]))
+    with drawing(sheet):
+        columns = sheet.side_by_side(len(names), 2.4)
+        figure = new_figure(sheet, 0.6 + 4.2 * len(names), 3.9, 3.0 * -(-len(names) // columns))
+        grid: Any = figure.subplots(-(-len(names) // columns), columns, squeeze=False, sharey=True)
+        margins(figure, sheet, 0.75 / (0.6 + 4.2 * len(names)), 0.13, 0.97, 0.91, 0.12, 0.3)
+        for axes, name in zip(grid.ravel(), names, strict=False):
+            draw_event(axes, name, pieces)
+            axes.set_yscale("log")
+            axes.set_title(f"failure: {name}", loc="left", fontsize=9)
+        for row in grid:
+            row[0].set_ylabel("probability")
+        write(figure, path, sheet)
+
+
+def draw_event(axes: Any, name: str, pieces: Sequence[dict[str, Any]]) -> None:
+    """One panel: lines over the score, a cross at the right for failure itself."""
+    scores = set()
+    for one in pieces:
+        for event in (event for event in one["events"] if event["failure"] == name):
+            own = one["kind"] == Kind.REPLICATE.value
+            style: dict[str, Any] = {"color": OWN if own else OTHER, "linewidth": 0.8, "linestyle": "-" if own else "--"}
+            steps = [(threshold, share) for threshold, share in event["levels"] if threshold is not None and share > 0.0]
+            axes.plot([x for x, _ in steps], [y for _, y in steps], marker=".", markersize=4, **style)
+            if event["probability"] > 0.0:
+                place = {"transform": axes.get_yaxis_transform(), "clip_on": False}
+                axes.plot([0.985], [event["probability"]], marker="x", color=END if own else OTHER, linestyle="", **place)
+            scores.add(", ".join(event["score"]))
+    axes.margins(x=0.15)
+    axes.set_xlabel(f"score: {' or '.join(sorted(scores))}" if len(scores) == 1 else "score, of replicates and second opinion")
