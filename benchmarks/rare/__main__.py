@@ -1,10 +1,9 @@
 """Prints how often the intervals of `quadstep campaign --rare` hold the truth, and how many flights they save.
 
-    python -m benchmarks.rare                   # the table of what is kept in measured.json
-    python -m benchmarks.rare crude [CASE ...]  # flies the five cases without a known probability ten million times each
-    python -m benchmarks.rare repeat [CASE ...] # fifty estimates of each case, with other random numbers
+    python -m benchmarks.rare                 # the table of what is kept in measured/
+    python -m benchmarks.rare fly [CASE ...]  # flies on: crude flights of the cases that need them, fifty estimates of each
 
-What has been flown is kept, and the rest is flown on the next call.
+What has been flown is kept; of what is missing each case gets some in turn.
 """
 
 import json
@@ -28,7 +27,7 @@ KNOWN = {"plane": 1e-9, "sides": 1e-5, "corner": 1e-6, "shell": 1e-5, "edge": 1e
 FLOWN = ("tracking", "spin", "either", "choices", "gusts")
 """Cases whose probability of failure is measured by crude flights."""
 
-CRUDE, PORTION, REPETITIONS = 10_000_000, 500_000, 50
+CRUDE, PORTION, REPETITIONS = 10_000_000, 50_000, 50
 
 HERE = Path(__file__).parent
 
@@ -49,29 +48,30 @@ def campaign_of(case: str, seed: int = 1) -> Campaign:
     return campaign._replace(file=campaign.file.model_copy(update={"seed": seed}))
 
 
-def crude(case: str) -> None:
-    """Fly what is missing of ten million flights."""
-    flyer, path = Flyer(campaign_of(case, seed=10**6)), kept("crude", case)
+def crude(case: str) -> bool:
+    """Fly some of the crude flights; whether any were missing."""
+    path = kept("crude", case)
     found = read(path) or {"flights": 0, "failures": 0}
-    while found["flights"] < CRUDE:
-        first = found["flights"]
-        success = flyer.fly(first, first + PORTION)[SUCCESS].to_numpy()
-        found = {"flights": first + PORTION, "failures": found["failures"] + int((~success).sum())}
-        write_beside(path, json.dumps(found) + "\n", parents=True)
-        print(case, found, flush=True)
+    first = found["flights"]
+    if first >= CRUDE or case in KNOWN:
+        return False
+    success = Flyer(campaign_of(case, seed=10**6)).fly(first, first + PORTION)[SUCCESS].to_numpy()
+    found = {"flights": first + PORTION, "failures": found["failures"] + int((~success).sum())}
+    write_beside(path, json.dumps(found) + "\n", parents=True)
+    return True
 
 
-def repeat(case: str) -> None:
-    """Estimate what is missing of fifty times."""
+def estimate(case: str) -> bool:
+    """Estimate once more; whether an estimate was missing."""
     path = kept("estimates", case)
     found = read(path) or []
-    while len(found) < REPETITIONS:
-        flights = Flights(campaign_of(case, seed=len(found) + 1))
-        summary = summarise([fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)])
-        one = {"probability": list(summary.probability), "flights": summary.flights, "warnings": len(summary.warnings)}
-        found = [*found, one]
-        write_beside(path, json.dumps(found) + "\n", parents=True)
-        print(case, len(found), one, *summary.warnings, flush=True)
+    if len(found) >= REPETITIONS:
+        return False
+    flights = Flights(campaign_of(case, seed=len(found) + 1))
+    summary = summarise([fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)])
+    one = {"probability": list(summary.probability), "flights": summary.flights, "warnings": list(summary.warnings)}
+    write_beside(path, json.dumps([*found, one]) + "\n", parents=True)
+    return True
 
 
 def truth(case: str) -> Estimate | None:
@@ -93,7 +93,7 @@ def row(case: str) -> str:
     spread = float(values.std(ddof=1) / true.value)
     saved = (1.0 - true.value) / true.value / spread**2 / flights
     measured = "exact" if case in KNOWN else f"{true.low:.2e} to {true.high:.2e}"
-    warned = sum(one["warnings"] > 0 for one in found)
+    warned = sum(bool(one["warnings"]) for one in found)
     return (
         f"{case:>9}  {true.value:8.2e}  {measured:>20}  {values.mean() / true.value:9.3f}  {spread:6.3f}  "
         f"{float(np.median(highs / lows)):9.2f}  {100 * holds:4.0f} %  {warned:2d}/{len(found)}  {flights:7.0f}  {saved:9.3g}"
@@ -102,12 +102,10 @@ def row(case: str) -> str:
 
 def main() -> None:
     """Fly or print."""
-    action, *named = sys.argv[1:] or ["table"]
+    named = [name for name in sys.argv[1:] if name != "fly"]
     cases = named or [*KNOWN, *FLOWN]
-    actions = {"crude": crude, "repeat": repeat}
-    if action in actions:
-        for case in cases if action == "repeat" or named else FLOWN:
-            actions[action](case)
+    while "fly" in sys.argv[1:] and sum(part(case) for part in (crude, estimate) for case in cases):
+        print(*(f"{case} {len(read(kept('estimates', case)))}" for case in cases), flush=True)
     print(
         f"{'case':>9}  {'truth':>8}  {'measured within':>20}  {'mean / it':>9}  {'spread':>6}  {'high/low':>9}  {'holds':>6}  "
         f"{'warned':>5}  {'flights':>7}  {'saved':>9}"

@@ -68,11 +68,11 @@ class Flyer:
 
     def sweep(self, batch: Batch) -> Sweeper:
         """The sweep for a batch, kept for the next one like it."""
-        leaves = flatten((batch.start, batch.parameters))
+        leaves, varying = flatten((batch.start, batch.parameters)), set(batch.places)
         constants = tuple(
             tuple(leaf.values) if isinstance(leaf, Table) else leaf
             for place, leaf in enumerate(leaves)
-            if place not in set(batch.places)
+            if place not in varying
         )
         key = (batch.loop, batch.ticks, batch.places, constants)
         if key not in self.sweeps:

@@ -33,6 +33,14 @@ def campaign(
     rare: Annotated[
         bool, typer.Option("--rare", help="Estimate a small probability of failure instead of flying flights one by one.")
     ] = False,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="P",
+            help="Fly until fewer than P of the flights are known to fail, or not; --flights: the most.",
+            show_default=False,
+        ),
+    ] = None,
     require: Annotated[
         str | None,
         typer.Option(
@@ -51,10 +59,11 @@ def campaign(
 
     Writes flights/*.parquet as they finish, campaign.json and report.html; --rare writes rare.json and report.html.
 
-    Exit code 0: flown. 2: bad input. 4: flown, but --require is not met. 130: interrupted; continue with --resume.
+    Exit code 0: flown. 2: bad input. 4: flown, but --require or --until is not met. 130: interrupted; continue with --resume.
     """
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
+        from quadstep.campaign import until as limit
         from quadstep.campaign.run import fly_campaign
         from quadstep.campaign.verdict import verdict
         from quadstep.judging import share
@@ -66,17 +75,26 @@ def campaign(
         check_junit(junit)
     drawn_on = sheet(figures, width, style)
     if rare:
-        given = {"--flights": flights is not None, "--engine": engine is not CampaignEngine.LANES}
+        given = {
+            "--until": until is not None,
+            "--flights": flights is not None,
+            "--engine": engine is not CampaignEngine.LANES,
+        }
         refused = [name for name, was in given.items() if was]
         if refused:
-            raise UserError(f"{refused[0]}: has no meaning with --rare; [rare] of the campaign file says how many flights a level has")
+            raise UserError(f"{refused[0]}: cannot be used with --rare, whose settings are in [rare] of the campaign file")
         estimate_rare(file, out or Path("out") / f"{file.stem}-rare", resume, overwrite, drawn_on, least, as_json, junit)
         return
-    folder = out or Path("out") / file.stem
+    folder, target = out or Path("out") / file.stem, None if until is None else limit.parsed(until)
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
-        done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
-    judged = verdict(done, file, engine, least)
+        decided = None
+        if target is not None:
+            decided = limit.fly_until(file, folder, target, flights, engine, resume, overwrite, shown.to, drawn_on)
+        done = decided.done if decided else fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
+    judged = verdict(done, file, engine, least, decided)
     if not as_json:
+        for sentence in limit.sentences(decided, file) if decided else ():
+            say(sentence)
         show(done.summary, file, folder)
         if least is not None:
             say(judged.cases[-1].sentence)

@@ -5,7 +5,7 @@ the densities of its latent numbers and the estimate has no bias whatever the no
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,8 +38,8 @@ class Fit(NamedTuple):
 
     def log_density(self, latent: Floats) -> Floats:
         """Up to the constant that standard normal numbers have too."""
-        scaled = np.linalg.solve(self.factor, (latent - self.mean).T)
-        return standard(scaled.T) - float(np.log(np.diag(self.factor)).sum())
+        scaled: Any = np.linalg.solve(self.factor, (latent - self.mean).T).T
+        return standard(scaled) - float(np.log(np.diag(self.factor)).sum())
 
 
 def standard(latent: Floats) -> Floats:
@@ -79,9 +79,7 @@ def cross_entropy(evaluate: Evaluate, random: Random, size: int, least: float = 
     natural = standard(latent)
     mixed = np.logaddexp(math.log(DEFENSIVE) + natural, math.log(1.0 - DEFENSIVE) + wide.log_density(latent))
     probability = float((np.exp(natural - mixed) * failed).mean())
-    return Replicate(
-        probability, flights + len(latent), size, crude, (*levels, Level(None, probability)), points.at(failed)
-    )
+    return Replicate(probability, flights + len(latent), size, crude, (*levels, Level(None, probability)), points.at(failed))
 
 
 def fitted(latent: Floats, weights: Floats) -> Fit:

@@ -16,8 +16,8 @@ from quadstep.errors import UserError
 from quadstep.rare.points import Evaluate, Floats, Points
 from quadstep.rare.space import values
 
-FAR = 6.0
-"""Deviations up to which values are tried before anything is flown: where the mission takes them all, it need not be asked again."""
+FAR = 8.0
+"""Deviations up to which values are tried before anything is flown: what the mission takes there, it takes in between."""
 
 
 class Failure(Enum):
@@ -49,7 +49,7 @@ class Flights:
         self.campaign, self.flyer = campaign, Flyer(campaign)
         self.flyer.rehearse()
         first, planner = np.arange(TYPICAL), self.flyer.planner
-        self.typical = self.flyer.fly_drawn(first, planner.typical)
+        self.typical = self.flyer.fly_drawn(first, dict(planner.typical))
         one = next(iter(planner.batches(first[:1], draw(campaign.file, first[:1]))))
         self.noisy = hasattr(one.parameters, "key")
         far = values(campaign.file, np.outer([FAR, -FAR], np.ones(len(campaign.file.keys))))
@@ -61,8 +61,8 @@ class Flights:
     def events(self) -> list[Event]:
         """What is looked for, each with the score that announces it. A score that the user names is for any failure.
 
-        Without: the largest ratio of a metric to its limit announces that a limit is exceeded; how much the inputs vary, beside
-        what is typical, announces that a flight ends early, for a loop that becomes unstable is seen there first.
+        Without one, the largest ratio of a metric to its limit announces that a limit is exceeded, and how much the inputs
+        vary, beside what is typical, that a flight ends early: a loop that becomes unstable is seen there first.
         """
         file = self.campaign.file
         if file.rare.score:
@@ -103,10 +103,9 @@ class Flights:
 def happened(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
     """Which flights failed in this way."""
     failed: NDArray[np.bool_] = ~table[SUCCESS].to_numpy()
-    completed = table[OUTCOME].to_numpy() == OUTCOMES[0]
-    if failure is Failure.ANY:
-        return failed
-    return failed & completed if failure is Failure.ABOVE else failed & ~completed
+    completed: NDArray[np.bool_] = table[OUTCOME].to_numpy() == OUTCOMES[0]
+    of_this_kind = {Failure.ANY: failed, Failure.ABOVE: failed & completed, Failure.EARLY: failed & ~completed}
+    return of_this_kind[failure]
 
 
 def scale(column: NDArray[np.float64]) -> Scale:

@@ -112,8 +112,8 @@ def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) ->
     if not overwrite and found["pieces"]:
         state = "complete" if found.get("complete") else f"{len(found['pieces'])} of {found['wanted']} replicates"
         raise UserError(
-            f"{folder}: holds the estimate {found['name']!r} ({state}); continue with --resume, choose another --out, or replace "
-            "it with --overwrite"
+            f"{folder}: holds the estimate {found['name']!r} ({state}); continue with --resume, choose another --out, or "
+            "replace it with --overwrite"
         )
     with kept.explained():
         for name in found.get("files", []):

@@ -4,16 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from quadstep.campaign.pictures import logarithmic
 from quadstep.rare.pieces import Kind
-from quadstep.rare.summary import Summary
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
 OWN, OTHER, END = "black", "#2166ac", "#b2182b"
 
+LINEAR = 3.0
+"""Scores up to which the axis is linear: some run away where a loop becomes unstable."""
 
-def draw_levels(path: Path, pieces: Sequence[dict[str, Any]], summary: Summary, sheet: Sheet) -> None:
-    """A panel for each kind of failure: the probability beyond each score, of replicates and second opinions; where they end."""
+
+def draw_levels(path: Path, pieces: Sequence[dict[str, Any]], sheet: Sheet) -> None:
+    """A panel for each kind of failure: the probability beyond each score, in replicates and second opinions."""
     names = list(dict.fromkeys(event["failure"] for one in pieces for event in one["events"]))
     with drawing(sheet):
         columns = sheet.side_by_side(len(names), 2.4)
@@ -22,7 +25,7 @@ def draw_levels(path: Path, pieces: Sequence[dict[str, Any]], summary: Summary, 
         margins(figure, sheet, 0.75 / (0.6 + 4.2 * len(names)), 0.13, 0.97, 0.91, 0.12, 0.3)
         for axes, name in zip(grid.ravel(), names, strict=False):
             draw_event(axes, name, pieces)
-            axes.set_yscale("log")
+            logarithmic(axes, "y")
             axes.set_title(f"failure: {name}", loc="left", fontsize=9)
         for row in grid:
             row[0].set_ylabel("probability")
@@ -31,7 +34,7 @@ def draw_levels(path: Path, pieces: Sequence[dict[str, Any]], summary: Summary, 
 
 def draw_event(axes: Any, name: str, pieces: Sequence[dict[str, Any]]) -> None:
     """One panel: lines over the score, a cross at the right for failure itself."""
-    scores = set()
+    scores: dict[str, None] = {}
     for one in pieces:
         for event in (event for event in one["events"] if event["failure"] == name):
             own = one["kind"] == Kind.REPLICATE.value
@@ -41,6 +44,7 @@ def draw_event(axes: Any, name: str, pieces: Sequence[dict[str, Any]]) -> None:
             if event["probability"] > 0.0:
                 place = {"transform": axes.get_yaxis_transform(), "clip_on": False}
                 axes.plot([0.985], [event["probability"]], marker="x", color=END if own else OTHER, linestyle="", **place)
-            scores.add(", ".join(event["score"]))
+            scores |= dict.fromkeys(event["score"])
     axes.margins(x=0.15)
-    axes.set_xlabel(f"score: {' or '.join(sorted(scores))}" if len(scores) == 1 else "score, of replicates and second opinion")
+    axes.set_xscale("asinh", linear_width=LINEAR)
+    axes.set_xlabel(f"score: {', '.join(scores)}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")

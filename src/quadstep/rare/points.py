@@ -63,5 +63,5 @@ class Random:
 
     def uniform(self, points: Points) -> Floats:
         """A number in (0, 1) for each new point."""
-        chosen: Floats = next(iter(uniforms(noise_keys(self.seed, points.noise), CHOSEN, 0.0, 1)))
-        return chosen
+        (chosen,) = uniforms(noise_keys(self.seed, points.noise), CHOSEN, 0.0, 1)
+        return np.asarray(chosen, dtype=np.float64)

@@ -18,24 +18,25 @@ from quadstep.report.sheet import Sheet
 REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
 
 READING = (
-    "A replicate leads flights towards failure in steps. Each step keeps the flights that came closest by the score and flies more "
-    "like them, from the distributions of the campaign; the share that each keeps multiplies up to the probability. All "
-    "replicates do this anew, with other random numbers, so that what differs between them is what is not known.",
-    "The interval takes the replicates as log-normal (Cox's interval of the mean, Student's quantile). It does not know of a way to "
-    "fail that no replicate found: that is what the crude flights and the second opinions are for. Nor does it know whether the "
-    "keys are distributed as the campaign says: a small probability is made of the tails.",
+    "A replicate leads flights towards failure in steps: each keeps those that came closest by the score and flies more like "
+    "them. Subset simulation multiplies the shares that the steps keep; cross-entropy fits a distribution to the failures, "
+    "draws from it and weighs each flight by how likely the campaign would have drawn it. All replicates do this anew, with "
+    "other random numbers, and what differs between them makes the interval.",
+    "The interval takes the replicates as log-normal (Cox's interval of the mean, Student's quantile). It knows of no way "
+    "to fail that no replicate found: that is what the crude flights and the second opinions are for. Nor does it "
+    "know whether the keys are distributed as the campaign says, and a small probability is made of the tails.",
     "Noise is drawn anew: in subset simulation half of the candidates meet noise of their own and the others keep their "
     "predecessor's; by cross-entropy every flight has its own. It is not led towards failure as the keys are.",
 )
 
 
 def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> list[str]:
-    """Write it beside its place, then move it there; the names of its files. Raises UserError for a disk that does not take it."""
+    """Write it beside its place, then move it there; the names of its files. Raises UserError where the disk refuses."""
     with kept.explained():
         temporary = Path(tempfile.mkdtemp(dir=kept.folder, prefix=WRITING))
         try:
             (temporary / FIGURES).mkdir()
-            draw_levels(temporary / FIGURES / LEVELS, kept.pieces, summary, sheet.with_svg())
+            draw_levels(temporary / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
             body = sections(kept, campaign, summary, path, temporary / FIGURES)
             page.write_page(temporary / REPORT, f"Probability of failure: {campaign.file.name}", body)
             names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
@@ -67,7 +68,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         page.heading("The way to failure", "levels"),
         page.figure(figures / f"{LEVELS}.svg", "Probability over score"),
         page.heading("Replicates", "replicates"),
-        page.table(("", "method", "probability", "of which", "flights"), replicate_rows(kept.pieces)),
+        page.table(("", "method", "probability", "by failure and score", "flights"), replicate_rows(kept.pieces)),
         page.heading("The most likely failure found", "nearest"),
         *nearest(summary),
         page.heading("What was flown", "flown"),
@@ -85,7 +86,9 @@ def replicate_rows(pieces: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
             one["kind"],
             one["method"],
             f"{one['probability']:.3g}",
-            "; ".join(f"{event['failure']}: {event['probability']:.3g}, {', '.join(event['score'])}" for event in one["events"]),
+            "; ".join(
+                f"{event['failure']}: {event['probability']:.3g}, {', '.join(event['score'])}" for event in one["events"]
+            ),
             str(one["flights"]),
         )
         for one in pieces

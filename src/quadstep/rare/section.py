@@ -26,8 +26,10 @@ class Method(StrEnum):
 
 
 def as_method(value: object) -> object:
-    """TOML has text."""
-    return Method(value) if value in tuple(Method) else value
+    """TOML has text. Raises ValueError for another name."""
+    if value not in tuple(Method):
+        raise ValueError(f"should be {' or '.join(Method)}, not {value!r:.60}")
+    return Method(str(value))
 
 
 def as_names(value: object) -> object:

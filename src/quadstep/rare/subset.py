@@ -1,4 +1,4 @@
-"""Subset simulation (Au and Beck 2001): a rare event as the last of a chain of nested events, each frequent given the one before.
+"""Subset simulation (Au and Beck 2001): a rare event as the last of nested events, each frequent given the one before.
 
 An event is that a flight fails, or its score exceeds a threshold, so failure is inside every one of them whatever the score
 is. Flights given an event are drawn by Markov chains that start from those that are already there, by conditional sampling

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.analysis.statistics import LEVEL, Estimate, beta_quantile, student_quantile
+from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import Floats
 from quadstep.rare.section import Method
@@ -72,8 +72,8 @@ def summarise(done: Sequence[dict[str, Any]]) -> Summary:
 def interval(probabilities: Floats, crude: Crude) -> Estimate:
     """The mean of independent estimates with its 95 % interval.
 
-    Estimates of small probabilities scatter by factors, to the right: they are taken as log-normal, and the interval is Cox's for
-    the mean (Zhou and Gao 1997) with Student's quantile. Where some are 0 it begins at 0 and ends at Student's for the numbers
+    Estimates of small probabilities scatter by factors: they are taken as log-normal, and the interval is Cox's for the mean
+    (Zhou and Gao 1997) with Student's quantile. Where some are 0 it begins at 0 and ends at Student's for the numbers
     themselves; where all are, it is that of the crude flights.
     """
     count, mean = len(probabilities), float(probabilities.mean())
@@ -96,17 +96,10 @@ def crude_of(own: Sequence[dict[str, Any]]) -> Crude:
         flown, failed = rates.get(event["failure"], (0, 0))
         rates[event["failure"]] = (flown + event["crude"], failed + event["crude_failures"])
     tail = 0.5 * DOUBT / len(rates)
-    ends = [exact(failed, flown, tail) for flown, failed in rates.values()]
+    ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
     rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
     flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
     return Crude(flown, failed, rate)
-
-
-def exact(count: int, total: int, tail: float) -> Estimate:
-    """A rate with the exact interval of Clopper and Pearson that is missed on either side with this chance."""
-    low = 0.0 if count == 0 else beta_quantile(tail, count, total - count + 1)
-    high = 1.0 if count == total else beta_quantile(1.0 - tail, count + 1, total - count)
-    return Estimate(count / total, low, high)
 
 
 def score_words(one: dict[str, Any]) -> str:
@@ -120,13 +113,13 @@ def warnings(found: Summary) -> list[str]:
     none = int((own == 0.0).sum())
     if none:
         said.append(
-            f"{none} of {len(own)} replicates reached no failure: the score does not lead there. Name another (rare.score), or "
-            "fly more flights in each level (rare.flights)."
+            f"{none} of {len(own)} replicates reached no failure: the score does not lead there, or hardly any flight fails. "
+            "Name another score (rare.score), or fly more flights in each level (rare.flights)."
         )
     elif own.max() > APART * own.min():
         said.append(
-            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Fly more flights in each "
-            "level (rare.flights), or name another score (rare.score)."
+            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Fly more flights in "
+            "each level (rare.flights), or name another score (rare.score)."
         )
     if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
         said.append(
@@ -136,13 +129,13 @@ def warnings(found: Summary) -> list[str]:
     for what, probability in found.opinions.items():
         if probability > max(MORE * found.probability.value, found.probability.high):
             said.append(
-                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a way to fail; "
-                "name the metrics that announce it (rare.score)."
+                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a way to "
+                "fail; name the metrics that announce it (rare.score)."
             )
     if found.again is not None and found.again < FEW_AGAIN:
         said.append(
-            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with other noise, which is redrawn with "
-            "every flight and cannot be led towards failure. Expect an estimate no better than crude flights."
+            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with other noise, which is drawn anew "
+            "and not led towards failure. Expect an estimate no better than crude flights."
         )
     return said
 
@@ -174,12 +167,12 @@ def sentences(found: Summary, method: Method) -> list[str]:
     if found.one_by_one:
         times = found.one_by_one / found.flights
         lines.append(
-            f"{found.flights} flights in all; one by one it would take {found.one_by_one:.2g} to be as sure, {times:.2g} times "
-            "as many."
+            f"{found.flights} flights in all; one by one it would take {found.one_by_one:.2g} to be as sure, "
+            f"{times:.2g} times as many."
         )
     lines.append(
-        f"Crude flights: {found.crude.failures} of {found.crude.flights} failed, a probability from {found.crude.rate.low:.3g} to "
-        f"{found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
+        f"Crude flights: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+        f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
     )
     if found.again is not None:
         lines.append(f"{100 * found.again:.3g} % of the failures fail again with other noise.")
