@@ -21,6 +21,7 @@ from quadstep.commands.fly import fly
 from quadstep.commands.identify import identify
 from quadstep.commands.new import new
 from quadstep.commands.page import page
+from quadstep.commands.prove import prove
 from quadstep.commands.replay import replay
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
@@ -65,7 +66,7 @@ def built() -> typer.Typer:
     )
     app.callback()(options)
     everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
-    for command in (*everyday, identify, replay, certify, export, serve_setpoints, new, verify):
+    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
