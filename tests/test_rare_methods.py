@@ -7,6 +7,7 @@ import pytest
 
 from quadstep.campaign.normal import probability
 from quadstep.rare.cross_entropy import cross_entropy
+from quadstep.rare.done import Done
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import FIRST, Points, Random
 from quadstep.rare.replicate import LEAST, beyond
@@ -126,9 +127,9 @@ def test_intervals_of_replicates_hold_a_known_probability():
 
 def piece(probability, kind=Kind.REPLICATE, crude_failures=0, again=None):
     """A finished piece of 10,000 flights, 1000 of them crude."""
-    event = {"failure": "any", "score": ["s"], "probability": probability, "crude": 1000, "crude_failures": crude_failures}
-    common = {"kind": kind.value, "method": Method.SUBSET.value, "probability": probability, "flights": 10_000}
-    return {**common, "events": [event], "nearest": None, "again": again}
+    event = {"failure": "any", "score": ["s"], "crude": 1000, "crude_failures": crude_failures, "failures": 0, "levels": []}
+    events = [{**event, "probability": probability}]
+    return Done(kind=kind.value, method=Method.SUBSET, probability=probability, flights=10_000, events=events, again=again)
 
 
 REPLICATES = [piece(p) for p in (0.9e-5, 1.0e-5, 1.1e-5, 0.8e-5, 1.2e-5)]

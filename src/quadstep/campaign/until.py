@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pyarrow.compute as pc
 
@@ -204,7 +204,7 @@ def sentences(decided: Decided, file: Path) -> list[str]:
     return lines
 
 
-def as_json(decided: Decided) -> dict[str, Any]:
+def as_json(decided: Decided) -> dict[str, object]:
     """For `--json`."""
     return {
         "target": decided.target,

@@ -132,7 +132,7 @@ def show_rare(found: "Found") -> None:
     for warning in summary.warnings:
         say(f"Warning: {warning}")
     if summary.nearest:
-        title = f"The most likely failure found, {summary.nearest['deviations']:.3g} deviations from the middle"
+        title = f"The most likely failure found, {summary.nearest.deviations:.3g} deviations from the middle"
         show_table(title, ("key", "value", "deviations"), nearest_rows(summary))
     say_whole(f"Report: {found.folder / REPORT}")
 

@@ -5,7 +5,7 @@ the densities of its latent numbers and the estimate has no bias whatever the no
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,8 +38,8 @@ class Fit(NamedTuple):
 
     def log_density(self, latent: Floats) -> Floats:
         """Up to the constant that standard normal numbers have too."""
-        scaled: Any = np.linalg.solve(self.factor, (latent - self.mean).T).T
-        return standard(scaled) - float(np.log(np.diag(self.factor)).sum())
+        scaled = np.linalg.solve(self.factor, (latent - self.mean).T).T
+        return standard(np.asarray(scaled, dtype=np.float64)) - float(np.log(np.diag(self.factor)).sum())
 
 
 def standard(latent: Floats) -> Floats:

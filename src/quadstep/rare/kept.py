@@ -4,9 +4,8 @@ import contextlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from quadstep import __version__
 from quadstep.atomic import WRITING, replace_file
@@ -16,56 +15,50 @@ from quadstep.campaign.schema import Campaign
 from quadstep.campaign.store import held
 from quadstep.documents import read_json
 from quadstep.errors import UserError
-from quadstep.mission.read import check_mission
+from quadstep.rare.done import Done
 
 MANIFEST = "rare.json"
 
 
-class Finished(BaseModel):
-    """What a finished piece must hold; the rest is for readers."""
-
-    model_config = ConfigDict(strict=True, extra="allow")
-    kind: str
-    method: str
-    probability: Annotated[float, Field(ge=0.0)]
-    flights: Annotated[int, Field(ge=1)]
-    events: Annotated[list[dict[str, Any]], Field(min_length=1)]
-    nearest: dict[str, Any] | None
-    again: dict[str, int] | None
-
-
 class Manifest(BaseModel):
-    """What rare.json must hold for its run to be resumed."""
+    """rare.json. decides: all that decides a result; wanted: how many pieces; files: of the report."""
 
-    model_config = ConfigDict(strict=True)
+    model_config = ConfigDict(extra="forbid")
     name: str
     version: str
-    decides: dict[str, Any]
-    pieces: list[Finished]
+    decides: dict[str, object]
+    seed: int
+    precision: str
+    campaign: str
+    mission: str
+    machine: dict[str, object]
+    wanted: int
+    complete: bool = False
+    pieces: list[Done] = []
+    summary: dict[str, object] | None = None
     files: list[str] = []
 
 
 class Kept:
     """The folder of one run, held by it. Made by `opened`."""
 
-    def __init__(self, folder: Path, manifest: dict[str, Any]) -> None:
+    def __init__(self, folder: Path, manifest: Manifest) -> None:
         self.folder, self.manifest = folder, manifest
 
     @property
-    def pieces(self) -> list[dict[str, Any]]:
+    def pieces(self) -> list[Done]:
         """Those finished, in order."""
-        done: list[dict[str, Any]] = self.manifest["pieces"]
-        return done
+        return self.manifest.pieces
 
-    def add(self, piece: dict[str, Any]) -> None:
+    def add(self, piece: Done) -> None:
         """Keep one more. Raises UserError where the disk does not take it."""
-        self.save(pieces=[*self.pieces, piece])
+        self.manifest.pieces.append(piece)
+        self.save()
 
-    def save(self, **more: Any) -> None:
+    def save(self) -> None:
         """Write rare.json. Raises UserError."""
-        self.manifest |= more
         with self.explained():
-            content = json.dumps(self.manifest, indent=1, allow_nan=False) + "\n"
+            content = json.dumps(self.manifest.model_dump(mode="json"), indent=1, allow_nan=False) + "\n"
             replace_file(self.folder / MANIFEST, content.encode(), synced=True)
 
     @contextlib.contextmanager
@@ -103,20 +96,21 @@ def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) ->
     kept = Kept(folder, found)
     if resume:
         changed = "the campaign, its mission or a file it names has changed"
-        if found["version"] != __version__:
-            changed = f"it was flown by quadstep {found['version']}, this is {__version__}"
-        elif found["decides"] == mine["decides"]:
-            kept.save(complete=False)
+        if found.version != __version__:
+            changed = f"it was flown by quadstep {found.version}, this is {__version__}"
+        elif found.decides == mine.decides:
+            found.complete = False
+            kept.save()
             return kept
         raise UserError(f"{folder}: cannot be resumed: {changed}; choose another --out, or start over with --overwrite")
-    if not overwrite and found["pieces"]:
-        state = "complete" if found.get("complete") else f"{len(found['pieces'])} of {found['wanted']} replicates"
+    if not overwrite and found.pieces:
+        state = "complete" if found.complete else f"{len(found.pieces)} of {found.wanted} replicates"
         raise UserError(
-            f"{folder}: holds the estimate {found['name']!r} ({state}); continue with --resume, choose another --out, or "
+            f"{folder}: holds the estimate {found.name!r} ({state}); continue with --resume, choose another --out, or "
             "replace it with --overwrite"
         )
     with kept.explained():
-        for name in found.get("files", []):
+        for name in found.files:
             if not Path(name).is_absolute() and ".." not in Path(name).parts:
                 (folder / name).unlink(missing_ok=True)
     kept = Kept(folder, mine)
@@ -124,35 +118,29 @@ def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) ->
     return kept
 
 
-def new_manifest(campaign: Campaign) -> dict[str, Any]:
+def new_manifest(campaign: Campaign) -> Manifest:
     """rare.json before the first flight."""
     file = campaign.file
     rare = file.rare.model_dump(mode="json")
-    return {
-        "name": file.name,
-        "version": __version__,
-        "decides": {"fingerprint": campaign.fingerprint, "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
-        "seed": file.seed,
-        "precision": file.precision,
-        "campaign": campaign.text,
-        "mission": check_mission(campaign.content, campaign.source, campaign.folder).name,
-        "machine": machine(),
-        "wanted": file.rare.replicates + file.rare.opinions,
-        "complete": False,
-        "pieces": [],
-        "files": [],
-    }
+    return Manifest(
+        name=file.name,
+        version=__version__,
+        decides={"fingerprint": campaign.fingerprint, "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
+        seed=file.seed,
+        precision=file.precision,
+        campaign=campaign.text,
+        mission=str(campaign.defaults["name"]),
+        machine=machine(),
+        wanted=file.rare.replicates + file.rare.opinions,
+    )
 
 
-def read_manifest(folder: Path) -> dict[str, Any] | None:
+def read_manifest(folder: Path) -> Manifest | None:
     """rare.json of a folder, None where there is none. Raises UserError for one that cannot be read."""
     path = folder / MANIFEST
     if not path.exists():
         return None
     try:
-        content = read_json(path)
-        Manifest.model_validate(content)
+        return Manifest.model_validate(read_json(path))
     except (UserError, ValidationError):
         raise UserError(f"{path}: is not one of ours, or damaged; choose another --out") from None
-    known: dict[str, Any] = content
-    return known

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterator
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.campaign.flown import SUCCESS
 from quadstep.campaign.schema import Campaign
 from quadstep.rare.cross_entropy import cross_entropy
+from quadstep.rare.done import Again, Done, DoneEvent, Nearest
 from quadstep.rare.flights import Event, Failure, Flights
 from quadstep.rare.points import A_REPLICATE, Points, Random, joined
 from quadstep.rare.replicate import LEAST, Replicate
@@ -50,8 +51,8 @@ def pieces(campaign: Campaign) -> Iterator[Piece]:
     yield from (Piece(kind, place) for place, kind in enumerate(kinds))
 
 
-def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> dict[str, Any]:
-    """A piece's results, as JSON can hold them. told: new flights. Raises UserError for values that cannot be flown."""
+def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Done:
+    """A piece's results. told: new flights. Raises UserError for values that cannot be flown."""
     file = flights.campaign.file
     name = file.rare.method if piece.kind is Kind.REPLICATE else file.rare.method.other
     method = METHODS[name]
@@ -61,16 +62,17 @@ def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> di
         random = Random(file.seed, EVENTS * piece.place + place, len(file.keys))
         least = max(LEAST, NEGLIGIBLE * sum(one.probability for one in found))
         found.append(method(flights.evaluate(event, told), random, file.rare.flights, least))
-    flown_again = again(flights, [one.failures for one in found], told) if flights.noisy else None
-    return {
-        "kind": piece.kind.value,
-        "method": name.value,
-        "probability": sum(one.probability for one in found),
-        "flights": sum(one.flights for one in found) + (flown_again["flights"] if flown_again else 0),
-        "events": [as_json(event, one) for event, one in zip(events, found, strict=True)],
-        "nearest": nearest(flights, [one.failures for one in found]),
-        "again": flown_again,
-    }
+    failures = joined([one.failures for one in found])
+    flown_again = again(flights, failures, told) if flights.noisy and len(failures.noise) else None
+    return Done(
+        kind=piece.kind.value,
+        method=name,
+        probability=sum(one.probability for one in found),
+        flights=sum(one.flights for one in found) + (flown_again.flights if flown_again else 0),
+        events=[recorded(event, one) for event, one in zip(events, found, strict=True)],
+        nearest=nearest(flights, failures) if len(failures.noise) else None,
+        again=flown_again,
+    )
 
 
 def other_events(flights: Flights) -> list[Event]:
@@ -79,41 +81,35 @@ def other_events(flights: Flights) -> list[Event]:
     return [Event(Failure.ANY, {**limits, **flights.activity})]
 
 
-def as_json(event: Event, one: Replicate) -> dict[str, Any]:
+def recorded(event: Event, one: Replicate) -> DoneEvent:
     """What one event has shown."""
-    return {
-        "failure": event.failure.value,
-        "score": list(event.scales),
-        "probability": one.probability,
-        "crude": one.crude,
-        "crude_failures": one.crude_failures,
-        "failures": len(one.failures.noise),
-        "levels": [[level.threshold, level.probability] for level in one.levels],
-    }
+    return DoneEvent(
+        failure=event.failure.value,
+        score=list(event.scales),
+        probability=one.probability,
+        crude=one.crude,
+        crude_failures=one.crude_failures,
+        failures=len(one.failures.noise),
+        levels=[(level.threshold, level.probability) for level in one.levels],
+    )
 
 
-def nearest(flights: Flights, failures: list[Points]) -> dict[str, Any] | None:
-    """The most likely of the failures: its values, and how far it is from the middle of all, in deviations."""
-    latent = joined(failures).latent
-    if not len(latent):
-        return None
-    distance = np.linalg.norm(latent, axis=1)
+def nearest(flights: Flights, failures: Points) -> Nearest:
+    """The most likely of some failures."""
+    distance = np.linalg.norm(failures.latent, axis=1)
     place = int(np.argmin(distance))
-    drawn = values(flights.campaign.file, latent[place : place + 1])
-    return {
-        "deviations": float(distance[place]),
-        "values": {name: column.at(0) for name, column in drawn.items()},
-        "deviations_by_key": dict(zip(drawn, latent[place].tolist(), strict=True)),
-    }
+    drawn = values(flights.campaign.file, failures.latent[place : place + 1])
+    return Nearest(
+        deviations=float(distance[place]),
+        values={name: column.at(0) for name, column in drawn.items()},
+        deviations_by_key=dict(zip(drawn, failures.latent[place].tolist(), strict=True)),
+    )
 
 
-def again(flights: Flights, failures: list[Points], told: Callable[[int], None]) -> dict[str, int]:
+def again(flights: Flights, failures: Points, told: Callable[[int], None]) -> Again:
     """How many of some failures fail again with other noise."""
-    all_of = joined(failures)
-    count = len(all_of.noise)
-    some = all_of.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
-    if not count:
-        return {"flights": 0, "failures": 0}
+    count = len(failures.noise)
+    some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
     failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()
     told(len(failed))
-    return {"flights": len(failed), "failures": int(failed.sum())}
+    return Again(flights=len(failed), failures=int(failed.sum()))

@@ -4,11 +4,11 @@ import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from quadstep.atomic import WRITING
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.varied import text_of, told
+from quadstep.rare.done import Done
 from quadstep.rare.kept import Kept
 from quadstep.rare.picture import draw_levels
 from quadstep.rare.summary import Summary, sentences
@@ -30,8 +30,8 @@ READING = (
 )
 
 
-def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> list[str]:
-    """Write it beside its place, then move it there; the names of its files. Raises UserError where the disk refuses."""
+def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
+    """Write it beside its place, then move it there, and name its files in rare.json. Raises UserError for a full disk."""
     with kept.explained():
         temporary = Path(tempfile.mkdtemp(dir=kept.folder, prefix=WRITING))
         try:
@@ -40,12 +40,12 @@ def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, s
             body = sections(kept, campaign, summary, path, temporary / FIGURES)
             page.write_page(temporary / REPORT, f"Probability of failure: {campaign.file.name}", body)
             names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
-            kept.save(files=names)  # so that what a kill leaves is known to be ours
+            kept.manifest.files = names
+            kept.save()  # so that what a kill leaves is known to be ours
             (kept.folder / FIGURES).mkdir(exist_ok=True)
             for name in sorted(names, key=lambda name: name == REPORT):
                 (temporary / name).chmod(0o644)
                 (temporary / name).replace(kept.folder / name)
-            return names
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
 
@@ -60,7 +60,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
         ("method", f"{file.rare.method.words}, {file.rare.flights} flights in each level"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
-        ("quadstep", str(kept.manifest["version"])),
+        ("quadstep", kept.manifest.version),
     ]
     return [
         *(page.paragraph(line) for line in sentences(summary, file.rare.method)),
@@ -79,17 +79,15 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
     ]
 
 
-def replicate_rows(pieces: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
+def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
     """One row per piece."""
     return [
         (
-            one["kind"],
-            one["method"],
-            f"{one['probability']:.3g}",
-            "; ".join(
-                f"{event['failure']}: {event['probability']:.3g}, {', '.join(event['score'])}" for event in one["events"]
-            ),
-            str(one["flights"]),
+            one.kind,
+            one.method.value,
+            f"{one.probability:.3g}",
+            "; ".join(f"{event.failure}: {event.probability:.3g}, {', '.join(event.score)}" for event in one.events),
+            str(one.flights),
         )
         for one in pieces
     ]
@@ -100,7 +98,7 @@ def nearest(summary: Summary) -> list[str]:
     if summary.nearest is None:
         return [page.paragraph("No failure was found.")]
     return [
-        page.paragraph(f"{summary.nearest['deviations']:.3g} deviations from the middle of what was drawn."),
+        page.paragraph(f"{summary.nearest.deviations:.3g} deviations from the middle of what was drawn."),
         page.table(("key", "value", "deviations from the median"), nearest_rows(summary)),
     ]
 
@@ -109,6 +107,6 @@ def nearest_rows(summary: Summary) -> list[tuple[str, str, str]]:
     """Key, value, deviations of its normal number: those that are farthest out first."""
     if summary.nearest is None:
         return []
-    away = summary.nearest["deviations_by_key"]
-    ordered = sorted(summary.nearest["values"].items(), key=lambda item: -abs(away[item[0]]))
+    away = summary.nearest.deviations_by_key
+    ordered = sorted(summary.nearest.values.items(), key=lambda item: -abs(away[item[0]]))
     return [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]

@@ -9,6 +9,7 @@ from quadstep.errors import InterruptedRun
 from quadstep.rare.flights import Flights
 from quadstep.rare.kept import opened
 from quadstep.rare.pieces import fly_piece, pieces
+from quadstep.rare.report import write_report
 from quadstep.rare.space import check_space
 from quadstep.rare.summary import Summary, as_json, summarise
 from quadstep.report.sheet import Sheet
@@ -44,7 +45,7 @@ def estimate(
     flights = Flights(campaign)
     with opened(folder, campaign, resume, overwrite) as kept:
         all_of = list(pieces(campaign))
-        over = sum(one["flights"] for one in kept.pieces)
+        over = sum(one.flights for one in kept.pieces)
         try:
             for piece in all_of[len(kept.pieces) :]:
                 note = f"{piece.place + 1} of {len(all_of)}"
@@ -58,10 +59,9 @@ def estimate(
                 told(0)
                 kept.add(fly_piece(flights, piece, told))
             summary = summarise(kept.pieces)
-            from quadstep.rare.report import write_report  # noqa: PLC0415 (figures are drawn only here)
-
-            files = write_report(kept, campaign, summary, path, sheet or Sheet())
-            kept.save(complete=True, summary=as_json(summary), files=files)
+            write_report(kept, campaign, summary, path, sheet or Sheet())
+            kept.manifest.complete, kept.manifest.summary = True, as_json(summary)
+            kept.save()
         except KeyboardInterrupt:
             raise InterruptedRun(
                 f"{len(kept.pieces)} of {len(all_of)} replicates are kept in {folder}; continue with --resume"

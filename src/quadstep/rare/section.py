@@ -43,7 +43,7 @@ class RareSection(Section):
     replicates of the other method with another score, which do not count but must agree.
     """
 
-    method: Annotated[Method, BeforeValidator(as_method)] = Method.CROSS_ENTROPY
+    method: Annotated[Method, BeforeValidator(as_method)] = Method.SUBSET
     score: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None = None
     flights: Annotated[int, Field(ge=200, le=200_000)] = 1000
     replicates: Annotated[int, Field(ge=5, le=50)] = 10

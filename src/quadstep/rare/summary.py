@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.rare.done import Done, Nearest
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import Floats
 from quadstep.rare.section import Method
@@ -45,25 +46,26 @@ class Summary(NamedTuple):
     one_by_one: float | None
     crude: Crude
     opinions: dict[str, float]
-    nearest: dict[str, Any] | None
+    nearest: Nearest | None
     again: float | None
     warnings: tuple[str, ...]
 
 
-def summarise(done: Sequence[dict[str, Any]]) -> Summary:
+def summarise(done: Sequence[Done]) -> Summary:
     """The summary of all pieces."""
-    own = [one for one in done if one["kind"] == Kind.REPLICATE.value]
-    probabilities = np.array([one["probability"] for one in own])
+    own = [one for one in done if one.kind == Kind.REPLICATE.value]
+    probabilities = np.array([one.probability for one in own])
     crude = crude_of(own)
     probability = interval(probabilities, crude)
     mean = probability.value
     spread = float(probabilities.std(ddof=1)) / mean if mean > 0.0 else 0.0
     one_by_one = (1.0 - mean) / mean * len(own) / spread**2 if spread > 0.0 else None
-    opinions = {f"{Method(one['method']).words}, {score_words(one)}": one["probability"] for one in done if one not in own}
-    nearest = min((one["nearest"] for one in done if one["nearest"]), key=lambda one: one["deviations"], default=None)
-    flown, failed = (sum(one["again"][key] for one in own if one["again"]) for key in ("flights", "failures"))
+    opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
+    nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
+    again = [one.again for one in own if one.again]
+    flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
     found = Summary(
-        probability, tuple(probabilities.tolist()), sum(one["flights"] for one in done), spread, one_by_one, crude, opinions,
+        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
         nearest, failed / flown if flown else None, (),
     )  # fmt: skip
     return found._replace(warnings=tuple(warnings(found)))
@@ -89,22 +91,17 @@ def interval(probabilities: Floats, crude: Crude) -> Estimate:
     return Estimate(mean, min(low, mean), min(max(high, mean), 1.0))
 
 
-def crude_of(own: Sequence[dict[str, Any]]) -> Crude:
+def crude_of(own: Sequence[Done]) -> Crude:
     """The flights that replicates begin with, of all events together: each adds its own rate."""
     rates: dict[str, tuple[int, int]] = {}
-    for event in (event for one in own for event in one["events"]):
-        flown, failed = rates.get(event["failure"], (0, 0))
-        rates[event["failure"]] = (flown + event["crude"], failed + event["crude_failures"])
+    for event in (event for one in own for event in one.events):
+        flown, failed = rates.get(event.failure, (0, 0))
+        rates[event.failure] = (flown + event.crude, failed + event.crude_failures)
     tail = 0.5 * DOUBT / len(rates)
     ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
     rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
     flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
     return Crude(flown, failed, rate)
-
-
-def score_words(one: dict[str, Any]) -> str:
-    """What announced the failures of a piece."""
-    return " and ".join(f"by {', '.join(event['score'])}" for event in one["events"])
 
 
 def warnings(found: Summary) -> list[str]:
@@ -140,7 +137,7 @@ def warnings(found: Summary) -> list[str]:
     return said
 
 
-def as_json(found: Summary) -> dict[str, Any]:
+def as_json(found: Summary) -> dict[str, object]:
     """The summary for rare.json and `--json`."""
     return {
         "probability": found.probability._asdict(),
@@ -150,7 +147,7 @@ def as_json(found: Summary) -> dict[str, Any]:
         "flights_one_by_one": found.one_by_one,
         "crude": {**found.crude._asdict(), "rate": found.crude.rate._asdict()},
         "opinions": found.opinions,
-        "nearest_failure": found.nearest,
+        "nearest_failure": found.nearest.model_dump() if found.nearest else None,
         "fail_again_with_other_noise": found.again,
         "warnings": list(found.warnings),
     }
