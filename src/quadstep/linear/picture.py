@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from quadstep.linear.analysis import Analysis
 from quadstep.linear.channels import Channel
 from quadstep.linear.sampled import Array
 from quadstep.linear.step import Step
@@ -102,4 +103,32 @@ def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> No
             axis.set_major_formatter(plain())
         axes.legend(loc="lower right")
         headline(figure, sheet, (0.08, 0.94), f"{name}: steps of the path, linear")
+        write(figure, path, sheet)
+
+
+def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Analysis], sheet: Sheet) -> None:
+    """Phase, delay and disk margins of each channel over time, or over the draws as points."""
+    measures = (
+        ("phase [deg]", lambda one: math.degrees(one.phase)),
+        ("delay [ms]", lambda one: 1e3 * one.delay),
+        ("disk", lambda one: one.disk),
+    )
+    with drawing(sheet):
+        figure = new_figure(sheet, 8.0, 6.4, 4.4)
+        grid: Any = figure.subplots(len(measures), 1, sharex=True)
+        margins(figure, sheet, 0.09, 0.08, 0.98, 0.93, 0.2, 0.1)
+        for axes, (title, of) in zip(grid, measures, strict=True):
+            for i, channel in enumerate(loops[0].channels):
+                values = np.array([of(one.margins[i]) for one in loops])
+                drawn = (
+                    looks(i) if label == "t [s]" else {"color": looks(i)["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
+                )
+                axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)
+            axes.set_ylabel(title)
+            axes.set_ylim(bottom=0.0)
+            axes.yaxis.set_major_formatter(plain())
+        grid[-1].set_xlabel(label)
+        grid[-1].xaxis.set_major_formatter(plain())
+        grid[0].legend(loc="upper right", ncols=4)
+        headline(figure, sheet, (0.09, 0.955), f"{name}: one loop opened at a time")
         write(figure, path, sheet)
