@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from quadstep.analysis.metrics import position_errors
 from quadstep.control.controller import Command
 from quadstep.flight import lanes
 from quadstep.flight.closed_loop import Clock
@@ -17,6 +16,7 @@ from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.kernel import host_width
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.quantities import position_errors
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
 from quadstep.vehicle.lagrange import derivative

@@ -6,7 +6,7 @@ python examples/fly_rotorpy.py
 
 from rotorpy.controllers.quadrotor_control import SE3Control
 
-from quadstep import airframe_metrics, fly
+from quadstep import flight_metrics, fly
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy
@@ -27,7 +27,7 @@ MISSION = MultirotorMission.model_validate(
 def show(name, plan):
     """Fly it on both vehicles."""
     for whose, log in (("our vehicle", fly(plan)), ("RotorPy's vehicle", fly_on_rotorpy(plan))):
-        print(f"{name} on {whose}: position RMSE {1e3 * airframe_metrics(log)['position_rmse[m]']:.3f} mm")
+        print(f"{name} on {whose}: position RMSE {1e3 * flight_metrics(log)['position_rmse[m]']:.3f} mm")
 
 
 if __name__ == "__main__":

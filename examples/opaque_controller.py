@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep import airframe_metrics, fly, read_mission
+from quadstep import flight_metrics, fly, read_mission
 from quadstep.control.opaque import flying
 
 MASS, INERTIA = 2.644, np.array([0.03, 0.03, 0.05])
@@ -27,4 +27,4 @@ if __name__ == "__main__":
     mission = read_mission(Path(__file__).parent / "wind_tunnel.toml")
     with flying(controller) as (law, gains):
         log = fly(mission.plan().with_controller(law, gains))
-    print(log.outcome.name, airframe_metrics(log, mission.score_from)["position_rmse[m]"])
+    print(log.outcome.name, flight_metrics(log, mission.score_from)["position_rmse[m]"])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import airframe_metrics, fly, read_mission
+from quadstep import flight_metrics, fly, read_mission
 from quadstep.control.controller import Command, Controller
 from quadstep.control.gain import believed
 from quadstep.control.vectoring import vee_error
@@ -44,4 +44,4 @@ if __name__ == "__main__":
     plan = mission.plan()
     gains = ProportionalDerivative.gains(mission.vehicle.model())
     log = fly(plan.with_controller(ProportionalDerivative(), gains))
-    print(log.outcome.name, airframe_metrics(log, mission.score_from)["position_rmse[m]"])
+    print(log.outcome.name, flight_metrics(log, mission.score_from)["position_rmse[m]"])

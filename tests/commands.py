@@ -65,7 +65,7 @@ def quadstep_process(*arguments, cwd=None):
 
 def without_figures(monkeypatch):
     """Leave out the figures, which need processes of their own and seconds, where they are not the point."""
-    monkeypatch.setattr("quadstep.mission.lagrange.flight_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     monkeypatch.setattr("quadstep.mission.fly.drawing_pool", lambda *_: nullcontext())
 
 

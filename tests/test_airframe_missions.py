@@ -443,7 +443,7 @@ PICTURES = {"position", "attitude", "inputs", "vehicle"}
 
 def without_airframe_figures(patch):
     without_figures(patch)
-    patch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    patch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
 
 

@@ -47,7 +47,7 @@ def fake(name, mission, **how):
 @pytest.mark.parametrize("name", FAKES)
 def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
     without_figures(monkeypatch)
-    monkeypatch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission)
     run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out", "--json")
@@ -72,7 +72,7 @@ def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
 
 @pytest.mark.parametrize("name", FAKES)
 def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
-    monkeypatch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     monkeypatch.setattr(f"quadstep.autopilot.{name}.WAIT", 0.3)
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission, silent_after=300)

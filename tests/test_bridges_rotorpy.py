@@ -6,7 +6,6 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.bridges.quad_params import to_quad_params
 from quadstep.bridges.rotorpy import Trajectory, as_rotorpy_controller, from_rotorpy
 from quadstep.bridges.rotorpy_flight import fly_on_rotorpy, multirotor, rotorpy_state
@@ -15,6 +14,7 @@ from quadstep.control.opaque import Known, Wanted, flying
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import fly
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import vector
@@ -37,7 +37,7 @@ def mission(duration=2.0, controller="geometric", **parts):
 
 def rmse(log):
     assert log.outcome is Outcome.COMPLETED
-    return airframe_metrics(log)["position_rmse[m]"]
+    return flight_metrics(log)["position_rmse[m]"]
 
 
 def apart(one, other, *names):

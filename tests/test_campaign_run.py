@@ -159,7 +159,7 @@ def test_a_row_is_what_the_flights_own_log_says(name, tmp_path):
 
 @pytest.mark.parametrize("name", CASES)
 def test_quadstep_fly_flies_a_flight_of_a_campaign_again(name, tmp_path, no_figures, monkeypatch):
-    monkeypatch.setattr("quadstep.mission.multirotor.airframe_jobs", lambda *_: [])
+    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     mission, vary = CASES[name]
     path = written(tmp_path, vary, mission, "chunk = 16\nflights = 20")
     assert fly(path, tmp_path / "out").code == 0

@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from quadstep.analysis.metrics import position_errors, rmse
 from quadstep.certify.arrays import dot, lengths
 from quadstep.certify.bounds import error_radius, printed_error_radius, weight_radius
 from quadstep.certify.certificate import certify_plan
@@ -24,6 +23,8 @@ from quadstep.flight.engines import fly
 from quadstep.flight.loop import Loop
 from quadstep.guidance.minimum_jerk import MinimumJerk
 from quadstep.guidance.reference import Reference
+from quadstep.metrics.quantities import position_errors
+from quadstep.metrics.reductions import rmse
 from quadstep.numbers import Vector, vector, where
 from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.lagrange import acceleration, derivative

@@ -9,7 +9,6 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from quadstep import fly, fly_all
-from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
 from quadstep.control.controller import Measured
 from quadstep.control.lqr import regulator, spectral_factor
@@ -19,6 +18,7 @@ from quadstep.control.vectoring import vee_error
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
 from quadstep.flight.closed_loop import Outcome
 from quadstep.guidance.reference import Reference
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.derived import section_of
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.vehicle_list import load_preset
@@ -322,7 +322,7 @@ def test_nets_make_up_for_a_wind_that_the_controller_knows_nothing_of():
     errors = {}
     for on in (True, False):
         flight = mission(controller={"nets": {"enabled": on}}, wind=wind, score_from=3.0)
-        errors[on] = airframe_metrics(fly(flight.plan()), 3.0)["position_rmse[m]"]
+        errors[on] = flight_metrics(fly(flight.plan()), 3.0)["position_rmse[m]"]
     assert errors[True] < errors[False] / 3.0
 
 

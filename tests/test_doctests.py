@@ -13,7 +13,7 @@ FRONTS = ("quadstep.control", "quadstep.guidance", "quadstep.numbers")
 
 MODULES = (
     "quadstep", "quadstep.interface", "quadstep.errors", "quadstep.mission.schema", "quadstep.mission.read",
-    "quadstep.flight.engine", "quadstep.analysis.flight_metrics", "quadstep.analysis.airframe_metrics",
+    "quadstep.flight.engine", "quadstep.metrics.of_log",
     "quadstep.numbers.functions", "quadstep.numbers.linear", "quadstep.numbers.structure", "quadstep.guidance.reference",
     "quadstep.guidance.minimum_jerk", "quadstep.guidance.orbit", "quadstep.guidance.step", "quadstep.guidance.piecewise",
     "quadstep.guidance.spline", "quadstep.guidance.declared", "quadstep.air.declared",

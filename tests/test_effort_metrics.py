@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, UserError, fly
-from quadstep.analysis.effort import EFFORT
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.comparison.study import Situation
 from quadstep.flight.scored import metrics, scored
 from quadstep.flight.sweep import Sweep
+from quadstep.metrics.effort import EFFORT
 from quadstep.numbers import flatten
 from tests.studies import study
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from quadstep import flight_metrics
-from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.opaque import flying
 from quadstep.flight.closed_loop import Outcome
@@ -19,6 +18,7 @@ from quadstep.flight.loop import Loop
 from quadstep.flight.scored import Score, metrics, scored
 from quadstep.flight.sweep import KERNELS, Sweep, given_names, places
 from quadstep.guidance.piecewise import Piecewise
+from quadstep.metrics.reductions import Largest, LargestLength, Rms, RmsLength, Variation
 from quadstep.mission.read import read_mission
 from quadstep.numbers import Vector, flatten, rebuild, vector
 from quadstep.plants.lagrange import Lagrange, Limits
@@ -89,7 +89,7 @@ def test_a_score_of_another_period(every):
 def test_a_controller_without_nets_scores_no_weights():
     loop, ticks = scored(NESTED, SWEEP_TICKS._replace(last=50), 0.02)
     log = fly_lanes(loop, [parameters(5.0, gains=nested_gains())], [TILTED], ticks)[0]
-    assert list(log.final.score.weight_norms) == [0.0, 0.0]
+    assert list(log.final.score.sums[-1].so_far) == [0.0, 0.0]
 
 
 def test_a_loop_may_say_itself_what_is_scored():
@@ -240,7 +240,7 @@ def test_a_real_vehicle_is_scored_as_its_log_says(bad_day):
     )
     start = plan.start._replace(position=vector(x, *plan.start.position.entries[1:]))
     log = fly_lanes(plan.loop, [plan.parameters], [start], ticks._replace(every=plan.ticks.every, log=10))[0]
-    wanted = airframe_metrics(log)
+    wanted = flight_metrics(log)
     score = dict(zip(METRICS, swept.metrics[1].tolist(), strict=True))
     assert Outcome(swept.outcome[1]) is log.outcome is Outcome.COMPLETED
     assert score["position_rmse[m]"] == pytest.approx(wanted["position_rmse[m]"], rel=1e-6)
@@ -323,7 +323,8 @@ def test_a_program_is_compiled_once_for_all_values_but_not_for_other_leaves():
 
 
 def test_metrics_of_known_sums():
-    score = Score(*(np.array([4.0, 0.0]) for _ in range(3)), *(Vector([np.array([k, 0.0])] * 4) for k in (36.0, 5.0, 1.0)),
-                  Vector([np.array([2.0, 0.0])] * 2))  # fmt: skip
+    four, (efforts, variations, inputs) = np.array([4.0, 0.0]), (Vector([np.array([k, 0.0])] * 4) for k in (36.0, 5.0, 1.0))
+    norms = Largest(Vector([np.array([2.0, 0.0])] * 2))
+    score = Score(four, (RmsLength(four), LargestLength(four), Rms(efforts), Variation(variations, inputs), norms))
     assert metrics(score)[0].tolist() == [1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 5.0, 5.0, 5.0, 5.0, 2.0, 2.0]
     assert np.isnan(metrics(score)[1]).all()

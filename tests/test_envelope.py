@@ -10,7 +10,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from quadstep import flight_metrics
-from quadstep.analysis.airframe_metrics import airframe_metrics
 from quadstep.analysis.statistics import share
 from quadstep.envelope import cells as cells_module
 from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
@@ -142,7 +141,7 @@ def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
         for turn in range(3):
             noise = key(7, turn * 6 + cell)
             log = fly(plan._replace(parameters=plan.parameters._replace(key=noise)))
-            metrics = airframe_metrics(log)
+            metrics = flight_metrics(log)
             errors.append(metrics["position_rmse[m]"])
             farthest.append(metrics["largest_error[m]"])
         spread.append(np.ptp(errors))

@@ -2,14 +2,19 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from quadstep.analysis.metrics import attitude_errors, lagrange_metrics, position_errors, rmse, settling_time
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.columns import COLUMNS
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.quantities import attitude_errors, position_errors
+from quadstep.metrics.reductions import rmse, settling_time
+from quadstep.metrics.registry import REPORTED, SCORED, score_names_of
+from quadstep.numbers import Vector
 
 
 def log_of(samples, outcome=Outcome.COMPLETED, **columns):
@@ -34,7 +39,7 @@ def test_errors_are_wanted_minus_actual():
 
 def test_position_errors_axis_by_axis_and_together():
     log = log_of(4, x=[0, 3, 0, -4], y_d=[1, 1, 1, 1], z=[2, 2, 2, 2], z_d=[2, 2, 2, 2])
-    metrics = lagrange_metrics(log)
+    metrics = flight_metrics(log)
     assert metrics["position"]["x"] == pytest.approx({"rmse[m]": 2.5, "largest[m]": 4.0, "final[m]": 4.0})
     assert metrics["position"]["y"] == pytest.approx({"rmse[m]": 1.0, "largest[m]": 1.0, "final[m]": 1.0})
     assert metrics["position"]["z"] == {"rmse[m]": 0.0, "largest[m]": 0.0, "final[m]": 0.0}
@@ -42,7 +47,7 @@ def test_position_errors_axis_by_axis_and_together():
 
 
 def test_attitude_errors_by_angle():
-    attitude = lagrange_metrics(log_of(2, theta=[0.3, -0.1], theta_d=[0.0, 0.3]))["attitude"]["theta"]
+    attitude = flight_metrics(log_of(2, theta=[0.3, -0.1], theta_d=[0.0, 0.3]))["attitude"]["theta"]
     assert attitude["rmse[rad]"] == pytest.approx(math.sqrt((0.09 + 0.16) / 2))
     assert attitude["largest[rad]"] == pytest.approx(0.4)
     assert attitude["final[rad]"] == pytest.approx(0.4)
@@ -69,31 +74,31 @@ def test_settling_starts_from_the_time_of_the_log():
 
 
 def test_an_error_may_settle_before_its_angle_does():
-    metrics = lagrange_metrics(log_of(5, phi=[0.2, 0.2, 0.2, 0.0, 0.0], phi_d=[0.0, 0.2, 0.2, 0.0, 0.0]))
+    metrics = flight_metrics(log_of(5, phi=[0.2, 0.2, 0.2, 0.0, 0.0], phi_d=[0.0, 0.2, 0.2, 0.0, 0.0]))
     assert metrics["attitude"]["phi"]["error_settling[s]"] == 1.0
     assert metrics["attitude"]["phi"]["angle_settling[s]"] == 3.0
 
 
 def test_an_angle_settles_towards_its_last_command():
-    metrics = lagrange_metrics(log_of(4, psi=[0.0, 0.5, 1.0, 1.0], psi_d=[0.0, 0.5, 1.0, 1.0]))
+    metrics = flight_metrics(log_of(4, psi=[0.0, 0.5, 1.0, 1.0], psi_d=[0.0, 0.5, 1.0, 1.0]))
     assert metrics["attitude"]["psi"]["error_settling[s]"] == 0.0
     assert metrics["attitude"]["psi"]["angle_settling[s]"] == 2.0
 
 
 def test_largest_input_and_total_variation():
-    metrics = lagrange_metrics(log_of(4, u=[9, 11, 8, 8], tau_phi=[0, -5, 0, 0]))
+    metrics = flight_metrics(log_of(4, u=[9, 11, 8, 8], tau_phi=[0, -5, 0, 0]))
     assert metrics["u"] == {"largest[N]": 11.0, "total_variation[N]": 5.0}
     assert metrics["tau_phi"] == {"largest[N m]": 5.0, "total_variation[N m]": 10.0}
     assert metrics["tau_psi"] == {"largest[N m]": 0.0, "total_variation[N m]": 0.0}
 
 
 def test_rotors_least_and_largest_over_all_four():
-    metrics = lagrange_metrics(log_of(2, f1=[1, 2], f2=[3, 4], f3=[-1, 5], f4=[2, 2]))
+    metrics = flight_metrics(log_of(2, f1=[1, 2], f2=[3, 4], f3=[-1, 5], f4=[2, 2]))
     assert metrics["rotors"] == {"least[N]": -1.0, "largest[N]": 5.0}
 
 
 def test_largest_weight_norms():
-    metrics = lagrange_metrics(log_of(3, norm_W1=[0, 2, 1], norm_W2=[3, 0, 0]))
+    metrics = flight_metrics(log_of(3, norm_W1=[0, 2, 1], norm_W2=[3, 0, 0]))
     assert metrics["largest_weight_norm"] == {"norm_W1": 2.0, "norm_W2": 3.0}
 
 
@@ -102,12 +107,12 @@ def test_largest_weight_norms():
     [(0.3, 0.0, 0.3), (0.0, -0.4, 0.4), (0.0, math.pi, math.pi), (0.3, 0.4, math.acos(math.cos(0.3) * math.cos(0.4)))],
 )
 def test_tilt_is_the_angle_between_thrust_and_vertical(theta, phi, tilt):
-    metrics = lagrange_metrics(log_of(2, theta=[0.0, theta], phi=[0.0, phi]))
+    metrics = flight_metrics(log_of(2, theta=[0.0, theta], phi=[0.0, phi]))
     assert metrics["largest_tilt[rad]"] == pytest.approx(tilt)
 
 
 def test_outcome_and_time_are_told():
-    metrics = lagrange_metrics(log_of(3, outcome=Outcome.OFF_PATH))
+    metrics = flight_metrics(log_of(3, outcome=Outcome.OFF_PATH))
     assert (metrics["outcome"], metrics["ended[s]"]) == ("off_path", 2.0)
     assert "position" in metrics
 
@@ -115,10 +120,40 @@ def test_outcome_and_time_are_told():
 @pytest.mark.parametrize("samples", [0, 1])
 def test_a_flight_without_two_rows_has_only_its_end(samples):
     log = log_of(samples, outcome=Outcome.SINGULAR)._replace(ended=0.0)
-    assert lagrange_metrics(log) == {"outcome": "singular", "ended[s]": 0.0}
+    assert flight_metrics(log) == {"outcome": "singular", "ended[s]": 0.0}
 
 
 def test_metrics_are_plain_json():
     rng = np.random.default_rng(0)
     log = log_of(20, **{name: rng.normal(size=20) for name in COLUMNS if name != "t"})
-    assert json.loads(json.dumps(lagrange_metrics(log), allow_nan=False)) == lagrange_metrics(log)
+    assert json.loads(json.dumps(flight_metrics(log), allow_nan=False)) == flight_metrics(log)
+
+
+@pytest.mark.parametrize("score", SCORED, ids=lambda one: one.name)
+def test_summed_sample_by_sample_a_metric_is_that_of_the_whole_log(score):
+    rows = np.abs(np.random.default_rng(3).normal(size=(50, 3)))
+    sums, samples = score.sums.start(Vector(rows[0].tolist())), 0.0
+    for row in rows.tolist():
+        sums, samples = sums.add(Vector(row), 1.0 if samples else 0.0), samples + 1.0
+    assert [float(value) for value in sums.values(samples)] == pytest.approx(score.sums.of(rows, np.arange(50.0)), rel=1e-12)
+
+
+def test_names_of_scores_take_axes_inputs_and_nets_from_the_plant():
+    names = score_names_of({"thrust": "N", "torque": "N m"}, ())
+    assert names[2:] == ("effort_thrust[N]", "effort_torque[N m]", "variation_thrust[N]", "variation_torque[N m]")
+    assert score_names_of({}, ("norm_V",))[-1] == "largest_norm_V"
+
+
+def test_a_log_has_the_metrics_that_its_columns_allow():
+    columns = {"t": "s", "s": "m", "s_d": "m", "pull": "N"}
+    rows = np.array([[0.0, 1.0, 1.0, 2.0], [1.0, 2.0, 1.0, -3.0]])
+    metrics = flight_metrics(FlightLog(columns, rows, Outcome.COMPLETED, 1.0, None), efforts={"pull": "N"})
+    assert list(metrics) == ["outcome", "ended[s]", "position", "position_rmse[m]", "largest_error[m]", "pull"]
+    assert metrics["pull"] == {"largest[N]": 3.0, "total_variation[N]": 5.0}
+    assert metrics["largest_error[m]"] == 1.0
+
+
+def test_the_documentation_names_every_metric_and_says_what_it_means():
+    lines = (Path(__file__).parent.parent / "docs" / "metrics.md").read_text().splitlines()
+    for one in (*REPORTED, *SCORED):
+        assert any(f"`{one.name}`" in line and line.endswith(f"| {one.meaning} |") for line in lines), one.name

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from quadstep import Mission, airframe_metrics, flight_metrics, fly, read_mission
+from quadstep import Mission, flight_metrics, fly, read_mission
 from quadstep.control.controller import Command, Controller
 from quadstep.control.gain import gain, given
 from quadstep.control.nested_saturation import NestedSaturation
@@ -20,7 +20,6 @@ from quadstep.flight.engine import Engine
 from quadstep.mission.derived import section_of
 from quadstep.page.controllers import in_common
 from quadstep.page.missions import flown_mission, missions_page
-from quadstep.report.airframe_panels import airframe_jobs
 from quadstep.report.panels import flight_jobs
 from quadstep.vehicle.state import State
 
@@ -103,7 +102,7 @@ def test_nor_on_a_real_vehicle(engine):
     assert len(log.rows) > 20
     assert {"yaw", "pitch", "roll", "heading_d", "x_d"} <= set(log.columns)
     assert not {"yaw_d", "pitch_d", "roll_d"} & set(log.columns)
-    drawn = {name for job in airframe_jobs(log, "") for panel in job.panels for name in panel.lines}
+    drawn = {name for job in flight_jobs(log, "") for panel in job.panels for name in panel.lines}
     assert "roll" in drawn
     assert "roll_d" not in drawn
     np.testing.assert_allclose(log.column("v_x"), log.table("v_x")[:, 0])
@@ -119,7 +118,6 @@ def test_what_a_law_says_is_there():
 
 def test_metrics_of_any_log():
     log = on_a_real_vehicle(Engine.LANES)
-    assert flight_metrics(log) == airframe_metrics(log)
     assert "position_rmse[m]" in flight_metrics(log)
     with pytest.raises(KeyError, match="no column 'psi'; it has t, x, y, z"):
         log.column("psi")

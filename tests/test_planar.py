@@ -136,7 +136,11 @@ def test_its_columns_axes_and_inputs_are_everywhere(tmp_path):
     assert "largest[N m]" in metrics["torque"]
     page = (tmp_path / "out" / "page.html").read_text()
     assert '"label":"dynamic feedback linearisation"' in page
-    assert sorted(one.name for one in (tmp_path / "out" / "figures").iterdir()) == ["position.png", "signals.png"]
+    assert sorted(one.name for one in (tmp_path / "out" / "figures").iterdir()) == [
+        "inputs.png",
+        "position.png",
+        "signals.png",
+    ]
 
 
 @pytest.mark.parametrize(

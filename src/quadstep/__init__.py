@@ -21,7 +21,6 @@ __all__ = [
     "Flight",
     "Mission",
     "UserError",
-    "airframe_metrics",
     "flight_metrics",
     "fly",
     "fly_all",
@@ -29,11 +28,10 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from quadstep.analysis.airframe_metrics import airframe_metrics
-    from quadstep.analysis.flight_metrics import flight_metrics
     from quadstep.errors import UserError
     from quadstep.flight.engine import Engine
     from quadstep.interface import Flight, fly, fly_all
+    from quadstep.metrics.of_log import flight_metrics
     from quadstep.mission.read import read_mission
     from quadstep.mission.schema import Mission
 
@@ -42,8 +40,7 @@ _PLACES = {
     "Flight": "quadstep.interface",
     "Mission": "quadstep.mission.schema",
     "UserError": "quadstep.errors",
-    "airframe_metrics": "quadstep.analysis.airframe_metrics",
-    "flight_metrics": "quadstep.analysis.flight_metrics",
+    "flight_metrics": "quadstep.metrics.of_log",
     "fly": "quadstep.interface",
     "fly_all": "quadstep.interface",
     "read_mission": "quadstep.mission.read",

@@ -22,6 +22,7 @@ from quadstep.commands.identify import identify
 from quadstep.commands.linear import linear
 from quadstep.commands.new import new
 from quadstep.commands.page import page
+from quadstep.commands.prove import prove
 from quadstep.commands.replay import replay
 from quadstep.commands.reproduce import reproduce
 from quadstep.commands.serve import serve
@@ -66,7 +67,7 @@ def built() -> typer.Typer:
     )
     app.callback()(options)
     everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, linear, vehicles)
-    for command in (*everyday, identify, replay, certify, export, serve_setpoints, new, verify):
+    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)

@@ -7,7 +7,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from quadstep.analysis.flight_metrics import flight_metrics
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.flight import engines
@@ -16,10 +15,10 @@ from quadstep.flight.eager import Progress
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.fly import Summary, summarise, write_results
 from quadstep.mission.schema import Mission
-from quadstep.report.airframe_panels import airframe_jobs
 from quadstep.report.drawing import FigureJob
 from quadstep.report.page import paragraph, table
 from quadstep.report.panels import flight_jobs
@@ -77,7 +76,11 @@ class Flight(FlightLog):
         >>> flight.metrics()["outcome"], round(flight.metrics()["position"]["z"]["largest[m]"], 3)
         ('completed', 1.0)
         """
-        return self.mission.flight_metrics(self)[0] if self.mission else flight_metrics(self)
+        return (
+            self.mission.flight_metrics(self)[0]
+            if self.mission
+            else flight_metrics(self, efforts=self.plan.loop.plant.efforts)
+        )
 
     def to_pandas(self) -> "DataFrame":
         """The log as a DataFrame, indexed by t [s]; the units are in its `attrs["units"]`. Raises UserError without pandas.
@@ -153,9 +156,7 @@ class Flight(FlightLog):
         """What is drawn of it."""
         if len(self.rows) < 2:
             return []
-        if self.mission:
-            return self.mission.figures(self)
-        return airframe_jobs(self, self.name) if "q_w" in self.columns else flight_jobs(self, self.name)
+        return flight_jobs(self, self.name, self.plan.loop.plant.efforts)
 
 
 def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Progress | None = None) -> Flight:

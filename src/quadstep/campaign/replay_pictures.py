@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.metrics import position_errors
 from quadstep.campaign.pictures import SCREEN, logarithmic
 from quadstep.campaign.varied import spans_decades
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.quantities import position_errors
 from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
 from quadstep.report.figures import thin
 from quadstep.report.sheet import Sheet

@@ -29,7 +29,8 @@ from quadstep.control.model import Model
 from quadstep.control.networks import output
 from quadstep.control.projection import project, project_weights
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, cos, sin, vector, where
+from quadstep.numbers import Number, Vector, cos, sin, vector, where
+from quadstep.numbers.functions import sinc
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis, effective_inertia
 from quadstep.vehicle.state import State
@@ -60,9 +61,7 @@ class CompletedMemory(NamedTuple):
 
 def half_sine_ratio(x: Number) -> Number:
     """sin(x/2) / (x/2), in [-0.22, 1]."""
-    half = 0.5 * x
-    small = absolute(half) < 1e-4
-    return where(small, 1.0 - half * half / 6.0, sin(half) / where(small, 1.0, half))
+    return sinc(0.5 * x)
 
 
 def coupling_columns(tilt: Vector, wanted: Vector) -> tuple[Vector, Vector]:

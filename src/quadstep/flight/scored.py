@@ -15,27 +15,21 @@ from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.loop import Loop
 from quadstep.flight.own_metric import Metric, Summed, added, started
 from quadstep.flight.plant import Plant
-from quadstep.numbers import Number, Vector, absolute, flatten, maximum, rebuild, where
+from quadstep.metrics.reductions import Sums
+from quadstep.metrics.registry import LARGEST as FARTHEST
+from quadstep.metrics.registry import RMSE as MEAN_DISTANCE
+from quadstep.metrics.registry import SCORED, score_names_of, with_unit
+from quadstep.numbers import Number, Vector, flatten, rebuild, where
 
-RMSE, LARGEST = "position_rmse[m]", "largest_error[m]"
+RMSE, LARGEST = with_unit(MEAN_DISTANCE, "m"), with_unit(FARTHEST, "m")
 """The metrics that every plant has, the first two of its scores."""
 
 
 class Score(NamedTuple):
-    """Sums over the samples so far.
-
-    squares: of the distance from the path [m^2]; largest: of them. efforts: sums of each input's square; variations: of its
-    changes' magnitudes; inputs: at the last sample. weight_norms: the largest of each net so far. own: what the
-    user's own metrics are so far.
-    """
+    """What is summed over the samples so far. sums: of each metric of `SCORED`. own: of those that the mission names."""
 
     samples: Number
-    squares: Number
-    largest: Number
-    efforts: Vector
-    variations: Vector
-    inputs: Vector
-    weight_norms: Vector
+    sums: tuple[Sums, ...]
     own: tuple[Summed, ...] = ()
 
 
@@ -70,9 +64,9 @@ class Scored:
     def start(self, start: Any, parameters: Any) -> ScoredCycle:
         """Nothing summed."""
         cycle = self.loop.start(start, parameters)
-        nothing, inputs, norms = 0.0, self.loop.inputs(cycle), self.loop.weight_norms(cycle)
-        none, no_norms = Vector([nothing] * len(inputs)), Vector([nothing] * len(norms))
-        return ScoredCycle(cycle, Score(nothing, nothing, nothing, none, none, none, no_norms, started(self.own)))
+        now = {"error": Vector(()), "inputs": self.loop.inputs(cycle), "norms": self.loop.weight_norms(cycle)}
+        sums = tuple(one.sums.start(now[one.quantity]) for one in SCORED)
+        return ScoredCycle(cycle, Score(0.0, sums, started(self.own)))
 
     def advance(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> ScoredCycle:
         """The loop's."""
@@ -84,20 +78,16 @@ class Scored:
 
     def score(self, cycle: ScoredCycle, parameters: Any, clock: Clock) -> tuple[ScoredCycle, Number]:
         """One more sample."""
-        before, inputs = cycle.score, self.loop.inputs(cycle.flight)
-        error = self.loop.position_error(cycle.flight, parameters, clock.time)
-        square = error @ error
+        before = cycle.score
+        now = {
+            "error": self.loop.position_error(cycle.flight, parameters, clock.time),
+            "inputs": self.loop.inputs(cycle.flight),
+            "norms": self.loop.weight_norms(cycle.flight),
+        }
         known = where(before.samples > 0.0, 1.0, 0.0)  # the first sample changes nothing
-        changes = [known * absolute(now - last) for now, last in zip(inputs, before.inputs, strict=True)]
-        norms = zip(self.loop.weight_norms(cycle.flight), before.weight_norms, strict=True)
         score = Score(
             samples=before.samples + 1.0,
-            squares=before.squares + square,
-            largest=maximum(square, before.largest),
-            efforts=before.efforts + inputs * inputs,
-            variations=before.variations + Vector(changes),
-            inputs=inputs,
-            weight_norms=Vector(maximum(norm, largest) for norm, largest in norms),
+            sums=tuple(sums.add(now[one.quantity], known) for one, sums in zip(SCORED, before.sums, strict=True)),
             own=self.own_sums(cycle, parameters, clock) if self.own else (),
         )
         if self.begin > 0.0:
@@ -134,16 +124,7 @@ def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0, own: tup
 
 def score_names(plant: Plant, own: Iterable[Metric] = ()) -> tuple[str, ...]:
     """What `metrics` gives of a plant, with units. own: metrics of the user's own."""
-    inputs = [f"{name}[{unit}]" for name, unit in plant.efforts.items()]
-    efforts, variations = ([f"{what}_{name}" for name in inputs] for what in ("effort", "variation"))
-    return (
-        RMSE,
-        LARGEST,
-        *efforts,
-        *variations,
-        *(f"largest_{name}" for name in plant.norms),
-        *(one.full_name for one in own),
-    )
+    return (*score_names_of(plant.efforts, plant.norms), *(one.full_name for one in own))
 
 
 def bare(names: Iterable[str]) -> dict[str, str]:
@@ -154,13 +135,10 @@ def bare(names: Iterable[str]) -> dict[str, str]:
 def metrics(score: Score) -> NDArray[np.float64]:
     """The metrics of many flights, shape (flights, metrics) as `score_names` has them, from a score of arrays.
 
-    position_rmse, largest_error: of the distance from the path. effort: root mean square of an input. variation: sum of
-    |changes| of an input from sample to sample. NaN where a flight ended before its first sample.
+    NaN where a flight ended before its first sample.
     """
-    samples, squares, largest = (np.asarray(part, dtype=np.float64) for part in score[:3])
-    efforts, variations, norms = (np.array(list(part), dtype=np.float64) for part in (score[3], score[4], score[6]))
-    own = [np.asarray(one.value, dtype=np.float64) for one in score.own]
+    samples = np.asarray(score.samples, dtype=np.float64)
     with np.errstate(invalid="ignore", divide="ignore"):
-        means = np.sqrt(np.stack([squares, *efforts]) / samples)
-        rest = np.where(samples > 0, np.stack([np.sqrt(largest), *variations, *norms, *own]), np.nan)
-    return np.concatenate([means[:1], rest[:1], means[1:], rest[1:]]).T
+        found = [np.asarray(value, dtype=np.float64) for sums in score.sums for value in sums.values(samples)]
+    own = [np.asarray(one.value, dtype=np.float64) for one in score.own]
+    return np.where(samples > 0, np.stack([*found, *own]), np.nan).T

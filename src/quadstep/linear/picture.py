@@ -14,8 +14,7 @@ from quadstep.linear.sampled import Array
 from quadstep.linear.step import Step
 from quadstep.linear.transfer import Complex
 from quadstep.report.axes import plain, powers
-from quadstep.report import canvas
-from quadstep.report.canvas import LINES, drawing, headline, new_figure, write
+from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
 FAINTEST, LOUDEST = -60.0, 60.0
@@ -51,7 +50,7 @@ def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 5.6, 3.6)
         above, below = figure.subplots(2, 1, sharex=True)
-        canvas.margins(figure, sheet, 0.09, 0.09, 0.98, 0.92, 0.2, 0.08)
+        margins(figure, sheet, 0.09, 0.09, 0.98, 0.92, 0.2, 0.08)
         for i, channel in enumerate(shown.channels):
             size = 20.0 * np.log10(np.maximum(np.abs(shown.loop[:, i]), 1e-12))
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
@@ -79,7 +78,7 @@ def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
     with drawing(sheet):
         figure = new_figure(sheet, 6.4, 6.0, 3.4)
         axes: Any = figure.subplots()
-        canvas.margins(figure, sheet, 0.11, 0.09, 0.97, 0.92)
+        margins(figure, sheet, 0.11, 0.09, 0.97, 0.92)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
@@ -102,7 +101,7 @@ def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> No
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.0, 2.8)
         axes: Any = figure.subplots()
-        canvas.margins(figure, sheet, 0.08, 0.13, 0.98, 0.9)
+        margins(figure, sheet, 0.08, 0.13, 0.98, 0.9)
         for i, step in enumerate(steps):
             axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **looks(i))
         axes.axhline(1.0, color="0.5", linewidth=0.8)
@@ -121,7 +120,7 @@ def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Anal
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 6.4, 4.4)
         grid: Any = figure.subplots(len(MEASURES), 1, sharex=True)
-        canvas.margins(figure, sheet, 0.09, 0.08, 0.98, 0.93, 0.2, 0.1)
+        margins(figure, sheet, 0.09, 0.08, 0.98, 0.93, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])

@@ -7,13 +7,14 @@ from pydantic import BeforeValidator, Field
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.motion import AirframeState
-from quadstep.analysis.airframe_metrics import airframe_metrics, rotor_thrusts
-from quadstep.analysis.effort import EffortMetric
 from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.flight.own_metric import Metric
 from quadstep.guidance.reference import Reference
+from quadstep.metrics.effort import EffortMetric
+from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.quantities import rotor_thrusts
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
@@ -29,8 +30,6 @@ from quadstep.numbers import Vector
 from quadstep.numbers.noise import key
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.plants.multirotor import AirframeLimits, AirframeParameters, Multirotor
-from quadstep.report.airframe_panels import airframe_jobs
-from quadstep.report.drawing import FigureJob
 
 
 class AirframeStart(Section):
@@ -108,7 +107,7 @@ class MultirotorMission(Mission):
         return self.score_from
 
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
-        metrics = airframe_metrics(log, self.score_from)
+        metrics = flight_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
@@ -117,9 +116,6 @@ class MultirotorMission(Mission):
         return metrics, [
             f"the rotors' limits left less than was asked for in {100 * share:.3g} % of the log rows"
         ] if share else []
-
-    def figures(self, log: FlightLog) -> list[FigureJob]:
-        return airframe_jobs(log, self.name)
 
     def build(self, path: BuiltPath) -> Built:
         vehicle, simulation = self.modelled, self.simulation

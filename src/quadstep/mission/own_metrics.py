@@ -7,9 +7,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
-from quadstep.analysis.effort import EFFORT
 from quadstep.errors import UserError
 from quadstep.flight.own_metric import Metric
+from quadstep.metrics.effort import EFFORT
 from quadstep.mission.fields import as_tuple
 from quadstep.mission.own_thing import own_class, the_only
 from quadstep.user_code.installed import METRICS

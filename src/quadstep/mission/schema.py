@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
-from quadstep.analysis.effort import EFFORT
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
@@ -25,6 +24,7 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
+from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import with_usual_rates
@@ -36,6 +36,7 @@ from quadstep.mission.own_metrics import own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.tune import TuneSection
 from quadstep.report.drawing import FigureJob
+from quadstep.report.panels import flight_jobs
 from quadstep.sensing.suite import Suite
 
 
@@ -189,9 +190,9 @@ class Mission(Section):
             raise UserError(f"metrics: {name}: every flight has a metric of this name")
         return {**found, **own}, warnings
 
-    @abstractmethod
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""
+        return flight_jobs(log, self.name, self.plant.efforts)
 
     @model_validator(mode="after")
     def _names_loops_that_there_are(self) -> Self:

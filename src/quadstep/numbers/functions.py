@@ -287,6 +287,21 @@ def absolute(x: Number) -> Number:
     return abs(x)
 
 
+def sinc(x: Number) -> Number:
+    """sin(x) / x, 1 at zero; a kind of number that knows it better may have its own.
+
+    >>> from quadstep.numbers.functions import sinc
+    >>> sinc(0.0), sinc(1.0)
+    (1.0, 0.8414709848078965)
+    """
+    own = getattr(functions_of(x), "sinc", None)
+    if own is not None:
+        result: Number = own(x)
+        return result
+    small = absolute(x) < 1e-4
+    return where(small, 1.0 - x * x / 6.0, sin(x) / where(small, 1.0, x))
+
+
 def entry(index: Number, size: int) -> Number:
     """A whole index held to the entries of a table, 0 to size - 1; in a flight gone astray, NaN is the last."""
     return where(index < size - 1.0, where(index > 0.0, index, 0.0), size - 1.0)

@@ -1,51 +1,123 @@
-"""What the figures of a flight show: panels from its log."""
+"""What the figures of a flight show, of any plant: panels from the columns that its log has."""
 
-from quadstep.analysis.metrics import attitude_errors, position_errors
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
+
+LEARNING, VEHICLE = "lyapunov", "wind_x"
+"""Columns of the paper's plant and of real vehicles, which name the figure of what is neither motion nor input."""
+
+
+class Attitude(NamedTuple):
+    """Angles as a log calls them, and the rates that go with them. errors: whether the errors are drawn too."""
+
+    angles: tuple[str, ...]
+    rates: tuple[str, ...] = ()
+    errors: bool = False
+
+
+ATTITUDES = (Attitude(("phi", "theta", "psi"), errors=True), Attitude(("roll", "pitch", "yaw"), ("p", "q", "r")))
+
+
+def line(log: FlightLog, name: str) -> NDArray[np.float64]:
+    """A column; angles unwrapped."""
+    values = log.column(name)
+    return np.unwrap(values) if log.columns[name] == "rad" else values
+
+
+def against(log: FlightLog, name: str, *others: str) -> Panel:
+    """A column with those beside it that the log has."""
+    return Panel(name, log.columns[name], {one: line(log, one) for one in (name, *others) if one in log.columns})
 
 
 def position_panels(log: FlightLog) -> list[Panel]:
     """Each axis against its command, then its error."""
-    errors = position_errors(log)
-    tracks = [Panel(f"{a}", "m", {a: log.column(a), f"{a}_d": log.column(f"{a}_d")}) for a in ("x", "y", "z")]
-    misses = [Panel(f"{a}_d - {a}", "m", {f"error in {a}": errors[:, i]}) for i, a in enumerate(("x", "y", "z"))]
-    return tracks + misses
+    axes, errors = position_axes(log), position_errors(log)
+    tracks = [against(log, a, f"{a}_d") for a in axes]
+    return tracks + [Panel(f"{a}_d - {a}", "m", {f"error in {a}": errors[:, i]}) for i, a in enumerate(axes)]
 
 
-def attitude_panels(log: FlightLog, angles: tuple[str, ...] = ("phi", "theta")) -> list[Panel]:
-    """Angles against their commands, then the errors; of a law that does not say which attitude it wants, the angles alone."""
-    if "psi_d" not in log.columns:
-        return [Panel(a, "rad", {a: log.column(a)}) for a in angles]
-    errors, order = attitude_errors(log), ("psi", "theta", "phi")
-    tracks = [Panel(f"{a}", "rad", {a: log.column(a), f"{a}_d": log.column(f"{a}_d")}) for a in angles]
-    misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": errors[:, order.index(a)]}) for a in angles]
-    return tracks + misses
+def attitude_panels(log: FlightLog, only: Sequence[str] | None = None) -> list[Panel]:
+    """Angles against their commands, as far as the law says these, then errors or rates. only: of these angles."""
+    for attitude in ATTITUDES:
+        if attitude.angles[0] not in log.columns:
+            continue
+        angles = attitude.angles if only is None else only
+        tracks = [against(log, a, f"{a}_d") for a in angles]
+        said = [a for a in angles if attitude.errors and f"{a}_d" in log.columns]
+        misses = [Panel(f"{a}_d - {a}", "rad", {f"error in {a}": log.column(f"{a}_d") - log.column(a)}) for a in said]
+        return tracks + misses + [against(log, rate) for rate in attitude.rates]
+    return []
 
 
-def input_panels(log: FlightLog) -> list[Panel]:
-    """Thrust and the three torques."""
-    torques = [Panel(f"tau_{a}", "N m", {f"tau_{a}": log.column(f"tau_{a}")}) for a in ("phi", "theta", "psi")]
-    return [Panel("u", "N", {"u": log.column("u")}), *torques]
+def input_columns(log: FlightLog, efforts: Mapping[str, str]) -> tuple[str, ...]:
+    """Thrust and torques: as the plant calls its inputs, or what the log has of those of the paper or of a real vehicle."""
+    if efforts and all(name in log.columns for name in efforts):
+        return tuple(efforts)
+    return tuple(n for n in ("u", "tau_phi", "tau_theta", "tau_psi", "tau_x", "tau_y", "tau_z") if n in log.columns)
 
 
-def learning_panels(log: FlightLog) -> list[Panel]:
-    """Weight norms, filtered errors, the Lyapunov function and the rotor thrusts."""
-    return [
-        Panel("norm of weights", "-", {"W1": log.column("norm_W1"), "W2": log.column("norm_W2")}),
-        Panel("filtered errors", "m/s, rad/s", {"|r1|": log.column("norm_r1"), "|r2|": log.column("norm_r2")}),
-        Panel("L without weights", "J", {"L": log.column("lyapunov")}),
-        Panel("rotor thrust", "N", {f"f{i}": log.column(f"f{i}") for i in range(1, 5)}),
+def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> list[Panel]:
+    """Thrust and torques; where the log tells them apart, wanted and within the limits."""
+    panels = []
+    for name in input_columns(log, efforts or {}):
+        panel = against(log, name)
+        if f"{name}_a" in log.columns:
+            panel = panel._replace(lines={"wanted": log.column(name), "within limits": log.column(f"{name}_a")})
+        panels.append(panel)
+    return panels
+
+
+def other_panels(log: FlightLog) -> list[Panel]:
+    """Rotors, air, nets, errors of the law and battery, as far as the log has them."""
+    drawn = (
+        ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
+        ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
+        ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
+        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
+        ("L without weights", "J", {"lyapunov": "L"}),
+        ("battery", "V", {"voltage": "voltage"}),
+    )
+    panels = [
+        Panel(label, unit, {shown: log.column(name) for name, shown in names.items()})
+        for label, unit, names in drawn
+        if names and all(name in log.columns for name in names)
     ]
+    return [one for one in panels if one.label != "battery" or one.lines["voltage"].any()]
 
 
-def flight_jobs(log: FlightLog, name: str) -> list[FigureJob]:
-    """The figures of any flight: position, attitude, inputs, learning."""
+def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
+    """All columns that are not drawn yet, those of one unit together."""
+    shown = {"t", *(name for panel in drawn for name in panel.lines)}
+    units = dict.fromkeys(unit for name, unit in log.columns.items() if name not in shown)
+    rest = {unit: [name for name in log.columns if log.columns[name] == unit and name not in shown] for unit in units}
+    return [Panel(", ".join(names), unit, {name: log.column(name) for name in names}) for unit, names in rest.items()]
+
+
+def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = None) -> list[FigureJob]:
+    """The figures of a flight: position, attitude, inputs, and the rest. efforts: columns of the plant's inputs.
+
+    The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
+    """
+    position, attitude, inputs = position_panels(log), attitude_panels(log), input_panels(log, efforts)
+    if LEARNING in log.columns:
+        rest, called, others = "learning", "learning, errors and rotors", other_panels(log)
+    elif VEHICLE in log.columns:
+        rest, called, others = "vehicle", "rotors, air, nets and battery", other_panels(log)
+    else:
+        rest, called, others = "signals", "all other signals", signal_panels(log, [*position, *attitude, *inputs])
+    figures = (
+        ("position", "position", position),
+        ("attitude", "attitude", attitude),
+        ("inputs", "thrust and torques", inputs),
+        (rest, called, others),
+    )
     t = log.column("t")
-    return [
-        FigureJob("position", f"{name}: position", t, position_panels(log), 2),
-        FigureJob("attitude", f"{name}: attitude", t, attitude_panels(log, ("phi", "theta", "psi")), 2),
-        FigureJob("inputs", f"{name}: thrust and torques", t, input_panels(log), 2),
-        FigureJob("learning", f"{name}: learning, errors and rotors", t, learning_panels(log), 2),
-    ]
+    return [FigureJob(file, f"{name}: {title}", t, panels, 2) for file, title, panels in figures if panels]

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.metrics import position_errors
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.minimum_jerk import MinimumJerk, MinimumJerkParameters
+from quadstep.metrics.quantities import position_errors
 from quadstep.numbers import vector
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
@@ -28,6 +28,9 @@ CAPTIONS = {
 }
 
 
+ROLL_AND_PITCH = ("phi", "theta")
+
+
 def figure_name(number: int) -> str:
     """File name without its ending."""
     return f"fig{number:02d}"
@@ -45,10 +48,10 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
     return [
         job(3, *trajectories(), 1),
         job(4, case_1.column("t"), position_panels(case_1)),
-        job(5, case_1.column("t"), attitude_panels(case_1)),
+        job(5, case_1.column("t"), attitude_panels(case_1, ROLL_AND_PITCH)),
         job(6, case_1.column("t"), input_panels(case_1)),
         job(7, case_2.column("t"), position_panels(case_2)),
-        job(8, case_2.column("t"), attitude_panels(case_2)),
+        job(8, case_2.column("t"), attitude_panels(case_2, ROLL_AND_PITCH)),
         job(9, case_2.column("t"), input_panels(case_2)),
         job(10, new.column("t"), comparison_positions(new, old)),
         job(11, new.column("t"), [both(a, "rad", new, old) for a in ("phi", "theta", "psi")], 1),

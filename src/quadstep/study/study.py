@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quadstep.analysis.metrics import lagrange_metrics
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.study.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
 
 Metrics = dict[str, Any]
@@ -51,8 +51,8 @@ def fly_study(plans: StudyPlans, engine: Engine = Engine.LANES, on_cases: Callab
         on_cases(logs)
     rest = plans[1:]
     flown = iter(fly_all([plan for family in rest for plan in family.values()], engine))
-    metrics: list[dict[Any, Metrics]] = [{key: lagrange_metrics(next(flown)) for key in family} for family in rest]
-    return Study(logs, {name: lagrange_metrics(log) for name, log in logs.items()}, *metrics)
+    metrics: list[dict[Any, Metrics]] = [{key: flight_metrics(next(flown)) for key in family} for family in rest]
+    return Study(logs, {name: flight_metrics(log) for name, log in logs.items()}, *metrics)
 
 
 def completed(metrics: Metrics) -> bool:

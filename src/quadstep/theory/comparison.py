@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.analysis.metrics import lagrange_metrics
 from quadstep.flight.engines import fly_all
+from quadstep.metrics.of_log import flight_metrics
 from quadstep.study.cases import HOLD, case_1
 
 INNER_LOOPS = ((250.0, 15.0), (120.0, 10.0), (60.0, 6.0), (31.0, 3.0), (15.0, 1.4), (10.5, 1.0))
@@ -60,7 +60,7 @@ def grid() -> list[Cell]:
         ).plan()
         for gain, slope, time, scale, nets, law in keys
     ]
-    metrics = [lagrange_metrics(log) for log in fly_all(plans)]
+    metrics = [flight_metrics(log) for log in fly_all(plans)]
     return [
         Cell(*key, m["position_rmse[m]"] if m["outcome"] == "completed" else None, m["ended[s]"])
         for key, m in zip(keys, metrics, strict=True)

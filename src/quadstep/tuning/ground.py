@@ -16,6 +16,7 @@ from quadstep.campaign.flown import Flyer, Progress, Sweeper
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import bare
 from quadstep.flight.sweep import Sweep
 from quadstep.mission.check import check
@@ -137,7 +138,29 @@ class Ground:
         return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
 
     def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None = None) -> list[Flown]:
-        """Each candidate over the draws of `count` flights from `first` on. Raises UserError for what cannot be flown."""
+        """Each candidate over the draws of `count` flights from `first` on; one that cannot be flown loses them all.
+
+        Raises UserError where none can be flown.
+        """
+        try:
+            return self.flown(candidates, first, count, progress)
+        except UserError:
+            found = [self.flown_or_lost(one, first, count, progress) for one in candidates]
+            if all(isinstance(one, UserError) for one in found):
+                raise
+        names = bare(self.campaign.metrics)
+        lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
+        return [lost if isinstance(one, UserError) else one for one in found]
+
+    def flown_or_lost(self, candidate: Numbers, first: int, count: int, progress: Progress | None) -> Flown | UserError:
+        """One candidate, or why it cannot be flown."""
+        try:
+            return self.flown([candidate], first, count, progress)[0]
+        except UserError as error:
+            return error
+
+    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None) -> list[Flown]:
+        """Candidates all of which can be flown. Raises UserError."""
         draws = self.draws(first, count)
         every = len(candidates)
         flights = np.tile(draws.flights, every)

@@ -1,0 +1,1 @@
+"""What is measured of a flight: each metric declared once, computed from a log or summed while flying."""

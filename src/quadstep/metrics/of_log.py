@@ -1,0 +1,46 @@
+"""Metrics of any flight, computed from its log."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from quadstep.flight.log import FlightLog
+from quadstep.metrics.quantities import Seen
+from quadstep.metrics.registry import OTHER, PAPER, REAL, REPORTED
+
+
+def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Everything reported of a flight of any plant, with units in the keys; `quadstep.metrics.registry` says what each means.
+
+    Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]", and what the
+    columns of the log allow. since: errors of the position count from then on [s]. efforts: columns of the inputs of a plant
+    that declares itself, and their units.
+
+    >>> from quadstep import Mission, flight_metrics, fly
+    >>> metrics = flight_metrics(fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0})))
+    >>> metrics["ended[s]"], round(metrics["position"]["z"]["largest[m]"], 3), metrics["largest_tilt[rad]"] < 0.01
+    (2.0, 1.0, True)
+    >>> step = {"type": "step", "end": [0.0, 0.0, 0.5], "duration": 4.0}
+    >>> flight = fly(Mission(vehicle={"preset": "crazyflie"}, path=step))
+    >>> flight_metrics(flight)["largest_error[m]"], flight_metrics(flight, since=3.5)["largest_error[m]"] < 0.1
+    (0.5, True)
+    """
+    result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
+    t = log.column("t")
+    if len(t) < 2 or t[-1] <= since:
+        return result
+    kind = REAL if "q_w" in log.columns else PAPER if "psi" in log.columns else OTHER
+    seen = Seen(log, since, efforts or {})
+    for metric in REPORTED:
+        found = metric.quantity(seen) if kind in metric.of else None
+        if found is not None:
+            for name, value in zip(metric.full_names(found.entries), metric.reduction.of(found.values, found.t), strict=True):
+                place(result, name, value)
+    return result
+
+
+def place(result: dict[str, Any], name: str, value: float | None) -> None:
+    """Put a number where its dotted name says."""
+    *levels, last = name.split(".")
+    for level in levels:
+        result = result.setdefault(level, {})
+    result[last] = value

@@ -1,0 +1,177 @@
+"""Quantities of a flight that metrics are made of: from the columns of its log, or from its loop while it flies."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.flight.log import FlightLog
+from quadstep.numbers import atan2, cos
+
+Numbers = NDArray[np.float64]
+
+ANGLES = ("psi", "theta", "phi")
+"""Of the paper's plant."""
+
+INPUTS = ("u", "tau_psi", "tau_theta", "tau_phi")
+
+SATURATED = 1e-3
+"""What the rotors could not make counts as saturation from this share of the vehicle's mean thrust on."""
+
+
+class Seen(NamedTuple):
+    """A log. since: errors of the position count from then on [s]. efforts: columns of the plant's inputs and their units."""
+
+    log: FlightLog
+    since: float = 0.0
+    efforts: Mapping[str, str] = {}
+
+
+class Rows(NamedTuple):
+    """A quantity. entries: names and units. values: of shape (samples, entries), at times t [s]."""
+
+    entries: Mapping[str, str]
+    values: Numbers
+    t: Numbers
+
+
+Quantity = Callable[[Seen], Rows | None]
+"""None where the log has no such columns."""
+
+
+def position_axes(log: FlightLog) -> tuple[str, ...]:
+    """Columns of the position: the lengths that have a wanted one beside them."""
+    return tuple(name for name, unit in log.columns.items() if unit == "m" and f"{name}_d" in log.columns)
+
+
+def position_errors(log: FlightLog) -> Numbers:
+    """e1 = xi_d - xi at each sample, shape (samples, axes) [m]."""
+    axes = position_axes(log)
+    errors: Numbers = log.table(*(f"{axis}_d" for axis in axes)) - log.table(*axes)
+    return errors
+
+
+def attitude_errors(log: FlightLog) -> Numbers:
+    """(psi_d, theta_d, phi_d) - (psi, theta, phi) at each sample, shape (samples, 3) [rad]; theta_d, phi_d unfiltered."""
+    errors: Numbers = log.table("psi_d", "theta_d", "phi_d") - log.table(*ANGLES)
+    return errors
+
+
+def rotor_columns(columns: Mapping[str, str]) -> tuple[str, ...]:
+    """Of each rotor's thrust."""
+    return tuple(name for name in columns if name[0] == "f" and name[1:].isdigit())
+
+
+def rotor_thrusts(log: FlightLog) -> Numbers:
+    """Each rotor's thrust as it turns, shape (samples, rotors) [N]."""
+    return log.table(*rotor_columns(log.columns))
+
+
+def angles_of(cosines: Numbers) -> Numbers:
+    """The angles [rad] of these cosines; round-off beyond 1 counts as 1."""
+    cosines = np.clip(cosines, -1.0, 1.0)
+    sines: Any = np.sqrt((1.0 - cosines) * (1.0 + cosines))
+    return np.asarray(atan2(sines, cast(Any, cosines)))
+
+
+def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
+    """Share of the rows in which a rotor is at its least or greatest thrust [N]."""
+    forces, tolerance = rotor_thrusts(log), 1e-9 * greatest
+    return float(((forces <= least + tolerance) | (forces >= greatest - tolerance)).any(axis=1).mean()) if len(forces) else 0.0
+
+
+def has(seen: Seen, *names: str) -> bool:
+    """Whether the log has these columns."""
+    return all(name in seen.log.columns for name in names)
+
+
+def rows(seen: Seen, entries: Mapping[str, str], values: Numbers) -> Rows:
+    """Over the whole log."""
+    return Rows(entries, values.reshape(len(values), -1), seen.log.column("t"))
+
+
+def position_error(seen: Seen) -> Rows | None:
+    """e1 (Eq. 11), from `since` on."""
+    t, axes = seen.log.column("t"), position_axes(seen.log)
+    if not axes:
+        return None
+    scored = seen.log._replace(rows=seen.log.rows[t >= seen.since])
+    return Rows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= seen.since])
+
+
+def attitude_error(seen: Seen) -> Rows | None:
+    """Of each angle of the paper's plant against its command; None of a law that does not say which attitude it wants."""
+    if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
+        return None
+    return rows(seen, dict.fromkeys(ANGLES, "rad"), attitude_errors(seen.log))
+
+
+def attitude_from_last(seen: Seen) -> Rows | None:
+    """Each of these angles less the last command: level, or the final yaw."""
+    if not has(seen, *ANGLES, "psi_d", "theta_d", "phi_d"):
+        return None
+    last = seen.log.table("psi_d", "theta_d", "phi_d")[-1]
+    return rows(seen, dict.fromkeys(ANGLES, "rad"), seen.log.table(*ANGLES) - last)
+
+
+def measuring_error(seen: Seen) -> Rows | None:
+    """What the controller was told of the position, less the truth."""
+    if not has(seen, "x_m", "y_m", "z_m"):
+        return None
+    return rows(seen, dict.fromkeys("xyz", "m"), seen.log.table("x_m", "y_m", "z_m") - seen.log.table("x", "y", "z"))
+
+
+def tilt(seen: Seen) -> Rows | None:
+    """Between thrust and vertical."""
+    if has(seen, "q_x", "q_y"):
+        cosines = 1.0 - 2.0 * (seen.log.table("q_x", "q_y") ** 2).sum(axis=1)
+    elif has(seen, *ANGLES):
+        theta, phi = cast(Any, seen.log.table("theta", "phi").T)
+        cosines = cos(theta) * cos(phi)
+    else:
+        return None
+    return rows(seen, {"tilt": "rad"}, angles_of(cosines))
+
+
+def inputs(seen: Seen) -> Rows | None:
+    """Thrust and torques of the paper's plant, or what the plant calls its inputs and logs."""
+    for names in (tuple(seen.efforts), INPUTS):
+        if names and has(seen, *names):
+            return rows(seen, {name: seen.log.columns[name] for name in names}, seen.log.table(*names))
+    return None
+
+
+def rotors(seen: Seen) -> Rows | None:
+    """Each rotor's thrust."""
+    names = rotor_columns(seen.log.columns)
+    return rows(seen, dict.fromkeys(names, "N"), seen.log.table(*names)) if names else None
+
+
+def total_thrust(seen: Seen) -> Rows | None:
+    """Of all rotors."""
+    found = rotors(seen)
+    return rows(seen, {"thrust": "N"}, found.values.sum(axis=1)) if found else None
+
+
+def saturation(seen: Seen) -> Rows | None:
+    """1 at samples at which the rotors' limits left less than was asked for, else 0."""
+    names = ("u", "tau_x", "tau_y", "tau_z")
+    if not has(seen, *names, *(f"{name}_a" for name in names)):
+        return None
+    wanted, made = seen.log.table(*names), seen.log.table(*(f"{name}_a" for name in names))
+    scale = float(np.abs(wanted[:, 0]).mean())
+    missing = np.abs(wanted - made) > SATURATED * np.array([scale, *3 * [0.1 * scale]])
+    return rows(seen, {"saturated": "-"}, np.any(missing, axis=1).astype(float))
+
+
+def wind(seen: Seen) -> Rows | None:
+    """In world axes."""
+    names = ("wind_x", "wind_y", "wind_z")
+    return rows(seen, dict.fromkeys(names, "m/s"), seen.log.table(*names)) if has(seen, *names) else None
+
+
+def weight_norms(seen: Seen) -> Rows | None:
+    """Of each net."""
+    names = [name for name in ("norm_W1", "norm_W2") if has(seen, name)]
+    return rows(seen, dict.fromkeys(names, "-"), seen.log.table(*names)) if names else None

@@ -1,0 +1,215 @@
+"""How a quantity over a flight becomes numbers: of a log at once, and of a flight sample by sample, next to each other.
+
+What can be summed is a NamedTuple of its sums so far: `start` makes the first of them, `add` the next, `values` the numbers.
+All others have `of` alone, which takes a log.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.numbers import Number, Vector, absolute, maximum
+
+Numbers = NDArray[np.float64]
+
+SETTLING_BAND = 0.005
+"""Half-width of the band that an angle must stay in to count as settled [rad]."""
+
+
+class Reduction(Protocol):
+    """rows: of shape (samples, entries), at times t [s]. One number an entry, or one of all of them."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> Sequence[float | None]: ...
+
+
+class Sums(Protocol):
+    """A reduction that can be summed while flying. now: the quantity at a sample. known: 1 once there was a sample, else 0."""
+
+    @classmethod
+    def start(cls, now: Vector) -> Self: ...
+
+    def add(self, now: Vector, known: Number) -> Self: ...
+
+    def values(self, samples: Numbers) -> Sequence[Numbers]:
+        """From sums that are arrays, one element a flight."""
+        ...
+
+
+def rmse(errors: Numbers) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def nothing(now: Vector) -> Vector:
+    """As many zeros."""
+    return Vector([0.0] * len(now))
+
+
+class RmsLength(NamedTuple):
+    """Root mean square of a vector's length."""
+
+    squares: Number
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [rmse(np.linalg.norm(rows, axis=1))]
+
+    @classmethod
+    def start(cls, now: Vector) -> Self:  # noqa: ARG003
+        return cls(0.0)
+
+    def add(self, now: Vector, known: Number) -> Self:
+        return self._replace(squares=self.squares + now @ now)
+
+    def values(self, samples: Numbers) -> list[Numbers]:
+        return [np.sqrt(np.asarray(self.squares) / samples)]
+
+
+class LargestLength(NamedTuple):
+    """The largest length of a vector."""
+
+    square: Number
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(np.linalg.norm(rows, axis=1).max())]
+
+    @classmethod
+    def start(cls, now: Vector) -> Self:  # noqa: ARG003
+        return cls(0.0)
+
+    def add(self, now: Vector, known: Number) -> Self:
+        return self._replace(square=maximum(now @ now, self.square))
+
+    def values(self, samples: Numbers) -> list[Numbers]:
+        return [np.sqrt(np.asarray(self.square))]
+
+
+class Rms(NamedTuple):
+    """Root mean square of each entry."""
+
+    squares: Vector
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [rmse(entry) for entry in rows.T]
+
+    @classmethod
+    def start(cls, now: Vector) -> Self:
+        return cls(nothing(now))
+
+    def add(self, now: Vector, known: Number) -> Self:
+        return self._replace(squares=self.squares + now * now)
+
+    def values(self, samples: Numbers) -> list[Numbers]:
+        return [np.sqrt(np.asarray(entry) / samples) for entry in self.squares]
+
+
+class Variation(NamedTuple):
+    """Sum of |changes| of each entry from sample to sample. last: at the last sample."""
+
+    sums: Vector
+    last: Vector
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(np.abs(np.diff(entry)).sum()) for entry in rows.T]
+
+    @classmethod
+    def start(cls, now: Vector) -> Self:
+        return cls(nothing(now), nothing(now))
+
+    def add(self, now: Vector, known: Number) -> Self:
+        changes = Vector([known * absolute(entry - last) for entry, last in zip(now, self.last, strict=True)])
+        return self._replace(sums=self.sums + changes, last=now)
+
+    def values(self, samples: Numbers) -> list[Numbers]:
+        return [np.asarray(entry) for entry in self.sums]
+
+
+class Largest(NamedTuple):
+    """The largest magnitude of each entry; while flying, of entries that are not negative."""
+
+    so_far: Vector
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(np.abs(entry).max()) for entry in rows.T]
+
+    @classmethod
+    def start(cls, now: Vector) -> Self:
+        return cls(nothing(now))
+
+    def add(self, now: Vector, known: Number) -> Self:
+        pairs = zip(now, self.so_far, strict=True)
+        return self._replace(so_far=Vector([maximum(entry, largest) for entry, largest in pairs]))
+
+    def values(self, samples: Numbers) -> list[Numbers]:
+        return [np.asarray(entry) for entry in self.so_far]
+
+
+class Final:
+    """The last magnitude of each entry."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(np.abs(entry)) for entry in rows[-1]]
+
+
+class Mean:
+    """The mean of each entry."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(entry.mean()) for entry in rows.T]
+
+
+class LengthOfMean:
+    """The length of the mean vector."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(np.linalg.norm(rows.mean(axis=0)))]
+
+
+class Least:
+    """The least of all entries."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(rows.min())]
+
+
+class Greatest:
+    """The greatest of all entries."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        return [float(rows.max())]
+
+
+class Activity:
+    """Sum of |changes| of all entries a second."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:
+        return [float(np.abs(np.diff(rows, axis=0)).sum() / (t[-1] - t[0]))]
+
+
+class Settling:
+    """When each entry is within `SETTLING_BAND` for good [s], None if it is outside at the end."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float | None]:
+        return [settling_time(t, entry) for entry in rows.T]
+
+
+def settling_time(t: Numbers, values: Numbers) -> float | None:
+    """Time from which |values| stays within SETTLING_BAND [s]; None if it is outside at the end."""
+    outside = np.flatnonzero(np.abs(values) > SETTLING_BAND)
+    if not len(outside):
+        return float(t[0])
+    return float(t[outside[-1] + 1]) if outside[-1] + 1 < len(t) else None

@@ -1,0 +1,112 @@
+"""The metrics that the package has of a flight, each declared once: of which quantity, reduced how, and what it means.
+
+`REPORTED` are computed from a log, for `metrics.json`; `SCORED` are summed while flying, for campaigns. Those that a mission
+names, the package's (`effort.py`) and a user's own, are classes of their own: `quadstep.flight.own_metric`.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from quadstep.metrics import quantities
+from quadstep.metrics.quantities import Quantity
+from quadstep.metrics.reductions import (
+    Activity,
+    Final,
+    Greatest,
+    Largest,
+    LargestLength,
+    Least,
+    LengthOfMean,
+    Mean,
+    Reduction,
+    Rms,
+    RmsLength,
+    Settling,
+    Sums,
+    Variation,
+)  # fmt: skip
+
+PAPER, REAL, OTHER = "paper", "real", "other"
+"""Whose flights a metric is reported of: the paper's plant, real vehicles, any other plant."""
+
+ALL = (PAPER, REAL, OTHER)
+
+
+class Metric(NamedTuple):
+    """name: its place in results, dots between levels, {} for the entry of its quantity. per: unit after that of the entry."""
+
+    name: str
+    meaning: str
+    quantity: Quantity
+    reduction: type[Reduction]
+    of: tuple[str, ...] = ALL
+    unit: str | None = None
+
+    def full_names(self, entries: Mapping[str, str]) -> list[str]:
+        """With their units, of a quantity with these entries."""
+        if "{}" not in self.name:
+            entries = dict(list(entries.items())[:1])
+        return [with_unit(self.name.format(name), self.unit or unit) for name, unit in entries.items()]
+
+
+class Score(NamedTuple):
+    """A metric summed while flying; as `Metric`. quantity: a name of `Scored.now`."""
+
+    name: str
+    meaning: str
+    quantity: str
+    sums: type[Sums]
+
+
+def with_unit(name: str, unit: str) -> str:
+    """`position_rmse[m]`."""
+    return name if unit == "-" else f"{name}[{unit}]"
+
+
+RMSE, LARGEST = "position_rmse", "largest_error"
+DISTANCE = "root mean square of the distance from the path"
+FARTHEST = "largest distance from the path"
+
+REPORTED = (
+    Metric("position.{}.rmse", "root mean square error along an axis", quantities.position_error, Rms),
+    Metric("position.{}.largest", "largest error along an axis", quantities.position_error, Largest),
+    Metric("position.{}.final", "error along an axis at the end", quantities.position_error, Final),
+    Metric(RMSE, DISTANCE, quantities.position_error, RmsLength),
+    Metric(LARGEST, FARTHEST, quantities.position_error, LargestLength, (REAL, OTHER)),
+    Metric("measured_rmse", "distance of what the controller was told from the truth", quantities.measuring_error, RmsLength),
+    Metric("attitude.{}.rmse", "root mean square error of an angle", quantities.attitude_error, Rms),
+    Metric("attitude.{}.largest", "largest error of an angle", quantities.attitude_error, Largest),
+    Metric("attitude.{}.final", "error of an angle at the end", quantities.attitude_error, Final),
+    Metric("attitude.{}.error_settling", "when the error of an angle is small for good", quantities.attitude_error, Settling,
+           unit="s"),
+    Metric("attitude.{}.angle_settling", "when an angle is near its last command for good", quantities.attitude_from_last,
+           Settling, unit="s"),
+    Metric("largest_tilt", "largest angle between thrust and vertical", quantities.tilt, Largest),
+    Metric("{}.largest", "largest magnitude of an input", quantities.inputs, Largest),
+    Metric("{}.total_variation", "sum of |changes| of an input from row to row", quantities.inputs, Variation),
+    Metric("rotors.least", "least thrust of any rotor", quantities.rotors, Least),
+    Metric("rotors.largest", "largest thrust of any rotor", quantities.rotors, Greatest),
+    Metric("rotors.activity", "sum of |changes| of all rotors' thrusts a second", quantities.rotors, Activity, (REAL, OTHER),
+           "N/s"),
+    Metric("mean_thrust", "mean of the sum of the rotors' thrusts", quantities.total_thrust, Mean, (REAL, OTHER)),
+    Metric("saturated_share", "share of the rows at which the rotors' limits left less than was asked for",
+           quantities.saturation, Mean),
+    Metric("wind.mean", "length of the mean wind", quantities.wind, LengthOfMean),
+    Metric("largest_weight_norm.{}", "largest norm of a net's weights", quantities.weight_norms, Largest),
+)  # fmt: skip
+"""In the order of `metrics.json`. A flight has those whose quantity its log has."""
+
+SCORED = (
+    Score(RMSE, DISTANCE, "error", RmsLength),
+    Score(LARGEST, FARTHEST, "error", LargestLength),
+    Score("effort_{}", "root mean square of an input", "inputs", Rms),
+    Score("variation_{}", "sum of |changes| of an input from sample to sample", "inputs", Variation),
+    Score("largest_{}", "largest norm of a net's weights", "norms", Largest),
+)
+"""In the order of a campaign's columns."""
+
+
+def score_names_of(efforts: Mapping[str, str], norms: Iterable[str]) -> tuple[str, ...]:
+    """The names of `SCORED` with their units, of a plant with these inputs and nets."""
+    entries = {"error": {"": "m"}, "inputs": efforts, "norms": dict.fromkeys(norms, "-")}
+    return tuple(with_unit(one.name.format(name), unit) for one in SCORED for name, unit in entries[one.quantity].items())

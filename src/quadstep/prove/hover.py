@@ -1,0 +1,90 @@
+"""Hover at the path's end: an equilibrium of the sampled loop, and the eigenvalues of its Jacobian, enclosed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.flight.engines import FlightPlan
+from quadstep.guidance.reference import Reference
+from quadstep.mission.schema import Mission
+from quadstep.numbers import Vector
+from quadstep.numbers.enclosure import UndefinedError
+from quadstep.prove.jet import Jet, jets
+from quadstep.prove.known import exact
+from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.spectrum import Spectrum, spectrum
+
+
+class Hover(NamedTuple):
+    """state: of the sampled loop, in the order of its names. tick: from which on the path rests. position [m]."""
+
+    state: list[float]
+    tick: float
+    position: tuple[float, ...]
+
+
+class Instability(NamedTuple):
+    """Eigenvalues outside the unit circle: how many of how many, and between which rates [1/s] the fastest error grows."""
+
+    unstable: int
+    states: int
+    slowest: float
+    fastest: float
+
+
+def resting(reference: Reference) -> bool:
+    """Whether a path stands still there."""
+    rates = (*reference.velocity, *reference.acceleration, reference.yaw_rate)
+    return not any(rates)
+
+
+def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
+    """Standing still at the path's end; None where the path does not rest there. Raises UserError."""
+    tick = float(loop.samples * loop.span)
+    reference = loop.loop.path.reference(tick * loop.ticks.step, loop.parameters.path)
+    if not resting(reference):
+        return None
+    still = mission.model_copy(update={"start": type(mission.start)()})  # type: ignore[attr-defined]
+    start = still.build(mission.path.build(mission.folder)).start(reference)
+    position: Vector = reference.position
+    return Hover(loop.at_rest(loop.loop.start(start, plan.parameters)), tick, tuple(map(float, position)))
+
+
+def is_equilibrium(loop: Sampled, at: Hover) -> bool:
+    """Whether the loop stays there in exact arithmetic, number by number."""
+    after = loop.step([exact(value) for value in at.state], at.tick)
+    return all(exact(a).value == exact(b).value for a, b in zip(after, at.state, strict=True))
+
+
+def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
+    """Its middle and radius, (states, states), the law in exact arithmetic. Raises UndefinedError."""
+    count = len(at.state)
+    middle, radius = np.zeros((count, count)), np.zeros((count, count))
+    for row, number in enumerate(loop.step(jets(at.state), at.tick)):
+        if isinstance(number, Jet):
+            if number.kinked:
+                raise UndefinedError(f"{loop.names[row]} has no slope there")
+            middle[row], radius[row] = number.slopes.centre[:, 0], number.slopes.tight[:, 0]
+    return middle, radius
+
+
+def instability(loop: Sampled, at: Hover) -> Instability | None:
+    """Proof that hover is no stable equilibrium; None where this does not show it."""
+    try:
+        if not is_equilibrium(loop, at):
+            return None
+        found = spectrum(*jacobian(loop, at))
+    except UndefinedError:
+        return None
+    count = 0 if found is None else found.outside
+    if found is None or not count:
+        return None
+    return Instability(count, len(at.state), *growth(found, loop.period))
+
+
+def growth(found: Spectrum, period: float) -> tuple[float, float]:
+    """Between which rates [1/s] the largest eigenvalue lies."""
+    size, radius = abs(found.centres[0]), found.radii[0]
+    return float(np.log(size - radius)) / period * (1.0 - 1e-12), float(np.log(size + radius)) / period * (1.0 + 1e-12)

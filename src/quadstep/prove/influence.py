@@ -1,0 +1,76 @@
+"""What a number depends on: run a law on these, and each result says which inputs it was made of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from quadstep.numbers.enclosure import PLAIN, Operand
+
+
+class Influence:
+    """The inputs, by place, that a number was made of. A product with zero is made of none."""
+
+    __slots__ = ("of",)
+    __array_ufunc__ = None
+    functions: Influences
+
+    def __init__(self, of: frozenset[int]) -> None:
+        self.of = of
+
+    def with_(self, *others: Operand) -> Influence:
+        """Made of these too."""
+        return Influence(self.of.union(*(one.of for one in others if isinstance(one, Influence))))
+
+    def __add__(self, other: Operand) -> Operand:
+        return self.with_(other) if isinstance(other, (Influence, *PLAIN)) else NotImplemented
+
+    __radd__ = __sub__ = __rsub__ = __truediv__ = __rtruediv__ = __add__
+    __lt__ = __le__ = __gt__ = __ge__ = __add__
+
+    def __mul__(self, other: Operand) -> Operand:
+        if isinstance(other, PLAIN) and np.all(np.asarray(other) == 0.0):
+            return 0.0
+        return self.__add__(other)
+
+    __rmul__ = __mul__
+    __and__ = __or__ = __rand__ = __ror__ = __add__
+
+    def __neg__(self) -> Influence:
+        return self
+
+    __pos__ = __abs__ = __invert__ = __neg__
+
+
+class Influences:
+    """The functions of `quadstep.numbers` for them."""
+
+    def one(self, x: Operand) -> Operand:
+        return x
+
+    sin = cos = exp = sigmoid = log = sqrt = one
+
+    def atan2(self, y: Operand, x: Operand) -> Influence:
+        return Influence(frozenset()).with_(y, x)
+
+    def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
+        if not isinstance(condition, Influence):
+            decided = np.asarray(condition)
+            if np.all(decided):
+                return yes
+            if not np.any(decided):
+                return no
+        return Influence(frozenset()).with_(condition, yes, no)
+
+    def word(self, x: Operand) -> Operand:
+        raise TypeError("the law works on the bits of a number")
+
+    def opaque(self, *_: object) -> Operand:
+        raise TypeError("it calls an opaque function")
+
+
+Influence.functions = Influences()
+
+
+def of(x: Operand) -> frozenset[int]:
+    """The inputs that a number was made of; none of a constant."""
+    return x.of if isinstance(x, Influence) else frozenset()

@@ -1,0 +1,153 @@
+"""Derivatives, enclosed: a value and its slopes along some directions, both as balls.
+
+A length is not differentiable at zero. It is Lipschitz, so that its product with a number that is exactly zero there has the
+slope zero; any other use of it leaves slopes without bound.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Enclosure, Operand, Truth, UndefinedError, ball, inverse, place
+
+
+class Jet:
+    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a length at zero, whose slopes are unknown."""
+
+    __slots__ = ("kinked", "slopes", "value")
+    __array_ufunc__ = None
+    functions: Jets
+
+    def __init__(self, value: Enclosure, slopes: Enclosure, kinked: bool = False) -> None:
+        self.value, self.slopes, self.kinked = value, slopes, kinked
+
+    def __add__(self, other: Operand) -> Operand:
+        if isinstance(other, Jet):
+            return Jet(self.value + other.value, self.slopes + other.slopes, self.kinked or other.kinked)
+        if isinstance(other, PLAIN):
+            return Jet(self.value + other, self.slopes, self.kinked)
+        return NotImplemented
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.value, -self.slopes, self.kinked)
+
+    def __pos__(self) -> Jet:
+        return self
+
+    def __sub__(self, other: Operand) -> Operand:
+        return self + (-other) if isinstance(other, (Jet, PLAIN)) else NotImplemented
+
+    def __rsub__(self, other: Operand) -> Operand:
+        return (-self) + other
+
+    def __mul__(self, other: Operand) -> Operand:
+        if isinstance(other, Jet):
+            if other is self:
+                return Jet(self.value * self.value, self.slopes * (2.0 * self.value), self.kinked)
+            kinked = (self.kinked and not zero(other.value)) or (other.kinked and not zero(self.value))
+            return Jet(self.value * other.value, self.slopes * other.value + other.slopes * self.value, kinked)
+        if isinstance(other, float | int) and other == 0.0:
+            return 0.0
+        if isinstance(other, PLAIN):
+            return Jet(self.value * other, self.slopes * other, self.kinked)
+        return NotImplemented
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Operand) -> Operand:
+        if isinstance(other, Jet):
+            value = inverse(other.value)
+            return self * Jet(value, other.slopes * -(value * value), other.kinked)
+        if isinstance(other, PLAIN):
+            return Jet(self.value / other, self.slopes / other, self.kinked)
+        return NotImplemented
+
+    def __rtruediv__(self, other: Operand) -> Operand:
+        value = inverse(self.value)
+        return Jet(value, self.slopes * -(value * value), self.kinked) * other
+
+    def __abs__(self) -> Operand:
+        return Jet.functions.where(self < 0.0, -self, self)
+
+    def __lt__(self, other: Operand) -> Operand:
+        return self.value < plain(other)
+
+    def __le__(self, other: Operand) -> Operand:
+        return self.value <= plain(other)
+
+    def __gt__(self, other: Operand) -> Operand:
+        return self.value > plain(other)
+
+    def __ge__(self, other: Operand) -> Operand:
+        return self.value >= plain(other)
+
+
+def plain(x: Operand) -> Operand:
+    """Its value."""
+    return x.value if isinstance(x, Jet) else x
+
+
+def zero(x: Enclosure) -> bool:
+    """Whether it is exactly zero."""
+    return bool(np.all((x.centre == 0.0) & (x.reach == 0.0)))
+
+
+class Jets:
+    """The functions of `quadstep.numbers` for them."""
+
+    def sin(self, x: Jet) -> Jet:
+        return Jet(ENCLOSURES.sin(x.value), x.slopes * ENCLOSURES.cos(x.value), x.kinked)
+
+    def cos(self, x: Jet) -> Jet:
+        return Jet(ENCLOSURES.cos(x.value), x.slopes * -ENCLOSURES.sin(x.value), x.kinked)
+
+    def exp(self, x: Jet) -> Jet:
+        value = ENCLOSURES.exp(x.value)
+        return Jet(value, x.slopes * value, x.kinked)
+
+    def sigmoid(self, x: Jet) -> Jet:
+        value = ENCLOSURES.sigmoid(x.value)
+        return Jet(value, x.slopes * (value * (1.0 - value)), x.kinked)
+
+    def log(self, x: Jet) -> Jet:
+        return Jet(ENCLOSURES.log(x.value), x.slopes * inverse(x.value), x.kinked)
+
+    def sqrt(self, x: Jet) -> Jet:
+        value = ENCLOSURES.sqrt(x.value)
+        if np.all(value.low > 0.0):
+            return Jet(value, x.slopes * (0.5 * inverse(value)), x.kinked)
+        if zero(x.value) and x.value.square:
+            return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
+        raise UndefinedError(f"a square root that may be zero has no slope ({place()})")
+
+    def atan2(self, y: Operand, x: Operand) -> Jet:
+        like = y if isinstance(y, Jet) else x
+        value = ENCLOSURES.atan2(plain(y), plain(x))
+        nothing = ball(np.zeros_like(like.slopes.centre))
+        (b, db), (a, da) = ((one.value, one.slopes) if isinstance(one, Jet) else (one, nothing) for one in (y, x))
+        square = inverse(a * a + b * b)
+        return Jet(value, (db * a - da * b) * square, any(one.kinked for one in (y, x) if isinstance(one, Jet)))
+
+    def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
+        if isinstance(condition, Truth):
+            if np.any(condition.holds & condition.fails):
+                raise UndefinedError(f"a choice on its edge ({place()})")
+            condition = condition.holds
+        return yes if np.all(condition) else no
+
+    def word(self, x: Jet) -> Operand:
+        raise UndefinedError(f"the law works on the bits of a number ({place()})")
+
+    def opaque(self, *_: object) -> Operand:
+        raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
+
+
+Jet.functions = Jets()
+
+
+def jets(values: list[float]) -> list[Jet]:
+    """One for each value, the i-th along direction i."""
+    unit = np.eye(len(values))[:, :, None]
+    return [Jet(ball([value]), ball(row)) for value, row in zip(values, unit, strict=True)]

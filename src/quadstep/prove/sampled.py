@@ -1,0 +1,146 @@
+"""The sampled closed loop as a map of one state: what flies, for any kind of number.
+
+From sample to sample all loops of the controller have run as often as they do until they fall due together again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from math import lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.control.opaque import Opaque
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Clock, Outcome
+from quadstep.flight.engines import FlightPlan, fly
+from quadstep.flight.log import REASONS, FlightLog
+from quadstep.flight.loop import Cycle, Loop
+from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
+from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError
+from quadstep.prove.influence import Influence, of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recorded(Loop):
+    """The same loop; its log holds the whole cycle, every leaf a column. leaves: how many."""
+
+    leaves: int = 0
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Numbered."""
+        return {str(place): "" for place in range(self.leaves)}
+
+    def row(self, cycle: Structure, p: Structure, time: Number) -> list[Number]:
+        """The cycle after its sample."""
+        return flatten(cycle)
+
+
+class Sampled:
+    """A plan's closed loop from sample to sample, `span` steps each.
+
+    places: of its state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never
+    depends (weights of nets that are off) are no state. period [s]; samples: of the flight.
+    """
+
+    def __init__(self, plan: FlightPlan) -> None:
+        refuse_unprovable(plan)
+        self.plan, self.ticks, self.parameters = plan, plan.ticks, plan.parameters
+        self.loop: Loop = plan.loop
+        self.span = lcm(*self.ticks.every)
+        self.samples, self.period = self.ticks.last // self.span, self.span * self.ticks.step
+        self.like: Cycle = self.loop.start(plan.start, plan.parameters)
+        self.start = [float(leaf) for leaf in flatten(self.like)]
+        if not self.samples:
+            raise UserError(f"the flight of {self.ticks.last * self.ticks.step:g} s ends before all loops have run once")
+        self.places = self.relevant()
+        names = leaf_names(self.like)
+        self.names = [names[place].partition(".")[2] for place in self.places]
+
+    def relevant(self) -> list[int]:
+        """The leaves that the vehicle's motion depends on, however many samples later."""
+        count = len(self.start)
+        try:
+            after = self.run([Influence(frozenset((i,))) for i in range(count)], np.arange(self.samples) * float(self.span))
+        except TypeError as error:
+            raise UserError(f"controller: nothing can be proved of it: {error}") from None
+        reasons = [of(leaf) for leaf in after]
+        found = set(range(len(flatten(self.like.state))))
+        found = set().union(*(reasons[i] for i in found))
+        while True:
+            more = found.union(*(reasons[i] for i in found))
+            if more == found:
+                return sorted(found)
+            found = more
+
+    def run(self, leaves: Sequence[Operand], tick: Operand, p: Structure | None = None) -> list[Operand]:
+        """All leaves of the cycle one sample later. tick: steps since the start. Raises UndefinedError."""
+        p = self.parameters if p is None else p
+        cycle = rebuild(self.like, iter(leaves))
+        step, tasks = self.ticks.step, self.loop.tasks
+        for past in range(self.span):
+            now = tick + float(past)
+            time = now * step
+            for task, every in zip(tasks, self.ticks.every, strict=True):
+                if past % every == 0:
+                    cycle, code = task.run(cycle, p, Clock(time, now, step * every))
+                    refuse_ended(code)
+            cycle = self.loop.advance(cycle, p, Clock(time, now, step))
+        return flatten(cycle)
+
+    def step(self, x: Sequence[Operand], tick: Operand, p: Structure | None = None) -> list[Operand]:
+        """The state one sample later. Raises UndefinedError."""
+        leaves: list[Operand] = list(self.start)
+        for place, value in zip(self.places, x, strict=True):
+            leaves[place] = value
+        after = self.run(leaves, tick, p)
+        return [after[place] for place in self.places]
+
+    def flown(self) -> tuple[Array, FlightLog]:
+        """The state before every sample of the flight, (samples + 1, states), by the compiled engine."""
+        own = {field.name: getattr(self.loop, field.name) for field in fields(Loop)}
+        loop = Recorded(**own, leaves=len(self.start))
+        log = fly(self.plan._replace(loop=loop, ticks=self.ticks._replace(log=1)))
+        moving = len(flatten(self.like.state))
+        before = np.vstack([[self.start], log.rows[:-1]])  # what is sampled stays until the next sample
+        before[:, :moving] = log.rows[:, :moving]
+        return before[:: self.span][:, self.places], log
+
+    def at_rest(self, cycle: Cycle) -> list[float]:
+        """The state's numbers in a cycle."""
+        leaves = flatten(cycle)
+        return [float(leaves[place]) for place in self.places]
+
+
+def refuse_unprovable(plan: FlightPlan) -> None:
+    """Raises UserError where a flight is more than equations from sample to sample."""
+    loop = plan.loop
+    if not isinstance(loop, Loop):
+        raise UserError("nothing can be proved of this kind of flight")
+    if isinstance(loop.controller.alone, Opaque):
+        raise UserError(
+            f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved of it"
+        )
+    if loop.sensing is not None and loop.sensing.noisy:
+        raise UserError("sensors: nothing can be proved under noise without bounds; set every noise, bias and walk to 0")
+    if loop.air is not None and loop.air.stirs:
+        raise UserError("wind: a proof needs air without turbulence; leave it out")
+    if max(plan.ticks.every) > plan.ticks.last:
+        raise UserError("simulation: a loop of the controller is slower than the whole flight")
+
+
+def refuse_ended(code: Operand) -> None:
+    """Raises UndefinedError where a flight may end."""
+    if isinstance(code, Enclosure) or (isinstance(code, float | np.ndarray) and np.any(np.asarray(code) != 0.0)):
+        raise UndefinedError(f"the flight may end: {ending(code)}")
+
+
+def ending(code: Operand) -> str:
+    """What an outcome other than 0 may be."""
+    most = code.high if isinstance(code, Enclosure) else np.asarray(code)
+    return REASONS.get(Outcome(min(int(np.max(most)), max(Outcome))), "a limit of the mission")

@@ -1,0 +1,100 @@
+"""Enclosures hold what a law gives on a box: every function, every law, in f64 and in exact arithmetic."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from quadstep import Mission
+from quadstep import numbers as n
+from quadstep.control.registry import controllers
+from quadstep.numbers.enclosure import Enclosure, UndefinedError
+from quadstep.numbers.functions import sinc
+from quadstep.prove.box import seeded
+from quadstep.prove.sampled import Sampled
+from quadstep.vehicle.state import State
+from tests.enclosures import outside, spread, states
+
+CENTRES = np.array([[0.3, -1.2, 2.5, 40.0], [0.7, 0.9, 1e-3, 3.0]])
+RADII = np.array([1e-6, 1e-3, 0.05, 0.2])
+
+FUNCTIONS = {
+    "sum": lambda a, b: a + b - 3.0 * a,
+    "product": lambda a, b: a * b,
+    "square": lambda a, b: a * a,
+    "quotient": lambda a, b: b / (a * a + 2.0),
+    "sin": lambda a, b: n.sin(a),
+    "cos": lambda a, b: n.cos(a),
+    "exp": lambda a, b: n.exp(0.1 * a),
+    "sigmoid": lambda a, b: n.sigmoid(a),
+    "sinc": lambda a, b: sinc(a - 0.3),
+    "log": lambda a, b: n.log(a * a + 1.0),
+    "sqrt": lambda a, b: n.sqrt(a * a + b * b),
+    "atan2": lambda a, b: n.atan2(a, b + 1.0),
+    "abs": lambda a, b: n.absolute(b - 0.01),
+    "clip": lambda a, b: n.clip(a, -1.2, 2.5),
+    "where": lambda a, b: n.where(b < 0.7, a, b * b),
+    "minimum": n.minimum,
+}
+
+EXACT = {
+    "sin": mpmath.sin, "cos": mpmath.cos, "sigmoid": lambda x: 1 / (1 + mpmath.exp(-x)), "exp": lambda x: mpmath.exp(x / 10),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_stays_in_its_enclosure(name):
+    most, _ = outside(lambda x: [FUNCTIONS[name](*x)], CENTRES, RADII, points=200)
+    assert most <= 0.0
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_a_box_without_width_holds_the_exact_value_and_the_one_that_flies(name):
+    """Two roundings apart at most: the rest is a few units in the last place."""
+    numbers = seeded(CENTRES, spread(CENTRES, 0.0))
+    found: Enclosure = FUNCTIONS[name](*numbers)
+    with mpmath.workdps(40):
+        for i, x in enumerate(CENTRES[0]):
+            true = EXACT[name](mpmath.mpf(float(x)) if name != "exp" else mpmath.mpf(0.1) * mpmath.mpf(float(x)) * 10)
+            assert abs(true - mpmath.mpf(float(found.centre[i]))) <= found.rest[i] < 1e-12 * (1.0 + abs(true))
+
+
+def test_what_is_linear_cancels():
+    a, b = seeded(CENTRES, spread(CENTRES, 0.1))
+    assert np.all((a + b - a - b).tight < 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "text"),
+    [
+        (lambda a, b: 1.0 / (a - 0.3), "a quotient by what may be zero"),
+        (lambda a, b: n.sqrt(b - 0.7), "a square root of what may be below zero"),
+        (lambda a, b: n.log(b - 0.7), "a logarithm of what may be zero or less"),
+        (lambda a, b: n.atan2(a - 0.3, b - 0.7), "of a point that may be the origin"),
+        (lambda a, b: n.atan2(a - 0.3, -b), "an angle across its jump"),
+    ],
+)
+def test_a_singularity_in_the_box_is_named_with_its_place(law, text):
+    with pytest.raises(UndefinedError, match=text) as caught:
+        law(*seeded(CENTRES[:, :1], spread(CENTRES[:, :1], 0.1)))
+    assert "test_prove_enclosures.py, line" in str(caught.value)
+
+
+def test_a_sum_of_squares_may_vanish():
+    a, b = seeded(CENTRES[:, :1], spread(CENTRES[:, :1], 0.1))
+    length = n.vector(a - 0.3, b - 0.7).norm()
+    assert length.low[0] > -1e-9
+    assert np.sqrt(2.0) * 0.1 <= length.high[0] < 0.1415
+
+
+LAWS = {name: {} for name in controllers(State)}
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("size", [1e-6, 1e-3])
+def test_a_sample_of_every_law_of_the_papers_plant_stays_in_its_enclosure(name, size):
+    path = {"type": "minimum-jerk", "end": [1.0, 0.5, 2.0], "duration": 3.0}
+    loop = Sampled(Mission(path=path, controller={"type": name}).plan())
+    centres, ticks = states(loop, 3, 1e-2)
+    most, rest = outside(lambda x: loop.step(x, ticks), centres, size, points=6)
+    assert most <= 0.0
+    assert rest.max() < 200.0 * size * size + 1e-12  # nearly linear: what is left is of second order

@@ -1,0 +1,91 @@
+"""`quadstep prove`: hover that is no stable equilibrium, by enclosed eigenvalues."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep import exit_codes, read_mission
+from quadstep.mission.read import plan_mission
+from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
+from quadstep.prove.sampled import Sampled
+from quadstep.prove.spectrum import spectrum
+from tests.commands import quadstep
+
+FAILS = Path(__file__).parent.parent / "examples" / "theorem_fails.toml"
+
+
+def loop_of(**controller):
+    mission = read_mission(FAILS)
+    if controller:
+        content = mission.model_dump()
+        content["controller"].update(controller)
+        mission = type(mission).model_validate(content)
+    plan = plan_mission(mission, FAILS)
+    loop = Sampled(plan)
+    return loop, hover(mission, plan, loop)
+
+
+def test_the_example_is_disproved(tmp_path):
+    run = quadstep("prove", FAILS)
+    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    for needed in (
+        "disproved",
+        "4 of the 82 eigenvalues",
+        "2.14987 to 2.14988 1/s",
+        "printed conditions hold",
+        "mm off the path",
+    ):
+        assert needed in run.out.replace("\n", " ")
+
+
+def test_without_nets_the_rate_is_that_of_the_trial():
+    loop, at = loop_of(nets={"enabled": False})
+    assert len(loop.places) == 22  # the nets' weights are no states
+    found = instability(loop, at)
+    assert (found.unstable, found.states) == (4, 22)
+    assert found.slowest < 0.4243866 + 1e-7
+    assert found.fastest > 0.4243866 - 1e-7
+    assert found.fastest - found.slowest < 1e-8
+
+
+def test_the_jacobian_encloses_differences_of_the_flying_loop():
+    loop, at = loop_of(nets={"enabled": False})
+    middle, radius = jacobian(loop, at)
+    assert radius.max() < 1e-11
+    step = 1e-6
+    for i in range(len(at.state)):
+        ahead, behind = ([x + sign * step * (i == k) for k, x in enumerate(at.state)] for sign in (1.0, -1.0))
+        slope = (np.array(loop.step(ahead, at.tick)) - np.array(loop.step(behind, at.tick))) / (2.0 * step)
+        assert np.abs(slope - middle[:, i]).max() < 1e-7
+
+
+def test_the_defaults_hover_stably_as_far_as_this_shows():
+    loop, at = loop_of(Lambda2=15.0, K_r2=250.0, nets={"enabled": False})
+    assert is_equilibrium(loop, at)
+    assert instability(loop, at) is None
+    assert spectrum(*jacobian(loop, at)).inside
+
+
+def test_discs_that_touch_the_circle_prove_nothing():
+    middle = np.array([[1.001, 0.0], [0.0, 0.9]])
+    assert spectrum(middle, np.full((2, 2), 1e-4)).outside == 1
+    assert spectrum(middle, np.full((2, 2), 1e-3)).outside == 0
+
+
+def test_eigenvalues_of_random_matrices_stay_in_their_discs():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        middle, radius = rng.normal(size=(6, 6)), 1e-6 * rng.uniform(size=(6, 6))
+        found = spectrum(middle, radius)
+        for _ in range(5):
+            values = np.linalg.eigvals(middle + radius * rng.choice([-1.0, 1.0], (6, 6)))
+            near = np.abs(values[:, None] - found.centres[None]) <= found.radii + 1e-12
+            assert near.any(axis=1).all()
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-12])
+def test_an_equilibrium_is_one_exactly(shift):
+    loop, at = loop_of(nets={"enabled": False})
+    moved = at._replace(state=[at.state[0] + shift, *at.state[1:]])
+    assert is_equilibrium(loop, moved) == (shift == 0.0)
