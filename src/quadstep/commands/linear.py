@@ -2,9 +2,10 @@
 
 import json
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -98,7 +99,7 @@ def counting(shown: Bar) -> "Told":
     return told
 
 
-def deliver(record: dict[str, Any], as_json: bool, otherwise: Any) -> None:
+def deliver(record: dict[str, object], as_json: bool, otherwise: Callable[[], None]) -> None:
     """Print one JSON object, or show it."""
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from quadstep.control.registry import controllers
 from quadstep.documents import read_toml
@@ -41,7 +40,7 @@ def under_each(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Analysis
         yield f"{name} (nets off)" if nets else name, found
 
 
-def under(content: dict[str, Any], path: Path, name: str) -> tuple[Mission, bool]:
+def under(content: dict[str, object], path: Path, name: str) -> tuple[Mission, bool]:
     """A mission under a law of this name, its gains as declared, its nets off; whether it has any. Raises UserError."""
     other = check_mission({**content, "controller": {"type": name}}, str(path), path.parent)
     section: ControllerSection = other.controller

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,11 +40,6 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 """What is drawn over time or draws."""
 
 
-def looks(place: int) -> Any:
-    """The line of a channel."""
-    return LINES[place % len(LINES)]
-
-
 def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
     """Magnitude [dB] and phase [deg] of L over frequency."""
     with drawing(sheet):
@@ -56,8 +51,8 @@ def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
             phase = np.degrees(np.unwrap(np.angle(shown.loop[:, i])))
             phase -= 360.0 * round((phase[len(phase) // 2] + 180.0) / 360.0)
             heard = size > FAINTEST
-            above.plot(shown.omega, size, label=channel.name, **looks(i))
-            below.plot(shown.omega, np.where(heard, phase, np.nan), **looks(i))
+            above.plot(shown.omega, size, label=channel.name, **LINES[i % len(LINES)])
+            below.plot(shown.omega, np.where(heard, phase, np.nan), **LINES[i % len(LINES)])
         above.axhline(0.0, color="0.5", linewidth=0.8)
         below.axhline(-180.0, color="0.5", linewidth=0.8)
         above.set_ylim(FAINTEST, LOUDEST)
@@ -77,12 +72,12 @@ def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
     """L in the complex plane around -1, with the circle on which only the phase differs from -1."""
     with drawing(sheet):
         figure = new_figure(sheet, 6.4, 6.0, 3.4)
-        axes: Any = figure.subplots()
+        axes = figure.subplots()
         margins(figure, sheet, 0.11, 0.09, 0.97, 0.92)
         turn = np.linspace(0.0, 2.0 * math.pi, 361)
         axes.plot(np.cos(turn), np.sin(turn), color="0.6", linewidth=0.8)
         for i, channel in enumerate(shown.channels):
-            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **looks(i))
+            axes.plot(shown.loop[:, i].real, shown.loop[:, i].imag, label=channel.name, **LINES[i % len(LINES)])
         axes.plot([-1.0], [0.0], "+", color="black", markersize=9)
         axes.set_xlim(-1.0 - 0.8 * REACH, -1.0 + 1.2 * REACH)
         axes.set_ylim(-REACH, REACH)
@@ -100,10 +95,10 @@ def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> No
     """What each step of the path makes of what was stepped."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.0, 2.8)
-        axes: Any = figure.subplots()
+        axes = figure.subplots()
         margins(figure, sheet, 0.08, 0.13, 0.98, 0.9)
         for i, step in enumerate(steps):
-            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **looks(i))
+            axes.plot(step.t, step.value, label=f"{step.name} [{step.unit}]", **LINES[i % len(LINES)])
         axes.axhline(1.0, color="0.5", linewidth=0.8)
         axes.set_xlim(0.0, max(float(step.t[-1]) for step in steps))
         axes.set_xlabel("t [s]")
@@ -119,13 +114,15 @@ def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Anal
     """Phase, delay and disk margins of each channel over time, or over the draws as points."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 6.4, 4.4)
-        grid: Any = figure.subplots(len(MEASURES), 1, sharex=True)
+        grid = figure.subplots(len(MEASURES), 1, sharex=True)
         margins(figure, sheet, 0.09, 0.08, 0.98, 0.93, 0.2, 0.1)
         for axes, (title, of) in zip(grid, MEASURES, strict=True):
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
                 drawn = (
-                    looks(i) if label == "t [s]" else {"color": looks(i)["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
+                    looks(i)
+                    if label == "t [s]"
+                    else {"color": LINES[i % len(LINES)]["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
                 )
                 axes.plot(at, np.where(np.isfinite(values), values, np.nan), label=channel.name, markersize=4, **drawn)
             axes.set_ylabel(title)

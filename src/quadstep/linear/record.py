@@ -1,7 +1,6 @@
 """An analysis for machines: numbers in SI units, gain margins in dB; what there is none of is null."""
 
 import math
-from typing import Any
 
 from quadstep.linear.analysis import Analysis
 from quadstep.linear.margins import Margins
@@ -30,7 +29,7 @@ def margin_record(one: Margins) -> dict[str, float | None]:
     return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
 
 
-def record(found: Analysis, steps: list[Step]) -> dict[str, Any]:
+def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
     """All of it."""
     period = found.loop.period
     return {

@@ -1,15 +1,14 @@
 """`quadstep linear`: one mission from file to folder."""
 
-import json
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.linear import tables
-from quadstep.linear.analysis import Studied, studied
+from quadstep.linear.analysis import Analysis, Studied, studied
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.step import Step, steps
@@ -35,7 +34,7 @@ class Done(NamedTuple):
     name: str
     studied: Studied
     steps: list[Step]
-    record: dict[str, Any]
+    record: dict[str, object]
 
 
 def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> Done:
@@ -57,7 +56,7 @@ def of_file(mission: Mission, path: Path) -> Studied:
         raise UserError(f"{path}: {error}") from None
 
 
-def about(mission: Mission, path: Path, found: Studied, moves: list[Step]) -> dict[str, Any]:
+def about(mission: Mission, path: Path, found: Studied, moves: list[Step]) -> dict[str, object]:
     """What `--json` prints, and `linear.json` holds."""
     given = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     return {**given, **record(found.analysis, moves)}
@@ -72,8 +71,8 @@ def write(out: Path, done: Done, sheet: Sheet) -> None:
     write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]"), [tuple(pole) for pole in found.poles])
     write_json(out / "linear.json", done.record)
     body = [page.listing(tables.sentences(found)), *sections(out, done, sheet)]
-    page.write_page(out / REPORT, f"{done.name}: linear", body)
-    write_json(out / MANIFEST, json.loads(json.dumps({**done.record, "states": len(done.record["states"])})))
+    page.write_page(out / REPORT, done.name, body, "Linear")
+    write_json(out / MANIFEST, {**done.record, "states": len(found.loop.period.names)})
 
 
 def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
@@ -102,7 +101,7 @@ def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
     return body
 
 
-def opened_loop(found: Any) -> Open:
+def opened_loop(found: Analysis) -> Open:
     """What the plots show: up to half the rate of the law."""
     ready = opened(found.loop)
     highest = np.pi * len(ready.due) / ready.length

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def collected(made: Iterable[tuple[str, Analysis | str]], told: Told) -> list[tu
     return found
 
 
-def about(done: Several, path: Path) -> dict[str, Any]:
+def about(done: Several, path: Path) -> dict[str, object]:
     """What `--json` prints, and `linear.json` holds."""
     loops = [
         {"name": name, **(record(one, []) if isinstance(one, Analysis) else {"refused": one})} for name, one in done.found
@@ -111,5 +111,5 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
     body.append(page.table(worst.ROW_HEADER, worst.rows(done.found)))
     if done.refused:
         body += [page.heading("Not linearised", "refused"), page.listing(done.refused)]
-    page.write_page(out / REPORT, f"{done.name}: linear", body)
+    page.write_page(out / REPORT, done.name, body, "Linear")
     write_json(out / MANIFEST, {key: value for key, value in full.items() if key != "loops"})
