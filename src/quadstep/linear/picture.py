@@ -120,7 +120,7 @@ def draw_over(path: Path, name: str, label: str, at: Array, loops: Sequence[Anal
             for i, channel in enumerate(loops[0].channels):
                 values = np.array([of(one.margins[i]) for one in loops])
                 drawn = (
-                    looks(i)
+                    LINES[i % len(LINES)]
                     if label == "t [s]"
                     else {"color": LINES[i % len(LINES)]["color"], "marker": "o+x^"[i % 4], "linestyle": ""}
                 )
