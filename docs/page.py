@@ -7,10 +7,11 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from quadstep.mission.template import template
 from quadstep.page.missions import fly_missions
 
 HERE = Path(__file__).parent
-MISSION = HERE / "lessons" / "10-real.toml"
+WIND = "mean = [6.0, 0.0, 0.0]"
 OPTIONS = (
     "--no-sandbox",
     "--use-gl=angle",
@@ -27,8 +28,9 @@ def main(folder: Path = HERE) -> None:
         print("docs/page.png is taken with Chromium, which is not here: the picture stays")
         return
     with tempfile.TemporaryDirectory() as temporary, sync_playwright() as browsers:
-        page = Path(temporary) / "page.html"
-        page.write_text(fly_missions([MISSION]), encoding="utf-8")
+        page, mission = Path(temporary) / "page.html", Path(temporary) / "mission.toml"
+        mission.write_text(template("x500").replace("# mean = [0.0, 0.0, 0.0]", WIND), encoding="utf-8")
+        page.write_text(fly_missions([mission]), encoding="utf-8")
         browser = browsers.chromium.launch(executable_path=chromium, args=list(OPTIONS))
         window = browser.new_page(viewport={"width": 1280, "height": 800})
         window.goto(page.as_uri())
