@@ -47,7 +47,7 @@ def check_campaign(content: Content, source: str, folder: Path) -> None:
 
 def check_part(content: Content, source: str, folder: Path) -> None:
     """A part of a mission, or of a campaign."""
-    if content.keys() <= {"vary", "correlated", "failure", "flights", "seed", "precision"}:
+    if content.keys() <= CampaignFile.model_fields.keys():
         check_campaign({"mission": "mission.toml", **content}, source, folder)
         return
     errors = []

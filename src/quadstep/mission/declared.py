@@ -89,11 +89,12 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     limits = numbers_section(f"{name}Limits", plant.Limits)
     first = controller(plant.measures, known[0]) if known else None
     usual: Any = section_of(first)(type=known[0]) if first else ...
+    called: Any = Annotated[Name, Quantity("", "of the flight, in its results")]
     made: Any = create_model(
         f"{name}Mission",
         __base__=DeclaredMission,
         __module__=__name__,
-        name=(Annotated[Name, Quantity("", "of the flight, in its results")], "Flight"),
+        name=(called, "Flight"),
         vehicle=(vehicle, ...),
         path=(AnyPath, ...),
         controller=(any_controller(plant.measures), usual),
