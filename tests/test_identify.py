@@ -18,7 +18,7 @@ from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.numbers import Vector
 from tests.commands import quadstep
-from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, write
+from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
 
 LEAVES = {
     "curve.speed": "command.speed",
@@ -106,10 +106,8 @@ def test_what_the_commands_do_not_vary_stays_with_a_reason(flights, truth):
 @pytest.mark.slow
 def test_a_known_vehicle_is_found_again(flights):
     found = identify(flights, start(), lambda what: None, predictors=False)
-    ratio = (4.2 / NOMINAL) ** TRUTH["command.voltage_exponent"]  # the preset's nominal voltage is that of a full battery
     for key, one in found.fitted.items():
-        true = TRUTH[key] * (ratio if key == "command.speed" else 1.0)
-        assert one.value == pytest.approx(true, rel=0.08), key
+        assert one.value == pytest.approx(true_value(key), rel=0.08), key
         assert one.low < one.value < one.high
 
 

@@ -159,9 +159,13 @@ class EffectsSection(Section):
         return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
 
 
+MOST_LATE = 250
+"""Commands on their way to the rotors."""
+
+
 class CommandSection(Section):
-    """What a rotor makes of a motor command c, as share of the full one, for logs: after `delay` it is told to turn at
-    speed c^exponent (V / nominal_voltage)^voltage_exponent.
+    """What a rotor makes of a motor command c, as share of the full one, in logs: after `delay` it is told to turn at
+    speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
     """
 
     speed: Annotated[Positive, Quantity("rad/s", "of a rotor at the full command and the nominal voltage")]
@@ -333,6 +337,18 @@ class AirframeSection(Section):
             for number, thrust in enumerate(carried, start=1)
             if not allocated.least <= thrust <= allocated.most
         ]
+
+    def samples_late(self, period: float) -> int:
+        """Samples of the law, every `period` [s], until the rotors are told: a command is held for a period, half of which is
+        delay already. Raises ValueError where there are too many.
+        """
+        delay = self.command.delay if self.command else 0.0
+        count = round(max(delay - 0.5 * period, 0.0) / period)
+        if count > MOST_LATE:
+            raise ValueError(
+                f"vehicle.command.delay = {delay:g} s is {count} times simulation.control_period; allowed are at most {MOST_LATE}"
+            )
+        return count
 
     def check_step(self, step: float) -> None:
         """Raises ValueError if a rotor is too quick for steps of `step` [s]: Runge-Kutta 4 bears 2.78 time constants."""

@@ -149,6 +149,7 @@ class MultirotorMission(Mission):
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
+            late=self.vehicle.samples_late(simulation.control_period),
             fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
             warnings=partial(self.warnings, vehicle),
         )
