@@ -47,9 +47,7 @@ def coverage(count: int, guidance: float) -> None:
             pool.shutdown(wait=False, cancel_futures=True)
     if len(found) < 2:
         return
-    print(
-        f"\n{len(found)} trials {'number':15}{'mean error':>12}{'scatter':>10}{'interval':>10}{'inside':>8}   95 % interval of that"
-    )
+    print(f"\n{len(found)} trials {'number':15}{'mean error':>12}{'scatter':>10}{'interval':>10}{'inside':>8}   95 % sure")
     for key in found[0]:
         errors, halves, inside = (np.array([rows[key][i] for rows in found if key in rows]) for i in range(3))
         held = share(int(inside.sum()), len(inside))

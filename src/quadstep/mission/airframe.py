@@ -13,6 +13,7 @@ from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.plant import Airframe
+from quadstep.airframe.residual import INPUTS, OUTPUTS, Residual
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
 from quadstep.identify.predictor import Observer
@@ -32,7 +33,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector, cos, maximum, sin, total
+from quadstep.numbers import Vector, cos, matrix, maximum, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -147,12 +148,16 @@ class BatterySection(Section):
 
 
 class EffectsSection(Section):
-    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque."""
+    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque.
+
+    residual: what was learned beside the laws (`quadstep identify --residual`), if the vehicle has that.
+    """
 
     battery: bool = False
     ground: bool = False
     gyroscopic: bool = True
     drag: bool = True
+    residual: bool = False
 
     def build(self) -> Effects:
         """The effects as structure."""
@@ -203,6 +208,39 @@ class PredictionSection(Section):
         """The observer as numbers."""
         pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
         return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
+
+
+def as_nested(value: Any) -> Any:
+    """Lists of lists as tuples of tuples."""
+    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
+
+
+class ResidualSection(Section):
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.airframe.residual`).
+
+    Shapes: (hidden, 7), (hidden), (6, hidden), (6).
+    """
+
+    inputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    biases: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64)]
+    outputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> "ResidualSection":
+        hidden = len(self.biases)
+        for name, rows, count, width in (
+            ("inputs", self.inputs, hidden, INPUTS),
+            ("outputs", self.outputs, OUTPUTS, hidden),
+            ("offsets", (self.offsets,), 1, OUTPUTS),
+        ):
+            if len(rows) != count or any(len(row) != width for row in rows):
+                raise ValueError(f"{name}: should have {count} rows of {width} numbers, as biases has {hidden}")
+        return self
+
+    def build(self) -> Residual:
+        """The network as numbers."""
+        return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))
 
 
 class BuiltAirframe(NamedTuple):
@@ -258,6 +296,7 @@ class AirframeSection(Section):
     imu: ImuSection | None = None
     prediction: PredictionSection | None = None
     guided_prediction: PredictionSection | None = None
+    residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
     effects: EffectsSection = EffectsSection()
     sources: dict[str, str] = Field(default_factory=dict)
@@ -346,7 +385,7 @@ class AirframeSection(Section):
         count = round(max(delay - 0.5 * period, 0.0) / period)
         if count > MOST_LATE:
             raise ValueError(
-                f"vehicle.command.delay = {delay:g} s is {count} times simulation.control_period; allowed are at most {MOST_LATE}"
+                f"vehicle.command.delay = {delay:g} s is {count} times simulation.control_period; allowed: at most {MOST_LATE}"
             )
         return count
 
@@ -374,6 +413,7 @@ class AirframeSection(Section):
             drag=self.drag.build(),
             battery=(self.battery or UNUSED_BATTERY).build(),
             ground=NO_GROUND if self.ground is None else self.ground,
+            residual=self.residual.build() if self.residual and self.effects.residual else (),
         )
         return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
 
