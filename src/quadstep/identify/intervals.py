@@ -6,9 +6,10 @@ jackknife over blocks: Kuensch 1989).
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.airframe.geometry import Geometry
 from quadstep.analysis.statistics import student_quantile
@@ -61,11 +62,13 @@ def averaged(
     return p, {**known, **more}, why
 
 
-def parts(flight: Floats, row: Floats, period: float) -> Floats:
+def parts(flight: NDArray[Any], row: NDArray[Any], period: float) -> Floats:
     """A number for each row that says which part of flight it belongs to."""
+    whole = np.asarray(flight, dtype=np.float64)
     if len(np.unique(flight)) >= FLIGHTS:
-        return flight
-    return flight * 1e6 + row // max(1, round(STRETCH / period))
+        return whole
+    inside: Floats = whole * 1e6 + row // max(1, round(STRETCH / period))
+    return inside
 
 
 def shifts_of_averages(

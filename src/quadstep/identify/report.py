@@ -20,7 +20,7 @@ from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.logs.flight import FlightRecord
 from quadstep.logs.signals import spectrum
 from quadstep.mission.airframe import AirframeSection
-from quadstep.report.axes import plain_decades
+from quadstep.report.axes import plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, new_figure
 from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
@@ -99,7 +99,7 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
         rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
     header = (
-        "flight, x / y / z", "measured angular acceleration [rad/s^2]", "unexplained", "unexplained acceleration [m/s^2]",
+        "flight, x / y / z", "angular acceleration [rad/s^2]", "of it unexplained", "unexplained acceleration [m/s^2]",
         "its mean", "thrust over needed",
     )  # fmt: skip
     return table(header, rows)
@@ -138,6 +138,7 @@ def spectra(one: Followed) -> str:
                 panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
                              label=f"residual, {horizon} ahead", **style)  # fmt: skip
             plain_decades(panel.xaxis)
+            panel.yaxis.set_major_formatter(powers())
             panel.set_title(f"{name} rate", fontsize=9, loc="left")
             panel.set_xlabel("frequency [Hz]")
         axes[0].set_ylabel("rad/s per √Hz")

@@ -45,7 +45,8 @@ def spectrum(x: Floats, period: float, count: int = 256) -> tuple[Floats, Floats
     pieces = [x[first : first + count] for first in range(0, len(x) - count + 1, max(1, count // 2))]
     powers = [np.abs(np.fft.rfft((piece - piece.mean(axis=0)) * window, axis=0)) ** 2 for piece in pieces]
     density: Floats = np.sqrt(2.0 * period * np.mean(powers, axis=0) / float((window**2).sum()))
-    return np.fft.rfftfreq(count, period)[1:], density[1:]
+    frequencies: Floats = np.arange(len(density)) / (count * period)
+    return frequencies[1:], density[1:]
 
 
 def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:

@@ -1,10 +1,10 @@
 """How well vehicles are identified.
 
-python -m benchmarks.identification coverage 100: a vehicle whose numbers are known is flown so many times, with noise, lag and
+python -m tests.identified coverage 100: a vehicle whose numbers are known is flown so many times, with noise, lag and
 jitter, and identified; how often each true number lies within its 95 % interval. With a third number the position loop
 runs that often [s]: at 0.01, what it does between the rows of a log stays hidden.
 
-python -m benchmarks.identification split LOG... --held LOG...: some flights are fitted, the others predicted.
+python -m tests.identified split LOG... --held LOG...: some flights are fitted, the others predicted.
 """
 
 import argparse
