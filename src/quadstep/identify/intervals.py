@@ -6,7 +6,7 @@ jackknife over blocks: Kuensch 1989).
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,7 @@ def averaged(
     return p, {**known, **more}, why
 
 
-def parts(flight: NDArray[Any], row: NDArray[Any], period: float) -> Floats:
+def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:
     """A number for each row that says which part of flight it belongs to."""
     whole = np.asarray(flight, dtype=np.float64)
     if len(np.unique(flight)) >= FLIGHTS:

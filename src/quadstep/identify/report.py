@@ -1,11 +1,12 @@
 """The report of an identification as an HTML page: the numbers, how well they predict, what is left over."""
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from quadstep.atomic import write_beside
 from quadstep.errors import UserError
@@ -42,7 +43,7 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
     kind = "held out of this fit" if run.held_out else "fitted"
     parts = [
-        paragraph(f"{len(flights)} flights: {', '.join(flight.name for flight in flights)}."),
+        paragraph(f"{len(flights)} flights: {', '.join(flight.name for flight in flights)}.", escape),
         *fitted(run.found),
         *compared(run),
         heading("What the model cannot explain", "left"),
@@ -54,10 +55,11 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
     vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
     parts.append(unexplained(followers, shown, vehicle))
-    for one in followers:
-        parts += [heading(f"{one.name} ({kind})", one.name), predictions(one), spectra(one)]
+    for place, one in enumerate(followers):
+        name = f"{one.name} ({kind})"
+        parts += [heading(name, one.name, escape), predictions(one, f"predicted{place}"), spectra(one, f"spectra{place}")]
     parts += again(shown, vehicle)
-    write_beside(path, page_text("Identified vehicle", parts))
+    write_beside(path, page_text("Identified vehicle", parts, "Identification"))
 
 
 def fitted(found: Identified) -> list[str]:
@@ -75,7 +77,9 @@ def compared(run: Run) -> list[str]:
     parts = [heading("How well it predicts flights that were not fitted", "held-out")]
     if not run.held_out:
         return [*parts, paragraph("No flight was held out: fewer than four, or --no-hold-out.")]
-    parts.append(paragraph(f'{", ".join(run.held_out)}: mean error over that of "velocity and rates stay what they are".'))
+    parts.append(
+        paragraph(f'{", ".join(run.held_out)}: mean error over that of "velocity and rates stay what they are".', escape)
+    )
     for found, knows in ((run.commands, "commands alone"), (run.guided, "commands and setpoints")):
         if found:
             header = (f"from {knows}, samples ahead", *GROUPS, "rates to zero rate")
@@ -102,11 +106,11 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         "flight, x / y / z", "angular acceleration [rad/s^2]", "of it unexplained", "unexplained acceleration [m/s^2]",
         "its mean", "thrust over needed",
     )  # fmt: skip
-    return table(header, rows)
+    return table(header, rows, escape)
 
 
-def predictions(one: Followed) -> str:
-    """Measured beside predicted, and what is left."""
+def predictions(one: Followed, file: str) -> str:
+    """Measured beside predicted, and what is left. file: its name, without ending."""
     kept = one.time - one.time[0] <= SHOWN
     measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
     panels = []
@@ -120,17 +124,18 @@ def predictions(one: Followed) -> str:
         panels.append(Panel(f"velocity along {name}", "m/s", lines))
     rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
     panels.append(Panel("residual of the velocity", "m/s", rest))
-    job = FigureJob(f"{one.name}-predicted", "", one.time[kept], panels, 2)
-    return drawn(job, f"{one.name}: measured, and predicted {AHEAD} samples before; what is left below")
+    job = FigureJob(file, "", one.time[kept], panels, 2)
+    return drawn(job, f"Measured, and predicted {AHEAD} samples before; what is left below")
 
 
-def spectra(one: Followed) -> str:
-    """Amplitude densities of the measured rates and of what predictions of each horizon leave."""
+def spectra(one: Followed, file: str) -> str:
+    """Amplitude densities of the measured rates and of what predictions leave. file: its name, without ending."""
     with TemporaryDirectory() as folder, drawing(SVG):
         sheet = new_figure(SVG, 9.0, 2.8)
-        axes: Any = sheet.subplots(1, 3, sharey=True)
         sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
-        for axis, (panel, name) in enumerate(zip(axes, AXES, strict=True)):
+        first: Axes | None = None
+        for axis, name in enumerate(AXES):
+            panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
             frequencies, signal = spectrum(one.measured[HORIZONS[0]].rates, one.period)
             panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
             for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
@@ -141,11 +146,14 @@ def spectra(one: Followed) -> str:
             panel.yaxis.set_major_formatter(powers())
             panel.set_title(f"{name} rate", fontsize=9, loc="left")
             panel.set_xlabel("frequency [Hz]")
-        axes[0].set_ylabel("rad/s per √Hz")
-        axes[0].legend(loc="lower left", fontsize="x-small")
-        path = Path(folder) / f"{one.name}-spectra"
-        write_figure(sheet, path, SVG)
-        return figure(path.with_suffix(".svg"), f"{one.name}: spectra of the rates and of what predictions leave of them")
+            if first is None:
+                first = panel
+                panel.set_ylabel("rad/s per √Hz")
+                panel.legend(loc="lower left", fontsize="x-small")
+            else:
+                panel.tick_params(labelleft=False)
+        write_figure(sheet, Path(folder) / file, SVG)
+        return figure(Path(folder) / f"{file}.svg", "Spectra of the rates and of what predictions leave of them")
 
 
 def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str]:

@@ -210,7 +210,7 @@ class PredictionSection(Section):
         return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
 
 
-def as_nested(value: Any) -> Any:
+def as_nested(value: object) -> object:
     """Lists of lists as tuples of tuples."""
     return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
 
