@@ -63,8 +63,8 @@ def true_vehicle() -> dict[str, Any]:
     return table
 
 
-def missions(seed: int, guidance: float) -> list[Mission]:
-    """Four flights along different paths. guidance: period of the position loop [s]."""
+def missions(seed: int, guidance: float, shaken: bool) -> list[Mission]:
+    """Four flights along different paths. guidance: period of the position loop [s]. shaken: at the usual gains."""
     paths: list[dict[str, Any]] = [
         {"type": "figure-eight", "centre": [0.0, 0.0, 1.5], "length": 2.4, "width": 1.6, "period": 5.0},
         {"type": "circle", "centre": [0.0, 0.0, 1.5], "radius": 1.0, "period": 4.0},
@@ -77,7 +77,7 @@ def missions(seed: int, guidance: float) -> list[Mission]:
             seed=17 * seed + i,
             vehicle=true_vehicle(),
             path=path,
-            controller=PID,
+            controller={"type": "pid"} if shaken else PID,
             sensors={"gyro_noise": 2e-5, "imu_period": 0.002, "imu_latency": 0.012, "position_noise": 1e-4},
             simulation={"duration": 24.0, "log_period": 0.002, "guidance_period": guidance},
             limits={"distance": 10.0},
@@ -87,15 +87,15 @@ def missions(seed: int, guidance: float) -> list[Mission]:
 
 
 @lru_cache(maxsize=4)
-def flown(seed: int, guidance: float) -> tuple[Any, ...]:
+def flown(seed: int, guidance: float, shaken: bool) -> tuple[Any, ...]:
     """The flights themselves."""
-    return tuple(fly_all(missions(seed, guidance)))
+    return tuple(fly_all(missions(seed, guidance, shaken)))
 
 
-def logged(seed: int, guidance: float = 0.002) -> list[FlightRecord]:
-    """The flights as logs of 100 Hz."""
+def logged(seed: int, guidance: float = 0.002, shaken: bool = False) -> list[FlightRecord]:
+    """The flights as logs of 100 Hz. shaken: so that the motors' torques stand out, as in what judges a log."""
     random = np.random.default_rng(seed)
-    return [record(flight, random) for flight in flown(seed, guidance)]
+    return [record(flight, random) for flight in flown(seed, guidance, shaken)]
 
 
 def true_value(key: str) -> float:
