@@ -117,7 +117,7 @@ class Flight(FlightLog):
         return jobs[figure].picture()
 
     def save(self, folder: Path | str, overwrite: bool = False) -> None:
-        """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, weights.json.
+        """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, report.html, weights.json.
 
         Raises UserError where the folder holds results of another mission, unless `overwrite`, and for the flight of a plan,
         of which no mission is known.

@@ -25,11 +25,14 @@ from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.report import write_report
 from quadstep.mission.schema import Mission
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
+
+REPORT = "report.html"
 
 Told: TypeAlias = Callable[[str, int, int], None]
 """Told a stage of the work, how much of it is done, and how much there is."""
@@ -138,6 +141,8 @@ def write_results(
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
+    captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
+    write_report(out / REPORT, mission, log, metrics, warnings, captions)
     return metrics, warnings
 
 
