@@ -74,9 +74,14 @@ def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -
     return [page.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
 
 
+def value(one: float, unit: str) -> str:
+    """A number as people write it; a count as it is."""
+    return f"{one:.0f}" if unit == "-" and one.is_integer() and abs(one) < 1e9 else units.quantity(one, unit, 4)
+
+
 def row(key: str, first: float | None, second: float | None) -> list[str]:
     """Both numbers and their ratio."""
     _, unit = units.metric(key)
-    shown = ["–" if one is None else units.quantity(one, unit, 4) for one in (first, second)]
+    shown = ["–" if one is None else value(one, unit) for one in (first, second)]
     ratio = units.number(second / first) if first and second is not None else "–"
     return [*shown, ratio]
