@@ -4,10 +4,11 @@ import math
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.report import page, units
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ IN_SUMMARY = 3
 
 
 def write_report(
-    path: Path, mission: "Mission", log: FlightLog, metrics: dict[str, Any], warnings: Sequence[str], figures: dict[str, str]
+    path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str], figures: dict[str, str]
 ) -> None:
     """Write it beside the flight's other files. figures: their captions by path from there, without ending."""
     drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
@@ -39,7 +40,7 @@ def write_report(
     page.write_page(path, mission.name, body, "Flight")
 
 
-def answer(log: FlightLog, metrics: dict[str, Any]) -> str:
+def answer(log: FlightLog, metrics: Metrics) -> str:
     """How it went, in a sentence."""
     if log.outcome is not Outcome.COMPLETED:
         return f"The flight diverged at {log.ended:.4g} s: {REASONS[log.outcome]}."
@@ -49,7 +50,7 @@ def answer(log: FlightLog, metrics: dict[str, Any]) -> str:
     )
 
 
-def facts(metrics: dict[str, Any]) -> list[page.Fact]:
+def facts(metrics: Metrics) -> list[page.Fact]:
     """The numbers that say most, as far as the flight has them."""
     found = []
     if "position" in metrics:
@@ -72,7 +73,7 @@ def facts(metrics: dict[str, Any]) -> list[page.Fact]:
 HEADER = ("", "RMSE", "largest", "final", "unit")
 
 
-def error_rows(metrics: dict[str, Any]) -> list[list[str]]:
+def error_rows(metrics: Metrics) -> list[list[str]]:
     """Each axis and angle, those of a kind in one unit."""
     rows = []
     for group, base in (("position", "m"), ("attitude", "rad")):

@@ -2,10 +2,10 @@
 
 import math
 from html import escape
-from typing import Any
 from urllib.parse import urlencode
 
 from quadstep.judging.verdict import scalars
+from quadstep.metrics.of_log import Metrics
 from quadstep.page.cards import best, picture
 from quadstep.page.folder import Result
 from quadstep.report import page, units
@@ -19,7 +19,7 @@ STYLE = """<style>
 </style>"""
 
 
-def compared_page(results: tuple[Result, Result], contents: tuple[dict[str, Any], dict[str, Any]]) -> str:
+def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metrics]) -> str:
     """The page. contents: of their metrics.json."""
     first, second = (numbers(content) for content in contents)
     names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
@@ -45,7 +45,7 @@ def compared_page(results: tuple[Result, Result], contents: tuple[dict[str, Any]
     )
 
 
-def numbers(content: dict[str, Any]) -> dict[str, float]:
+def numbers(content: Metrics) -> dict[str, float]:
     """The numbers of a metrics.json by dotted name, without those of the mission."""
     kept = {key: value for key, value in content.items() if key != "mission"}
     found = {}

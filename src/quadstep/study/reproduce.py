@@ -8,6 +8,7 @@ from typing import Any
 
 from quadstep import __version__
 from quadstep.flight.engine import Engine
+from quadstep.metrics.of_log import Metrics
 from quadstep.page.paper import write_paper_page
 from quadstep.report import page, units
 from quadstep.report.pool import drawing_pool
@@ -19,7 +20,7 @@ from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
-from quadstep.study.study import Logs, Metrics, Study, completed, fly_study, plan_study
+from quadstep.study.study import Logs, Study, completed, fly_study, plan_study
 
 NAME = "The paper's simulation study"
 
