@@ -1,7 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 from functools import cached_property, partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -13,7 +13,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.own_metric import Metric
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.effort import EffortMetric
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
@@ -106,7 +106,7 @@ class MultirotorMission(Mission):
     def scored_from(self) -> float:
         return self.score_from
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled

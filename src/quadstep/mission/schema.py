@@ -26,6 +26,7 @@ from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
 from quadstep.linear.names import MARGINS, UNITS, is_margin
 from quadstep.metrics.effort import EFFORT
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import with_usual_rates
@@ -180,10 +181,10 @@ class Mission(Section):
         """What is flown along a path. Raises UserError."""
 
     @abstractmethod
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         """What a flight of this plant was like, and warnings that only flying it could give."""
 
-    def flight_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def flight_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         """The same, with metrics of the user's own."""
         found, warnings = self.plant_metrics(log)
         half = 0.5 * self.simulation.step
