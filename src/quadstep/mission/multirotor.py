@@ -127,6 +127,7 @@ class MultirotorMission(Mission):
             sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity, asked)
             self.wind.check(duration)
             check_events(self.events, rotors, duration)
+            late = self.vehicle.samples_late(simulation.control_period)
         except ValueError as error:
             raise UserError(str(error)) from None
         return Built(
@@ -149,6 +150,7 @@ class MultirotorMission(Mission):
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
+            late=late,
             fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
             warnings=partial(self.warnings, vehicle),
         )

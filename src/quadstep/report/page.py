@@ -60,9 +60,9 @@ def style() -> str:
     return files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
 
 
-def heading(text: str, anchor: str) -> str:
-    """A section heading."""
-    return f'<h2 id="{escape(anchor)}">{rich(text)}</h2>'
+def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:
+    """A section heading. set_as: `escape` for text in which nothing is a symbol."""
+    return f'<h2 id="{escape(anchor)}">{set_as(text)}</h2>'
 
 
 def subheading(text: str) -> str:
