@@ -66,6 +66,7 @@ function start(): void {
     if (!shown) return;
     const { data, end, settings } = shown;
     clock.setEnd(end);
+    clock.slow = shown.flight.held ? undefined : { from: shown.flight.ended - 1, to: shown.flight.ended };
     if (before !== data.id) {
       board.window.reset();
       if (opened) {
