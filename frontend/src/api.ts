@@ -52,6 +52,16 @@ export function api(session: Session, clock: Clock): object {
     },
     setController: (controller: string) => session.apply({ ...shown().settings, controller }),
     setGhost: (ghost: string) => session.apply({ ...shown().settings, ghost }),
+    /** The log that was opened: name, kind, signals. */
+    log: () => {
+      const log = session.log.value;
+      return log ? { name: log.name, kind: log.kind, signals: log.series.map(({ name, unit, values }) => ({ name, unit, count: values.length })) } : null;
+    },
+    /** One of its signals: times [s] and values. */
+    signal: (name: string) => {
+      const found = session.log.value?.series.find((one) => one.name === name);
+      return found ? [Array.from(found.times), Array.from(found.values)] : null;
+    },
     /** Fly once more with the settings as they are; milliseconds it took. */
     fly: (): number => {
       session.apply({ ...shown().settings });

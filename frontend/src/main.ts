@@ -8,6 +8,7 @@ import { csv } from "./data/csv";
 import * as fragment from "./data/fragment";
 import { readPage } from "./data/page";
 import { fresh } from "./data/settings";
+import { listenToFiles } from "./logs/drop";
 import { Board } from "./plots/board";
 import { ScenePanel } from "./scene/panel";
 import { Session } from "./session";
@@ -56,6 +57,12 @@ function start(): void {
     const shown = session.shown.value;
     if (shown) downloadText(fileName(shown.data.name, "csv"), csv(shown.flight), "text/csv");
   });
+  byId("keep").addEventListener("click", () => session.kept.set(session.kept.value ? undefined : session.shown.value?.flight));
+  session.kept.watch((kept) => {
+    byId("keep").setAttribute("aria-pressed", String(kept !== undefined));
+    byId("keep").textContent = kept ? "Kept: let go" : "Keep";
+  });
+  listenToFiles(session.log, notice);
   board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
   byId("whole").addEventListener("click", () => board.window.reset());
 

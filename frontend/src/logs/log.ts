@@ -65,3 +65,15 @@ export function pathOfLog(log: Log): Flight | undefined {
   x.times.forEach((t, row) => table.set([t, x.values[row]!, y.values[row]!, z.values[row]!], 4 * row));
   return new Flight(["t", "x", "y", "z"], ["s", "m", "m", "m"], table, "", x.times[x.times.length - 1]!);
 }
+
+/** Those signals of a log that have these names, as flights: one a clock. */
+export function asFlights(log: Log, names: readonly string[]): Flight[] {
+  const clocks = new Map<Float64Array, Series[]>();
+  for (const one of log.series) if (names.includes(one.name)) clocks.set(one.times, [...(clocks.get(one.times) ?? []), one]);
+  return [...clocks].map(([times, series]) => {
+    const width = series.length + 1;
+    const table = new Float64Array(width * times.length);
+    times.forEach((t, row) => table.set([t, ...series.map(({ values }) => values[row]!)], width * row));
+    return new Flight(["t", ...series.map(({ name }) => name)], ["s", ...series.map(({ unit }) => unit)], table, "", times[times.length - 1]!);
+  });
+}

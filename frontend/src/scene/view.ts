@@ -54,6 +54,7 @@ export class SceneView {
   private readonly ground = new Ground();
   private readonly wanted = new Trail(7, -3);
   private readonly target = new Mesh(new CircleGeometry(1, 32), new MeshBasicMaterial({ transparent: true, depthWrite: false }));
+  private readonly logged = new Trail(2, -1, true);
   private readonly sky = new Sky();
   private readonly axes = new Axes();
   private readonly streaks = new Streaks();
@@ -82,7 +83,7 @@ export class SceneView {
     const sun = new DirectionalLight("#ffffff", 2.2);
     sun.position.set(-3, -5, 9);
     this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.object);
-    this.scene.add(this.sky.object, this.axes.object, this.streaks.object, this.target, this.plumb, this.shade);
+    this.scene.add(this.sky.object, this.logged.object, this.axes.object, this.streaks.object, this.target, this.plumb, this.shade);
     this.target.renderOrder = -1;
     palette.watch((colours) => this.colour(colours));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
@@ -112,6 +113,12 @@ export class SceneView {
     this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, at: lastOf(flight, data.position), time: flight.last - LOST };
     this.setTime(this.time);
     if (!keep) this.look(this.view.value);
+  }
+
+  /** The path of a log that was opened; undefined: none. */
+  showLog(flight: Flight | undefined): void {
+    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], POINTS).points : new Float32Array(), this.radius * 2);
+    this.request();
   }
 
   setTime(t: number): void {
@@ -183,6 +190,7 @@ export class SceneView {
     this.ground.colour(colours.muted, colours.dark);
     this.sky.colour(colours);
     this.axes.colour(colours.muted);
+    this.logged.colour(colours.pink);
     this.streaks.colour(colours.sky, colours.dark);
     const mixed = new Color(colours.blue).lerp(new Color(colours.paper), colours.dark ? 0.68 : 0.6);
     this.wanted.colour(`#${mixed.getHexString()}`);
