@@ -5,6 +5,10 @@ import pytest
 from tests.needs import CHROMIUM_PROGRAM
 
 
+PATIENCE = 180_000
+"""Milliseconds; on a busy machine drawing in software takes its time."""
+
+
 def start_browser(playwright, *, webgl=True):
     """Chromium on a machine whose network is closed, drawing in software."""
     drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -46,6 +50,7 @@ def open_page(browsers, page_file):
         context = browsers[webgl].new_context(
             viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
         )
+        context.set_default_timeout(PATIENCE)
         contexts.append(context)
         page = context.new_page()
         page.on("request", lambda request: requests.append(request.url))

@@ -78,6 +78,18 @@ def test_scene_shows_something_that_moves(open_page, scheme):
     assert np.median(np.abs(first - dark)) < 0.12  # the theme is the one asked for
     assert first.std() > 0.02
     assert (np.abs(first - second).max(axis=2) > 0.1).sum() > 300
+    words = page.locator("#labels").inner_text()
+    assert "thrust 9.8" in words and "10 m" in words
+    if scheme == "dark":  # once is enough
+        box = page.locator("#scene").bounding_box()
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(*middle)
+        page.mouse.down()
+        page.mouse.move(middle[0], box["y"] - 900)
+        page.mouse.up()
+        page.wait_for_timeout(400)
+        camera = page.evaluate("quadstep.camera()")
+        assert camera["position"][2] > camera["ground"]
 
 
 def test_case_1_flies_as_in_python(open_page):
@@ -471,7 +483,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page.hover("#plot-attitude")
     page.click("#plot-attitude button[aria-label^=Up]")
     assert ids()[:2] == ["attitude", "position"]
-    page.click("#plot-attitude button[aria-label^=Logarithmic]")
+    page.click("#plot-attitude button[aria-label^='log axis']")
     for kind, columns, title in (
         ("time", ["norm_r1", "u"], "norm_r1, u"),
         ("phase", ["x", "x_dot"], "x_dot over x"),

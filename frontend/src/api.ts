@@ -3,10 +3,12 @@
 import { csv } from "./data/csv";
 import { controlsOf, controllerOf, withValues } from "./data/settings";
 import { attitudeAt } from "./scene/pose";
+import type { SceneView } from "./scene/view";
 import type { Session, Shown } from "./session";
 import type { Clock } from "./view/clock";
 
-export function api(session: Session, clock: Clock): object {
+/** scene: where there is one. */
+export function api(session: Session, clock: Clock, scene: () => SceneView | undefined): object {
   const shown = (): Shown => {
     const now = session.shown.value;
     if (!now) throw new Error("no flight is shown");
@@ -72,6 +74,8 @@ export function api(session: Session, clock: Clock): object {
       const q = attitudeAt(shown().flight, shown().data.scene.attitude, t);
       return [q.w, q.x, q.y, q.z];
     },
+    /** Where the camera is, and the height of the ground [m]. */
+    camera: () => scene()?.eye ?? null,
     seek: (t: number) => clock.seek(t),
     time: () => clock.time.value,
     play: () => clock.playing.set(true),

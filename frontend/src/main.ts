@@ -125,7 +125,7 @@ function start(): void {
     opened = true;
     if (link?.step !== undefined) guide?.open(link.step, link.bare);
   };
-  Object.assign(globalThis, { quadstep: api(session, clock) });
+  Object.assign(globalThis, { quadstep: api(session, clock, () => scene?.view) });
   open();
   new SummaryStrip(byId("summary"), session);
   new ControlPane(byId("controls"), session, changes);

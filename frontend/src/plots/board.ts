@@ -167,7 +167,7 @@ export class Board {
       host.append(
         tool("↑", "Up", () => arrangement.move(id, -1, shown())),
         tool("↓", "Down", () => arrangement.move(id, 1, shown())),
-        tool("log", "Logarithmic axis on or off", () => arrangement.toggleLog(id, plot.panel.logarithmic)),
+        tool("log", "log axis on or off", () => arrangement.toggleLog(id, plot.panel.logarithmic)),
         tool("✕", "Hide", () => arrangement.toggle(id)),
       );
     }

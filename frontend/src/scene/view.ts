@@ -115,6 +115,11 @@ export class SceneView {
     if (!keep) this.look(this.view.value);
   }
 
+  /** Where the camera is, and the height of the ground. */
+  get eye(): { position: number[]; ground: number } {
+    return { position: this.camera.position.toArray(), ground: this.level };
+  }
+
   /** The path of a log that was opened; undefined: none. */
   showLog(flight: Flight | undefined): void {
     this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], POINTS).points : new Float32Array(), this.radius * 2);
