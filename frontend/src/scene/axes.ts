@@ -33,11 +33,11 @@ export class Axes {
     const points: number[] = [];
     NAMES.forEach((_, axis) => {
       const end = [0, 0, level];
-      end[axis]! += long;
+      end[axis] = long;
       points.push(0, 0, level, ...end);
       for (let k = 1; k <= MARKS; k++) {
         const mark = [0, 0, level];
-        mark[axis]! += k * step;
+        mark[axis] = k * step;
         const across = axis === 0 ? 1 : 0;
         const [from, to] = [[...mark], [...mark]];
         from[across]! -= tick;
@@ -52,11 +52,10 @@ export class Axes {
     const { step, floor, at } = this;
     NAMES.forEach((name, axis) => {
       for (let k = 1; k <= MARKS; k += 1) {
-        at.set(0, 0, floor).setComponent(axis, (axis === 2 ? floor : 0) + k * step);
-        const value = axis === 2 ? floor + k * step : k * step;
-        if (k % 2 === 0) labels.put("tick", `${plain(Number(value.toPrecision(6)))} m`, at, camera);
+        at.set(0, 0, floor).setComponent(axis, k * step);
+        if (k % 2 === 0) labels.put("tick", `${plain(Number((k * step).toPrecision(6)))} m`, at, camera);
       }
-      at.set(0, 0, floor).setComponent(axis, (axis === 2 ? floor : 0) + step * (MARKS + 0.9));
+      at.set(0, 0, floor).setComponent(axis, step * (MARKS + 0.9));
       labels.put("axis", name, at, camera);
     });
   }
