@@ -4,7 +4,6 @@ import pytest
 
 from tests.needs import CHROMIUM_PROGRAM
 
-
 PATIENCE = 180_000
 """Milliseconds; on a busy machine drawing in software takes its time."""
 
