@@ -71,6 +71,7 @@ def built() -> typer.Typer:
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
+    studies.command()(study.region)
     studies.command()(study.controllers)
     app.add_typer(studies, name="study")
     making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
