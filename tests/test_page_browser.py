@@ -479,7 +479,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
 
     before = ids()
     page.click("#chooser summary")
-    page.locator("#chooser .pickable", has_text="Position error").click()
+    page.locator("#chooser").get_by_text("Position error", exact=True).click()
     assert ids() == [one for one in before if one != "position-error"]
     page.hover("#plot-attitude")
     page.click("#plot-attitude button[aria-label^=Up]")
