@@ -10,13 +10,14 @@ PIP := -m pip --disable-pip-version-check
 # The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup reproduce test fuzz lint types bench bench-peers golden errata frontend clean
+.PHONY: help setup reproduce test fuzz lint types proofs bench bench-peers golden errata frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests; some: make test TESTS='tests/test_cli.py -x'"
 	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
+	@echo "make proofs     prove the statements of docs/theory.md with Coq and Gappa; installs them (Debian, 370 MB) if need be"
 	@echo "make bench      speed and memory, accuracy beside them"
 	@echo "make bench-peers  the same beside other simulators, installed into $(PEERS)"
 	@echo "make golden     accept the present results of the study as the committed ones"
@@ -70,6 +71,17 @@ lint: $(READY)
 
 types: $(READY)
 	$(BIN)/mypy
+
+PROVERS := coq libcoq-stdlib gappa
+
+proofs: $(READY)
+	@command -v coqc >/dev/null && command -v gappa >/dev/null || { \
+		command -v apt-get >/dev/null || { echo "make proofs needs Coq 8.16 or newer and Gappa, and there is no apt-get to install them with"; exit 2; }; \
+		echo "Installing $(PROVERS)"; \
+		as_root=$$(test "$$(id -u)" = 0 || echo sudo -n); \
+		$$as_root apt-get update -qq && \
+		$$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(PROVERS) >/dev/null; }
+	$(BIN)/python -m proofs
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

@@ -1,5 +1,5 @@
 // A client of the page's data, independent of its front end: flies what it is asked to and prints JSON.
-// node page_client.cjs PAGE < requests; a request is {flight, controller, values: {control: [numbers]}, rows: bool}.
+// node page_client.cjs PAGE < requests; a request is {flight, controller, values: {control: [numbers]}, rows: bool, net: bool}.
 const fs = require("node:fs");
 const page = fs.readFileSync(process.argv[2], "utf8");
 const inside = (id) => page.match(new RegExp(`<script id="${id}"[^>]*>([\\s\\S]*?)</script>`))[1];
@@ -14,7 +14,7 @@ const doubles = (text) => {
   const bytes = Buffer.from(text, "base64");
   return new Float64Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
 };
-const answer = ({ flight: id, controller: which, values = {}, rows: wanted = true }) => {
+const answer = ({ flight: id, controller: which, values = {}, rows: wanted = true, net: seen = false }) => {
   const flight = flights.find((one) => one.id === id);
   const controller = flight.controllers[which ?? 0];
   const law = data.laws[controller.law];
@@ -44,10 +44,12 @@ const answer = ({ flight: id, controller: which, values = {}, rows: wanted = tru
   ticks.last = Math.max(ticks.log, Math.round(duration / ticks.step));
   const rows = new Float64Array((Math.floor(ticks.last / ticks.log) + 1) * law.columns.length);
   const tables = controller.tables.map((name) => doubles(data.tables[name]));
-  const result = globalThis.quadstepLaws[controller.law].fly(parameters, tables, start, ticks, rows);
+  const net = seen ? new Float64Array((rows.length / law.columns.length) * (4 * law.net + 6)) : undefined;
+  const result = globalThis.quadstepLaws[controller.law].fly(parameters, tables, start, ticks, rows, net);
   return {
     ...result,
     values: wanted ? Buffer.from(rows.buffer, 0, result.rows * law.columns.length * 8).toString("base64") : "",
+    net: net ? Array.from(net) : [],
     columns: law.columns,
     names: law.names,
     parameters: Buffer.from(parameters.buffer).toString("base64"),

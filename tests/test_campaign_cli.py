@@ -32,8 +32,8 @@ def test_it_says_how_often_and_how_well_the_mission_succeeds(tmp_path):
     run = fly(path, tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     assert "60 flights: 100 % succeed; with 95 % confidence 94.0" in run.out
-    assert "position_rmse[m] of the 60 completed flights: 50 % below" in run.out
-    assert "largest_error[m] of the 60" in run.out
+    assert "Position RMSE of the 60 completed flights: 50 % below" in run.out
+    assert "Largest error of the 60" in run.out
     assert f"{tmp_path / 'out' / 'report.html'}" in run.out.replace("\n", "")
     worst = [one["flight"] for one in manifest(tmp_path / "out")["summary"]["worst"]]
     order = sorted(range(60), key=lambda i: (-rows(tmp_path / "out")["largest_error[m]"][i].as_py(), i))

@@ -153,7 +153,7 @@ def test_the_words_have_the_numbers():
     exact = binomtest(4, 10).proportion_ci(0.95, "exact")
     assert f"{100 * exact.low:.6g} to {100 * exact.high:.6g} %" in text
     assert "1 not-finite, 3 off-path, 1 spinning" in text
-    assert "of the 5 completed flights: 50 % below 0.3" in text
+    assert "Position RMSE of the 5 completed flights: 50 % below 300" in text
 
 
 def test_rates_near_one_are_not_rounded_to_it():

@@ -211,10 +211,42 @@ def test_slider_flies_again(open_page):
     np.testing.assert_array_equal(rows(page), before)
 
 
+def test_summary_tells_of_the_flight_that_is_shown_and_claims_know_that_they_do_not(open_page):
+    page = open_page()
+    mission = read_mission(EXAMPLES / "case1.toml")
+    assert_summed_up_as(page, mission, fly(mission.plan(EXAMPLES)))
+    assert page.locator("#summary-words").inner_text() == "Completed all 40.0 s."
+    figures = page.locator("#summary-figures").inner_text()
+    assert "file" not in figures
+    assert not page.locator(".stale-note").is_visible()
+    page.evaluate("quadstep.setControl('t_f', 3)")
+    assert re.match(r"Diverged at [\d.]+ s: ", page.locator("#summary-words").inner_text())
+    beside = page.locator(".filed").all_inner_texts()
+    assert len(beside) == 4
+    for text in beside:
+        assert text == "as in the file" or text.removeprefix("file ") in figures
+    assert page.locator(".stale-note").is_visible()
+    page.click("#reset")
+    assert not page.locator(".stale-note").is_visible()
+
+
 def test_flying_again_is_quick(open_page):
     page = open_page()
     took = min(page.evaluate("quadstep.fly()") for _ in range(5))
     assert took < 1000  # a crawling laws script would take seconds; the time itself is measured elsewhere
+
+
+def assert_summed_up_as(page, mission, log):
+    """The page's numbers are those of metrics.json, to the bit."""
+    metrics, _ = mission.flight_metrics(log)
+    summary = page.evaluate("quadstep.summary()")
+    wanted = {
+        "rmse": "position_rmse[m]", "largest": "largest_error[m]", "tilt": "largest_tilt[rad]", "share": "largest_thrust_share"
+    }  # fmt: skip
+    assert {name: summary[name] for name, metric in wanted.items() if metric in metrics} == {
+        name: metrics[metric] for name, metric in wanted.items() if metric in metrics
+    }
+    assert len(summary.keys() & wanted) >= 3
 
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = {duration}\n'
@@ -249,11 +281,14 @@ def test_control_is_the_mission_with_that_number(open_page, tmp_path, flight, co
     for name, value in controls.items():
         page.evaluate("([name, value]) => quadstep.setControl(name, value)", [name, value])
     (tmp_path / "changed.toml").write_text(mission)
-    log = fly(read_mission(tmp_path / "changed.toml").plan(tmp_path))
+    changed = read_mission(tmp_path / "changed.toml")
+    log = fly(changed.plan(tmp_path))
     flown = rows(page)
     count = min(len(flown), len(log.rows))  # a slower turn makes the page's flight longer, as its path is
     assert count > 300
     np.testing.assert_array_equal(flown[:count], log.rows[:count])
+    if len(flown) == count:
+        assert_summed_up_as(page, changed, log)
 
 
 @needs_node

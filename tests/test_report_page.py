@@ -9,11 +9,12 @@ import pytest
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.columns import COLUMNS
 from quadstep.flight.log import FlightLog
-from quadstep.report import page
+from quadstep.report import page, units
 from quadstep.report.drawing import FigureJob, Panel
-from quadstep.report.figures import prefixed
 from quadstep.report.publish import write_json
+from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
+from quadstep.report.units import prefixed
 
 HOSTILE = "<script>alert('x')</script> & \"quotes\""
 
@@ -133,3 +134,69 @@ def test_a_csv_reads_back_exactly(tmp_path):
 def test_json_refuses_what_is_not_json(tmp_path):
     with pytest.raises(ValueError, match="JSON"):
         write_json(tmp_path / "a.json", {"x": float("nan")})
+
+
+# Numbers as people write them
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (0.0047712, "m", "4.77 mm"), (0.0000047, "m", "4.70 µm"), (0.3, "m", "300 mm"), (12.345, "m", "12.3 m"),
+        (12345.0, "N", "12.3 kN"), (-0.0012, "rad", "−1.20 mrad"), (0.5, "-", "0.500"), (0.0, "m", "0 m"),
+        (float("nan"), "m", "– m"), (float("inf"), "s", "∞ s"), (1e9, "-", "1.00 × 10⁹"), (31000.0, "-", "31\u202f000"),
+    ],
+)  # fmt: skip
+def test_a_quantity_has_the_unit_and_digits_that_suit_it(value, unit, shown):
+    assert units.quantity(value, unit).replace("\u00a0", " ") == shown
+
+
+def test_an_interval_decides_how_many_digits_mean_something():
+    assert units.interval(0.0123456, 0.0119, 0.0128, "m").replace("\u00a0", " ") == "12.3 [11.9, 12.8] mm"
+    assert units.interval(0.0123456, 0.01234, 0.01235, "m").replace("\u00a0", " ") == "12.346 [12.340, 12.350] mm"
+    assert units.interval(0.0123, 0.0098, 0.0151, "m").replace("\u00a0", " ") == "12 [10, 15] mm"
+    assert units.interval(2.0, 1.0, 3.0) == "2.0 [1.0, 3.0]"
+    assert units.interval(0.5, float("nan"), float("nan")) == "0.500"
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [
+        ((0.5,), "50 %"),
+        ((1.0,), "100 %"),
+        ((0.0,), "0 %"),
+        ((0.9996,), "99.960 %"),
+        ((0.963, 0.935, 0.982), "96.3 [93.5, 98.2] %"),
+    ],
+)
+def test_a_share_can_be_told_from_none_and_all(share, shown):
+    assert units.percent(*share) == shown
+
+
+def test_a_summary_says_the_answer_draws_its_intervals_and_shows_its_figures(tmp_path):
+    job().draw(tmp_path)
+    fact = page.Fact("succeed", "96 %", "93 to 98 %", page.Span("", 0.93, 0.96, 0.98))
+    markup = page.summary(HOSTILE, [fact], [page.figure(tmp_path / "curve", "A curve of tau_psi")])
+    tree = ET.fromstring(f"<div>{markup}</div>")
+    assert HOSTILE in "".join(tree.itertext())
+    (drawn,) = [one for one in tree.iter("svg") if one.get("class") == "interval"]
+    assert float(drawn.find("ellipse").get("cx")) == pytest.approx(4.0 + 0.92 * 96.0, abs=0.1)
+    assert "τ<sub>ψ</sub>" in markup
+
+
+@pytest.mark.parametrize("span", [(float("nan"), 0.5, 1.0, 0.0, 1.0), (0.0, 0.5, 1.0, 1.0, 1.0)])
+def test_no_interval_is_no_drawing(span):
+    assert page.drawn_interval(page.Span("", *span)) == ""
+
+
+def test_a_page_lists_its_sections_and_prints_on_a4(tmp_path):
+    text = page.page_text("T", [page.heading(name, name) for name in ("one", "two", "three")], "Kind")
+    assert [anchor for anchor in ("one", "two", "three") if f'href="#{anchor}"' in text] == ["one", "two", "three"]
+    assert "quadstep · Kind" in text
+    assert "size: A4" in text
+    assert "<nav" not in page.page_text("T", [page.heading("one", "one")])
+
+
+def test_a_figure_without_svg_is_its_png(tmp_path):
+    job().draw(tmp_path, Sheet(("png",)))
+    assert 'src="data:image/png;base64,' in page.figure(tmp_path / "curve", "A curve")

@@ -30,6 +30,8 @@ export function api(session: Session, clock: Clock): object {
       const end = ghost ? { held: ghost.held, ended: ghost.ended, why: ghost.why } : null;
       return { held: flight.held, ended: flight.ended, why: flight.why, ghost: end, live, took };
     },
+    /** RMSE and largest error [m], largest tilt [rad], share of the full thrust, largest thrust [N]. */
+    summary: () => ({ ...shown().measures }),
     conditions: () => shown().conditions.map(({ condition, left, right, holds }) => ({ text: condition.text, left, right, holds })),
     settings: () => structuredClone(shown().settings),
     controls: () => {

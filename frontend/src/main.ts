@@ -2,6 +2,7 @@
 
 import { api } from "./api";
 import { badge } from "./controls/badge";
+import { Changes } from "./controls/changes";
 import { ControlPane } from "./controls/pane";
 import { csv } from "./data/csv";
 import * as fragment from "./data/fragment";
@@ -17,7 +18,9 @@ import { help } from "./view/help";
 import { listenToKeys } from "./view/keyboard";
 import { tabs } from "./view/tabs";
 import { startTheme, toggleTheme } from "./view/theme";
+import { SummaryStrip } from "./summary/strip";
 import { transport } from "./view/transport";
+import { Guide } from "./walk/guide";
 import { story } from "./walk/story";
 import { Strip } from "./walk/strip";
 
@@ -39,8 +42,9 @@ function start(): void {
 
   let scene: ScenePanel | undefined;
   const clock = new Clock((passed) => scene?.view?.spin(passed / clock.speed.value));
-  const board = new Board(byId("plots-list"), clock);
-  const pane = tabs();
+  const board = new Board(byId("plots-list"), clock, session);
+  const changes = new Changes(session);
+  const pane = tabs(page.story !== null);
   transport(byId("transport"), clock);
   const openHelp = help();
 
@@ -60,7 +64,7 @@ function start(): void {
   let before = "";
   session.shown.follow((shown) => {
     if (!shown) return;
-    const { data, flight, ghost, end, settings } = shown;
+    const { data, end, settings } = shown;
     clock.setEnd(end);
     if (before !== data.id) {
       board.window.reset();
@@ -69,7 +73,7 @@ function start(): void {
         clock.playing.set(!calm);
       }
     }
-    board.show(data, flight, ghost, end);
+    board.show(shown);
     badge(byId("badge"), shown);
     if (before !== data.id) {
       story(byId("story"), page, shown, (panels) => {
@@ -77,9 +81,24 @@ function start(): void {
         board.point(panels);
       });
     }
+    byId("story").classList.toggle("stale", !shown.asFiled);
     before = data.id;
-    address(fragment.write(settings, data));
+    address(fragment.write(settings, data, undefined, guide?.at.value));
   });
+
+  const guide = page.story
+    ? new Guide(byId("guide"), page.story, session, changes, board, ({ time, camera }) => {
+        clock.seek(time ?? 0);
+        scene?.view?.look(camera);
+        if (!calm) clock.playing.set(true);
+      })
+    : undefined;
+  byId("guide").hidden = !guide;
+  guide?.at.follow(() => {
+    const shown = session.shown.value;
+    if (shown) address(fragment.write(shown.settings, shown.data, undefined, guide.at.value));
+  });
+  pane(guide ? "guide" : "plots");
 
   const walk = (step: 1 | -1): void => {
     const at = page.flights.findIndex((flight) => flight.id === before);
@@ -96,12 +115,17 @@ function start(): void {
     clock.seek(link?.time ?? 0);
     clock.playing.set(!calm && link?.time === undefined);
     opened = true;
+    if (link?.step !== undefined) guide?.open(link.step, link.bare);
   };
   Object.assign(globalThis, { quadstep: api(session, clock) });
   open();
-  new ControlPane(byId("controls"), session);
+  new SummaryStrip(byId("summary"), session);
+  new ControlPane(byId("controls"), session, changes);
   new Strip(byId("walk"), session);
-  afterPaint(() => (scene = new ScenePanel(session, clock)));
+  afterPaint(() => {
+    scene = new ScenePanel(session, clock);
+    scene.view?.look(guide?.step?.camera ?? "orbit");
+  });
   window.addEventListener("hashchange", open);
   listenToKeys(clock, {
     camera: () => scene?.toggleCamera(),

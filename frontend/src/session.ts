@@ -2,10 +2,11 @@
 
 import type { FlightData, PageData } from "./data/contract";
 import { type Judged, judge } from "./data/conditions";
-import { type Inputs, fly, ghostOf, inputs } from "./data/engine";
+import { type Inputs, type Net, fly, flyNet, ghostOf, inputs } from "./data/engine";
 import type { Flight } from "./data/flight";
 import { recordedFlight } from "./data/recorded";
-import { type Settings, controllerOf, fresh } from "./data/settings";
+import { type Settings, controllerOf, fresh, isFresh } from "./data/settings";
+import { type Measures, measure } from "./summary/measure";
 import { Watched } from "./view/events";
 
 export interface Shown {
@@ -15,6 +16,9 @@ export interface Shown {
   readonly ghost: Flight | undefined;
   readonly given: Inputs | undefined;
   readonly conditions: readonly Judged[];
+  readonly measures: Measures;
+  /** Whether it flies as the file says. */
+  readonly asFiled: boolean;
   readonly live: boolean;
   /** What flying took [ms]. */
   readonly took: number;
@@ -22,9 +26,13 @@ export interface Shown {
   readonly end: number;
 }
 
+const UNKNOWN: Measures = { rmse: undefined, largest: undefined, tilt: undefined, share: undefined, thrust: undefined };
+
 export class Session {
   readonly shown = new Watched<Shown | undefined>(undefined);
   private recorded = new Map<string, Flight | undefined>();
+  private lastNet: { flight: Flight; net: Net | undefined } | undefined;
+  private readonly measured = new Map<string, Measures>();
 
   constructor(readonly page: PageData) {}
 
@@ -50,6 +58,11 @@ export class Session {
     const other = flown ? ghostOf(data, settings) : undefined;
     const behind = other && inputs(this.page, data, other.controller, settings, other.own);
     const ghost = behind && fly(this.page, behind);
+    const asFiled = isFresh(settings, data);
+    const here = measure(flight, data, given);
+    // What Python measured comes first: a recording in the page is thinned.
+    const measures = flown ? here : { ...here, ...data.summary.filed };
+    if (asFiled) this.measured.set(data.id, measures);
     const planned = given ? given.ticks.last * given.ticks.step : flight.last;
     this.shown.set({
       data,
@@ -58,10 +71,34 @@ export class Session {
       ghost,
       given,
       conditions: given ? judge(given) : [],
+      measures,
+      asFiled,
       live: flown !== undefined,
       took: performance.now() - before,
       end: Math.max(flight.last, ghost?.last ?? 0, flight.held ? 0 : Math.min(planned, flight.ended * 1.15)),
     });
+  }
+
+  /** What the file's own flight was like: as Python measured it, and what it did not as flown here. */
+  filed({ data }: Shown): Measures {
+    let found = this.measured.get(data.id);
+    if (!found) {
+      const settings = fresh(data);
+      const controller = controllerOf(data, settings.controller);
+      const given = controller && inputs(this.page, data, controller, settings);
+      const flight = given && fly(this.page, given);
+      found = { ...(flight ? measure(flight, data, given) : UNKNOWN), ...data.summary.filed };
+      this.measured.set(data.id, found);
+    }
+    return found;
+  }
+
+  /** The first net of the flight, row by row as the law shows it; undefined: there is none to show. */
+  net({ given, flight }: Shown): Net | undefined {
+    const law = given && this.page.laws[given.controller.law];
+    if (!given || !law?.net) return undefined;
+    if (this.lastNet?.flight !== flight) this.lastNet = { flight, net: flyNet(given, law) };
+    return this.lastNet.net;
   }
 
   private asRecorded(data: FlightData): Flight | undefined {

@@ -19,6 +19,7 @@ from quadstep.commands.envelope import envelope
 from quadstep.commands.export import export
 from quadstep.commands.fly import fly
 from quadstep.commands.identify import identify
+from quadstep.commands.linear import linear
 from quadstep.commands.new import new
 from quadstep.commands.page import page
 from quadstep.commands.prove import prove
@@ -65,11 +66,12 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
+    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, linear, vehicles)
     for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
+    studies.command()(study.region)
     studies.command()(study.controllers)
     app.add_typer(studies, name="study")
     making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)

@@ -28,6 +28,7 @@ LOG = Kind("a log", 400_000_000)
 
 FLIGHTS = Kind("a file of flights", 1_000_000_000)
 PAGE = Kind("a page", 400_000_000)
+STORY = Kind("a story", 200_000)
 PYTHON = Kind("a Python file", 2_000_000)
 ANY = LOG
 """Whatever a mission may name."""

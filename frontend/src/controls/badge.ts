@@ -51,9 +51,8 @@ export function badge(host: HTMLElement, shown: Shown): void {
 }
 
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */
-function asPython({ data, flight, settings, live }: Shown): HTMLElement | null {
-  const filed = !Object.keys(settings.values).length && settings.controller === data.controllers[0]?.id;
-  if (!live || !filed || Math.abs(data.outcome.ended - flight.ended) < 0.05) return null;
+function asPython({ data, flight, asFiled, live }: Shown): HTMLElement | null {
+  if (!live || !asFiled || Math.abs(data.outcome.ended - flight.ended) < 0.05) return null;
   const text = `The package’s own engine says: ${data.outcome.text}. This flight is chaotic before it ends: when it ends hangs on the last bit.`;
   return h("p", {}, ...rich(text));
 }

@@ -1,23 +1,24 @@
 // All controls of a flight, in groups: which controller flies, which is its ghost, and every number that may be set.
 
-import type { Control, Controller, FlightData } from "../data/contract";
-import { FILE, type Settings, controllerOf, controlsOf, fresh, valuesOf, withValues } from "../data/settings";
+import type { Controller, FlightData } from "../data/contract";
+import { controllerOf, controlsOf, fresh, valuesOf } from "../data/settings";
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { type Card, card } from "./card";
+import type { Changes } from "./changes";
+import { choice } from "./choices";
 
-const QUICK = 45; // ms: as long as flying takes no longer, plots follow a slider while it moves
 const FIRST = ["Gains", "Nets", "Path"]; // open, and in this order before all others
 
 export class ControlPane {
   private cards: { card: Card; owner: Controller | undefined }[] = [];
   private built = "";
   private readonly open = new Map<string, boolean>();
-  private waiting: Settings | undefined;
 
   constructor(
     private readonly host: HTMLElement,
     private readonly session: Session,
+    private readonly changes: Changes,
   ) {
     session.shown.watch((shown) => shown && this.show(shown));
   }
@@ -29,7 +30,6 @@ export class ControlPane {
       this.built = key;
       this.build(shown);
     }
-    this.waiting = undefined;
     for (const { card, owner } of this.cards) card.show(valuesOf(settings, card.control, owner));
     const ghost = this.host.querySelector<HTMLSelectElement>("#ghost");
     if (ghost) ghost.value = settings.ghost;
@@ -48,7 +48,7 @@ export class ControlPane {
     // A controller's own groups come first: they are what one turns most.
     const entries = [...controlsOf(data, controller)].sort((a, b) => Number(b[1] !== undefined) - Number(a[1] !== undefined));
     for (const [control, owner] of entries) {
-      const made = card(control, (which, values, final) => this.changed(which, owner, values, final));
+      const made = card(control, (which, values, final) => this.changes.moved(which, owner, values, final));
       this.cards.push({ card: made, owner });
       const group = groups.get(control.group) ?? [];
       group.push(made.element);
@@ -56,27 +56,8 @@ export class ControlPane {
     }
     const rank = (name: string): number => (FIRST.includes(name) ? FIRST.indexOf(name) : FIRST.length);
     const ordered = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
-    fill(this.host, this.choices(data, settings), ...ordered.map(([name, cards]) => this.group(name, cards)), this.foot(data));
-  }
-
-  private choices(data: FlightData, settings: Settings): HTMLElement {
-    const pick = (id: string, label: string, options: [string, string][], value: string, chosen: (v: string) => void): HTMLElement => {
-      const select = h("select", { id }, ...options.map(([v, text]) => h("option", { value: v }, text)));
-      select.value = value;
-      select.addEventListener("change", () => chosen(select.value));
-      return h("label", { class: "pick" }, h("span", {}, label), select);
-    };
-    const controllers = data.controllers.map(({ id, label }): [string, string] => [id, label]);
-    return h(
-      "div",
-      { class: "choices" },
-      pick("controller", "Flown by", controllers, settings.controller, (controller) =>
-        this.session.apply({ ...this.settings(), controller }),
-      ),
-      pick("ghost", "Ghost", [["", "none"], [FILE, "same, as in the file"], ...controllers], settings.ghost, (ghost) =>
-        this.session.apply({ ...this.settings(), ghost }),
-      ),
-    );
+    const picks = (["controller", "ghost"] as const).map((which) => choice(which, which, data, settings, this.session, this.changes));
+    fill(this.host, h("div", { class: "choices" }, ...picks), ...ordered.map(([name, cards]) => this.group(name, cards)), this.foot(data));
   }
 
   private group(name: string, cards: HTMLElement[]): HTMLElement {
@@ -89,27 +70,9 @@ export class ControlPane {
   private foot(data: FlightData): HTMLElement {
     const reset = h("button", { type: "button", id: "reset", class: "plain" }, "Reset all to the file");
     reset.addEventListener("click", () => {
-      const { controller, ghost } = this.settings();
+      const { controller, ghost } = this.changes.settings();
       this.session.apply({ ...fresh(data), controller, ghost });
     });
     return h("div", { class: "foot" }, reset);
-  }
-
-  private settings(): Settings {
-    const shown = this.session.shown.value;
-    if (!shown) throw new Error("nothing is shown");
-    return shown.settings;
-  }
-
-  private changed(control: Control, owner: Controller | undefined, values: readonly number[], final: boolean): void {
-    const settings = withValues(this.settings(), control, owner, values);
-    if (final) {
-      this.waiting = undefined;
-      this.session.apply(settings);
-    } else if ((this.session.shown.value?.took ?? Infinity) <= QUICK) {
-      const flying = this.waiting !== undefined;
-      this.waiting = settings;
-      if (!flying) requestAnimationFrame(() => this.waiting && this.session.apply(this.waiting));
-    }
   }
 }

@@ -19,6 +19,29 @@ export interface PageData {
   readonly outcomes: readonly { name: string; text: string; ended: boolean }[];
   readonly flights: readonly FlightData[];
   readonly claims: readonly Claim[];
+  readonly story: StoryData | null;
+}
+
+/** A guided walk. */
+export interface StoryData {
+  readonly title: string;
+  readonly steps: readonly StepData[];
+}
+
+export interface StepData {
+  readonly title: string;
+  readonly text: readonly string[];
+  readonly flight: string;
+  readonly controller: string;
+  readonly ghost: string;
+  /** As settings keep them. */
+  readonly values: Readonly<Record<string, readonly number[]>>;
+  /** A control, "controller" or "ghost". */
+  readonly move: string;
+  /** A plot, "net" or "scene". */
+  readonly watch: string;
+  readonly time: number | null;
+  readonly camera: "orbit" | "follow";
 }
 
 /** Facts about a compiled loop. */
@@ -30,6 +53,8 @@ export interface Law {
   readonly tasks: readonly string[];
   /** To switch neuron k off, off[i] goes to parameter number parameters[i]; presets have all on. */
   readonly neurons: readonly { parameters: readonly number[]; off: readonly number[] }[];
+  /** Neurons of the net that `fly` shows, 0 for none: at each row their activity, three weights each, the net's force, the one it should make. */
+  readonly net: number;
 }
 
 export interface Ticks {
@@ -47,7 +72,11 @@ export interface LawCode {
     start: Float64Array,
     ticks: Ticks,
     rows: Float64Array,
+    net?: Float64Array,
   ): { code: number; tick: number; rows: number };
+  /** As every engine computes them, to the bit. */
+  cos(x: number): number;
+  atan2(y: number, x: number): number;
 }
 
 export interface FlightData {
@@ -58,6 +87,7 @@ export interface FlightData {
   readonly claims: readonly number[];
   readonly outcome: { readonly code: number; readonly ended: number; readonly text: string };
   readonly facts: readonly (readonly [label: string, value: string])[];
+  readonly summary: SummaryData;
   /** Why it is not flown live; "" if it is. */
   readonly whyNot: string;
   readonly warnings: readonly string[];
@@ -67,6 +97,15 @@ export interface FlightData {
   readonly ticks: Readonly<Ticks>;
   readonly scene: SceneData;
   readonly panels: readonly PanelData[];
+}
+
+export interface SummaryData {
+  /** Errors count from this time on [s]. */
+  readonly since: number;
+  /** The parameter that holds a rotor's greatest thrust [N]. */
+  readonly limit: string | null;
+  /** What Python measured of the file's flight, as far as it did. share: greatest part of the rotors' full thrust. */
+  readonly filed: Readonly<Partial<Record<"rmse" | "largest" | "tilt" | "share", number>>>;
 }
 
 export interface Recorded {

@@ -1,6 +1,6 @@
 // A flight flown in the page: settings become parameters, and the compiled law flies them.
 
-import type { Controller, Effect, FlightData, PageData, Ticks } from "./contract";
+import type { Controller, Effect, FlightData, Law, PageData, Ticks } from "./contract";
 import { Flight } from "./flight";
 import { lawCode, unpack } from "./page";
 import { FILE, type Settings, controllerOf, controlsOf, valuesOf } from "./settings";
@@ -77,6 +77,29 @@ export function fly(page: PageData, given: Inputs): Flight | undefined {
     outcome?.ended ? outcome.text : "",
     end.tick * ticks.step,
   );
+}
+
+/** The first net of a flight. neurons: those in use. rows, one after the other, as `Law.net` says. */
+export interface Net {
+  readonly neurons: number;
+  readonly width: number;
+  readonly rows: Float64Array;
+  readonly times: Float64Array;
+}
+
+/** Flies once more, for what is seen of the net. */
+export function flyNet(given: Inputs, law: Law): Net | undefined {
+  const code = lawCode(given.controller.law);
+  if (!code) return undefined;
+  const { ticks } = given;
+  const [count, columns, width] = [Math.floor(ticks.last / ticks.log) + 1, law.columns.length, 4 * law.net + 6];
+  const table = new Float64Array(count * columns);
+  const net = new Float64Array(count * width);
+  const end = code.fly(given.parameters, given.tables, given.start, ticks, table, net);
+  const time = law.columns.findIndex(([name]) => name === "t");
+  const times = Float64Array.from({ length: end.rows }, (_, row) => table[row * columns + time]!);
+  const off = law.neurons.findIndex(({ parameters, off }) => parameters.every((at, k) => given.parameters[at] === off[k]));
+  return { neurons: off < 0 ? law.net : off, width, rows: net.subarray(0, end.rows * width), times };
 }
 
 /** The controller that is the ghost, and whether it flies with its own settings; undefined: no ghost. */

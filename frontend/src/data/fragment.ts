@@ -8,6 +8,10 @@ export interface Link {
   readonly settings: Settings;
   /** Time of the cursor [s], if the link says. */
   readonly time: number | undefined;
+  /** Step of the walk, from 0, if the link says. */
+  readonly step: number | undefined;
+  /** Whether it says nothing but the step. */
+  readonly bare: boolean;
   /** Sentences on what was not understood. */
   readonly complaints: readonly string[];
 }
@@ -15,12 +19,13 @@ export interface Link {
 const LONGEST = 8000;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?$/;
 
-/** The fragment that reproduces these settings, with its #. */
-export function write(settings: Settings, first: FlightData | undefined, time?: number): string {
+/** The fragment that reproduces these settings, with its #. step: of the walk, from 0. */
+export function write(settings: Settings, first: FlightData | undefined, time?: number, step?: number): string {
   const parts: string[] = [`flight=${encode(settings.flight)}`];
   if (settings.controller && settings.controller !== first?.controllers[0]?.id) parts.push(`controller=${encode(settings.controller)}`);
   if (settings.ghost) parts.push(`ghost=${encode(settings.ghost)}`);
   for (const [key, values] of Object.entries(settings.values)) parts.push(`set=${encode(key)}:${values.map(String).join(",")}`);
+  if (step !== undefined) parts.push(`step=${step + 1}`);
   if (time !== undefined) parts.push(`t=${time.toFixed(2)}`);
   return `#${parts.join("&")}`;
 }
@@ -31,7 +36,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
   const text = fragment.replace(/^#/, "");
   if (!text || !first) return undefined;
   if (text.length > LONGEST) {
-    return { settings: fresh(first), time: undefined, complaints: ["The link is too long to be one of this page; it was ignored."] };
+    return { settings: fresh(first), time: undefined, step: undefined, bare: false, complaints: ["The link is too long to be one of this page; it was ignored."] };
   }
   const complaints: string[] = [];
   const pairs = text.split("&").map(pair);
@@ -42,11 +47,13 @@ export function read(fragment: string, page: PageData): Link | undefined {
   if (id !== undefined && flight.id !== id) complaints.push("The link names a flight that this page does not have; the first one is shown.");
   let settings = fresh(flight);
   let time: number | undefined;
+  let step: number | undefined;
   for (const entry of pairs) {
     const [name, value] = entry ?? ["", ""];
     if (name === "flight") continue;
     if (name === "controller" && controllerOf(flight, value)) settings = { ...settings, controller: value };
     else if (name === "ghost" && (value === FILE || controllerOf(flight, value))) settings = { ...settings, ghost: value };
+    else if (name === "step" && page.story?.steps[Number(value) - 1]) step = Number(value) - 1;
     else if (name === "t" && NUMBER.test(value)) time = Number(value);
     else {
       const changed = name === "set" ? withPart(settings, flight, value) : undefined;
@@ -54,7 +61,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
       else complaints.push(`The link's part “${shown(name || "?", value)}” was not understood and is ignored.`);
     }
   }
-  return { settings, time, complaints: complaints.slice(0, 3) };
+  return { settings, time, step, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };
 }
 
 /** Settings after one "key:1,2,3"; undefined if it does not fit the flight. */

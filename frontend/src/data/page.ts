@@ -19,6 +19,7 @@ const EMPTY: PageData = {
   outcomes: [],
   flights: [],
   claims: [],
+  story: null,
 };
 
 /** The data, or an empty page if there is none. Throws if the data is of a format that this page does not read. */

@@ -23,6 +23,11 @@ export function fresh(flight: FlightData): Settings {
   return { flight: flight.id, controller: flight.controllers[0]?.id ?? "", ghost: "", values: {} };
 }
 
+/** Whether settings fly a flight as its file has it. */
+export function isFresh(settings: Settings, flight: FlightData): boolean {
+  return !Object.keys(settings.values).length && settings.controller === fresh(flight).controller;
+}
+
 export function controllerOf(flight: FlightData, id: string): Controller | undefined {
   return flight.controllers.find((controller) => controller.id === id);
 }

@@ -1,51 +1,56 @@
-// All plots of a flight, with one time cursor and one stretch of time.
+// All plots of a flight, with one time cursor and one stretch of time; and one that is watched elsewhere on the page.
 
-import type { FlightData } from "../data/contract";
-import type { Flight } from "../data/flight";
+import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
 import { fill, h } from "../view/dom";
 import { download, downloadText, fileName } from "../view/download";
 import { palette } from "../view/theme";
 import { plotPng, plotSvg } from "./export";
 import { listen } from "./interaction";
+import { NetFoot, netPanel } from "./net";
+import type { Panel } from "./panel";
 import { panelOf } from "./panels";
 import { Plot } from "./plot";
 import { TimeWindow } from "./range";
 
+export const NET = "net";
+
 export class Board {
   readonly window = new TimeWindow();
   private plots: Plot[] = [];
-  private caption = "";
+  private watched: { id: string; host: HTMLElement; plot: Plot | undefined } | undefined;
+  private shown: Shown | undefined;
 
   constructor(
     private readonly host: HTMLElement,
     private readonly clock: Clock,
+    private readonly session: Session,
   ) {
-    this.window.zoomed.follow(() => this.plots.forEach((plot) => plot.redraw()));
-    palette.follow(() => this.plots.forEach((plot) => plot.recolour()));
-    clock.time.follow((t) => this.plots.forEach((plot) => plot.setTime(t)));
-    void document.fonts.ready.then(() => this.plots.forEach((plot) => plot.redraw()));
+    this.window.zoomed.follow(() => this.each((plot) => plot.redraw()));
+    palette.follow(() => this.each((plot) => plot.recolour()));
+    clock.time.follow((t) => this.each((plot) => plot.setTime(t)));
+    void document.fonts.ready.then(() => this.each((plot) => plot.redraw()));
   }
 
   /** The plots of a flight; those already there stay and change their curves. */
-  show(data: FlightData, flight: Flight, ghost: Flight | undefined, end: number): void {
-    this.window.setWhole(end);
-    this.caption = data.name;
-    const panels = data.panels.flatMap((panel) => panelOf(panel, flight, ghost) ?? []);
+  show(shown: Shown): void {
+    this.shown = shown;
+    this.window.setWhole(shown.end);
+    const panels = shown.data.panels.flatMap((panel) => panelOf(panel, shown.flight, shown.ghost) ?? []);
     const same = panels.length === this.plots.length && panels.every((panel, i) => this.plots[i]!.panel.id === panel.id);
-    if (same) {
-      panels.forEach((panel, i) => this.plots[i]!.show(panel));
-      return;
+    if (same) panels.forEach((panel, i) => this.plots[i]!.show(panel));
+    else {
+      this.plots = panels.map((panel) => this.make(panel, `plot-${panel.id}`));
+      fill(this.host, ...this.plots.map((plot) => plot.element));
     }
-    this.plots = panels.map((panel) => {
-      const tools = h("span", { class: "tools" });
-      const plot = new Plot(panel, this.window, tools);
-      this.addTools(plot, tools);
-      listen(plot, this.window, this.clock, (t) => this.plots.forEach((each) => each.setHover(t, each === plot)));
-      plot.setTime(this.clock.time.value);
-      return plot;
-    });
-    fill(this.host, ...this.plots.map((plot) => plot.element));
+    this.showWatched();
+  }
+
+  /** One plot, or "net", elsewhere on the page as well; undefined: none. */
+  watch(id: string | undefined, host?: HTMLElement): void {
+    this.watched = id !== undefined && host ? { id, host, plot: undefined } : undefined;
+    if (host) fill(host);
+    this.showWatched();
   }
 
   /** Bring plots forward: scroll to the first of them and mark them all for a moment. */
@@ -59,6 +64,47 @@ export class Board {
     }
   }
 
+  private each(what: (plot: Plot) => void): void {
+    for (const plot of this.plots) what(plot);
+    if (this.watched?.plot) what(this.watched.plot);
+  }
+
+  private showWatched(): void {
+    const { watched, shown } = this;
+    if (!watched || !shown) return;
+    const panel = this.panel(watched.id, shown);
+    if (!panel) {
+      watched.plot = undefined;
+      fill(watched.host, h("p", { class: "quiet" }, "What flies now has nothing to show here."));
+    } else if (watched.plot) watched.plot.show(panel);
+    else {
+      watched.plot = this.make(panel, `watched-${panel.id}`, watched.id === NET ? new NetFoot() : undefined);
+      fill(watched.host, watched.plot.element);
+    }
+    if (watched.plot?.foot instanceof NetFoot) {
+      const net = this.session.net(shown);
+      if (net) watched.plot.foot.show(net);
+    }
+  }
+
+  private panel(id: string, shown: Shown): Panel | undefined {
+    if (id === NET) {
+      const net = this.session.net(shown);
+      return net && netPanel(net);
+    }
+    const data = shown.data.panels.find((panel) => panel.id === id);
+    return data && panelOf(data, shown.flight, shown.ghost);
+  }
+
+  private make(panel: Panel, id: string, foot?: NetFoot): Plot {
+    const tools = h("span", { class: "tools" });
+    const plot = new Plot(panel, id, this.window, tools, foot);
+    this.addTools(plot, tools);
+    listen(plot, this.window, this.clock, (t) => this.each((one) => one.setHover(t, one === plot)));
+    plot.setTime(this.clock.time.value);
+    return plot;
+  }
+
   private addTools(plot: Plot, host: HTMLElement): void {
     const button = (format: string, save: () => void): HTMLButtonElement => {
       const title = `Download “${plot.panel.title}” as ${format}`;
@@ -66,10 +112,11 @@ export class Board {
       made.addEventListener("click", save);
       return made;
     };
-    const name = (suffix: string): string => fileName(`${this.caption} ${plot.panel.title}`, suffix);
+    const caption = (): string => this.shown?.data.name ?? "";
+    const name = (suffix: string): string => fileName(`${caption()} ${plot.panel.title}`, suffix);
     host.append(
-      button("SVG", () => downloadText(name("svg"), plotSvg(plot, this.caption), "image/svg+xml")),
-      button("PNG", () => void plotPng(plot, this.caption).then((blob) => download(name("png"), blob))),
+      button("SVG", () => downloadText(name("svg"), plotSvg(plot, caption()), "image/svg+xml")),
+      button("PNG", () => void plotPng(plot, caption()).then((blob) => download(name("png"), blob))),
     );
   }
 }

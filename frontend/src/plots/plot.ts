@@ -9,6 +9,12 @@ import { Legend } from "./legend";
 import { type Panel, valueAt } from "./panel";
 import { type Range, type TimeWindow, largest, valueRange } from "./range";
 
+/** What may stand below a plot and follows its cursor. */
+export interface Foot {
+  readonly element: HTMLElement;
+  setTime(t: number): void;
+}
+
 export class Plot {
   readonly element: HTMLElement;
   readonly stage: HTMLElement;
@@ -30,13 +36,15 @@ export class Plot {
 
   constructor(
     public panel: Panel,
+    id: string,
     private readonly window: TimeWindow,
     tools: HTMLElement,
+    readonly foot?: Foot,
   ) {
     const label = `${panel.title} over time; left and right arrows move the time cursor, plus and minus zoom, 0 shows all`;
     this.stage = h("div", { class: "stage", tabindex: 0, role: "img", "aria-label": label }, this.base, this.overlay, this.tip);
     const head = h("header", {}, this.heading, tools, this.legend.roles);
-    this.element = h("section", { class: "plot", id: `plot-${panel.id}` }, head, this.legend.element, this.stage, this.note);
+    this.element = h("section", { class: "plot", id }, head, this.legend.element, this.stage, foot?.element, this.note);
     new ResizeObserver(() => this.resize()).observe(this.stage);
     new IntersectionObserver((entries) => {
       this.seen = entries.some((entry) => entry.isIntersecting);
@@ -78,7 +86,9 @@ export class Plot {
 
   setTime(t: number): void {
     this.time = t;
-    if (this.seen) this.drawOverlay();
+    if (!this.seen) return;
+    this.drawOverlay();
+    this.foot?.setTime(t);
   }
 
   /** Time under the pointer, here or on another plot; values are told where it is. */

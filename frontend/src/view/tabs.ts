@@ -2,11 +2,13 @@
 
 import { byId } from "./dom";
 
-export type Pane = "plots" | "controls" | "story";
+export type Pane = "guide" | "plots" | "controls" | "story";
 
-/** Gives the function that shows a pane. */
-export function tabs(): (pane: Pane) => void {
-  const buttons = [...byId("tabs").querySelectorAll<HTMLButtonElement>("button")];
+/** Gives the function that shows a pane. walk: whether there is one. */
+export function tabs(walk: boolean): (pane: Pane) => void {
+  const all = [...byId("tabs").querySelectorAll<HTMLButtonElement>("button")];
+  for (const button of all) button.hidden = button.value === "guide" && !walk;
+  const buttons = all.filter((button) => !button.hidden);
   const show = (pane: string): void => {
     document.body.dataset["pane"] = pane;
     for (const button of buttons) button.setAttribute("aria-selected", String(button.value === pane));

@@ -17,6 +17,7 @@ export function story(host: HTMLElement, page: PageData, shown: Shown, look: (pa
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, data.whyNot || "Shown as it was recorded.") : null,
     ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(warning))),
+    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "Something was changed: what is said below is of the flight as its file has it, not of the one you see.") : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.varied import Bins, spans_decades
+from quadstep.report import units
 from quadstep.report.canvas import drawing, headline, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
@@ -92,7 +93,7 @@ def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
     if metric.limit is not None and metric.limit <= 3.0 * high:
         above.text(metric.limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
     above.set_title(f"{count} completed", fontsize=9, loc="left")
-    below.set_xlabel(metric.name)
+    below.set_xlabel("{} [{}]".format(*units.metric(metric.name)))
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
@@ -220,8 +221,8 @@ def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
     value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
     bottom = max(0.0, 100.0 - 1.15 * (100.0 - float(low.min())))
     if found.edges is None:
-        axes.bar(places, value - bottom, 0.6, bottom, color=FILL, edgecolor="0.5")
         at = np.array(places, dtype=float)
+        axes.hlines(value, at - 0.3, at + 0.3, color=LINE, linewidth=1.2)
         axes.vlines(at, low, high, color=LINE, linewidth=1.2)
     else:
         left, right = found.edges[places], found.edges[[place + 1 for place in places]]

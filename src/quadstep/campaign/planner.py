@@ -32,6 +32,9 @@ TYPICAL = 256
 TRIED = 3
 """Flights on which it is tried whether a key can be built in one go."""
 
+FEWEST_ALIKE = 8
+"""Flights that have to agree, on average, in what cannot be built in one go, for a batch of each such value."""
+
 MOST_STRUCTURES = 200
 """Programs that one campaign may need; each takes about a second to compile."""
 
@@ -121,16 +124,16 @@ class Planner:
     ) -> Iterator[Batch]:  # fmt: skip
         """The flights that agree in what is not a number."""
         identity = tuple(map(repr, fixed.values()))
-        self.check(identity, fixed, columns, flights[members])
         if identity not in self.direct:
             self.direct[identity] = self.find_direct(fixed, {name: numbers(self.typical[name]) for name in columns})
         direct = {name: columns[name] for name in columns if name in self.direct[identity]}
         others = [name for name in columns if name not in direct]
-        if any(drawn[name].options is None for name in others):
+        alike = list(groups([columns[name] for name in others], len(members)))
+        if len(alike) * FEWEST_ALIKE > len(members) and any(drawn[name].options is None for name in others):
             yield from self.one_by_one(fixed, columns, flights, members)
             return
-        for chosen, some in groups([drawn[name].values[members] for name in others], len(members)):
-            more = {name: float(option(drawn[name], place)) for name, place in zip(others, chosen, strict=True)}
+        for chosen, some in alike:
+            more = dict(zip(others, chosen, strict=True))
             part = {name: column[some] for name, column in direct.items()}
             self.check((identity, chosen), {**fixed, **more}, part, flights[members[some]])
             yield self.in_one_go({**fixed, **more}, part, flights[members[some]], members[some])

@@ -40,6 +40,13 @@ from quadstep.report.sheet import Sheet
 
 REPORT, FIGURES = "report.html", "figures"
 
+GLANCE = {
+    "outcomes": "How the flights ended, and when those that ended early did",
+    "distributions": "Distance from the path: completed flights, and the share of all that are farther from it",
+    "ranking": "What the result depends on: the share of the variance that each key explains, with its interval",
+}
+"""The figures of the summary, as far as they are drawn."""
+
 FEWEST, FEWEST_EITHER = 40, 10
 """Flights without which nothing is said about what explains the error; failures and successes each, about failure."""
 
@@ -75,7 +82,7 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path,
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
                 body = sections(store, campaign, summary, path, temporary / FIGURES, sheet.with_svg())
-            page.write_page(temporary / REPORT, f"Campaign: {campaign.file.name}", body)
+            page.write_page(temporary / REPORT, campaign.file.name, body, "Campaign")
             return moved(temporary, store)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
@@ -102,13 +109,13 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
     success = flown[SUCCESS].to_numpy()
     rmse = np.where(through, number(flown[RMSE]), np.nan)
-    return [
-        *text.opening(store, campaign, summary, path),
+    evidence = [
         *distribution_section(store, campaign, summary, flown, through, folder, sheet),
         *key_sections(store, campaign, rmse, success, folder, sheet),
         *worst_section(store, campaign, summary, path, folder, sheet),
-        *text.closing(),
     ]
+    drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
+    return [text.glance(summary, drawn), *evidence, *text.opening(store, campaign, summary, path), *text.closing()]
 
 
 def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
@@ -131,8 +138,7 @@ def distribution_section(
     times = {name: some[np.isfinite(some)] for name, some in times.items()}
     draw_outcomes(folder / "outcomes", text.ended(summary), times, sheet)
     body = [
-        page.heading("Outcomes", "outcomes"),
-        page.figure(folder / "outcomes.svg", "Outcomes"),
+        page.heading("How the flights ended", "outcomes"),
         *text.outcomes(summary),
     ]
     limits = {campaign.thresholds[name]: limit for name, limit in campaign.file.failure.items()}
@@ -144,11 +150,7 @@ def distribution_section(
     metrics = [metric for metric in metrics if len(metric.values)]
     if metrics:
         draw_distributions(folder / "distributions", metrics, summary.flights, sheet)
-        body += [
-            page.heading("Distance from the path", "distributions"),
-            page.figure(folder / "distributions.svg", "Histograms"),
-        ]
-        body += text.distributions(summary)
+        body += [page.heading("Distance from the path", "distributions"), *text.distributions(summary)]
     return body
 
 
@@ -172,7 +174,6 @@ def key_sections(
     body = [page.heading("What it depends on", "ranking")]
     if any(ranking.values()):
         draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), sheet)
-        body.append(page.figure(folder / "ranking.svg", "What each key explains"))
     body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
     body += [page.heading("Key by key", "keys"), *text.keys(len(keys), MOST_PICTURES)]
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):

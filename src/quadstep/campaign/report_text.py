@@ -12,27 +12,40 @@ from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import Summary, Worst, sentences
+from quadstep.campaign.summary import QUANTILES, Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
-from quadstep.report import page
+from quadstep.report import page, units
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """What is explained."""
 
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
-LINKS = {
-    "flown": "what was flown", "outcomes": "how they ended", "ranking": "what it depends on", "keys": "key by key",
-    "worst": "the worst flights", "reading": "how to read this",
-}  # fmt: skip
+
+def glance(summary: Summary, figures: Sequence[str]) -> str:
+    """The finding: one sentence, three numbers with their intervals, and figures that show them."""
+    good, low, high = summary.success
+    answer = f"{units.percent(good)} of {summary.flights} flights succeed; with 95 % confidence {within(low, high)} would."
+    facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
+    for spread in summary.spreads:
+        words, unit = units.metric(spread.metric)
+        share, one = list(spread.quantiles.items())[-1]
+        what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g} % of completed flights: {words} below"
+        span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
+        facts.append(page.Fact(what, units.quantity(one.value, unit), f"95 %: {units.interval(*one, unit)}", span))
+    return page.summary(answer, facts, figures)
+
+
+def within(low: float, high: float) -> str:
+    """An interval of a share in words."""
+    return f"{units.percent(low)} to {units.percent(high)}"
 
 
 def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:
-    """The finding, and what was flown."""
+    """What was flown."""
     file, manifest = campaign.file, store.manifest
-    links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name in LINKS.items())
     limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
     rows = [
         ("campaign", f"{file.name}, {path}"),
@@ -46,13 +59,12 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
     body = [
-        *(page.paragraph(line) for line in sentences(summary)),
-        f"<nav>{links}</nav>",
         page.heading("What was flown", "flown"),
-        page.table(("", ""), rows),
+        *(page.paragraph(line, escape) for line in sentences(summary)),
+        page.table(("", ""), rows, escape),
     ]
     if file.keys:
-        body.append(page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys]))
+        body.append(page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys], escape))
     files = ((f"campaign file {path.name}", campaign.text),)
     body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
     return body
@@ -74,8 +86,14 @@ def ended(summary: Summary) -> dict[str, int]:
 
 def outcomes(summary: Summary) -> list[str]:
     """Every outcome with its exact interval."""
-    rows = [(name, str(count), percent(share(count, summary.flights))) for name, count in ended(summary).items()]
+    shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
+    rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
     return [page.table(("outcome", "flights", "share of all [%]"), rows)]
+
+
+def spanned(one: Estimate) -> page.Span:
+    """A share, drawn."""
+    return page.Span(percent(one), one.low, one.value, one.high)
 
 
 def percent(one: Estimate) -> str:
@@ -87,14 +105,18 @@ def percent(one: Estimate) -> str:
 def distributions(summary: Summary) -> list[str]:
     """The quantiles as a table."""
     rows = [
-        (spread.metric, f"{100.0 * q:g} %", f"{one.value:.4g} [{one.low:.4g}, {one.high:.4g}]")
-        for spread in summary.spreads
-        for q, one in spread.quantiles.items()
+        (
+            words,
+            f"{100.0 * q:g} %",
+            page.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, max(e.high for e in known.values())),
+        )
+        for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
+        for q, one in known.items()
     ]
     return [
         page.paragraph(
-            "Above, completed flights. Below, the share of all flights with a larger value; a flight that ended early "
-            "counts as worse than any. Dashed: the limit above which a flight has failed."
+            "In the figure, above: completed flights; below: the share of all flights with a larger value. A flight that "
+            "ended early counts as worse than any. Dashed: the limit above which a flight has failed."
         ),
         page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
     ]
@@ -132,11 +154,11 @@ def ranking(
         lines.append(
             f"Correlated keys explain in part the same, so their shares overlap and may add up to more than all: {groups}."
         )
-    body = [page.paragraph(line) for line in lines]
+    body = [page.paragraph(line, escape) for line in lines]
     if any(found.values()):
         names = list(dict.fromkeys(name for one in found.values() for name in one))
-        rows = [(key, *(percent(one[name]) if name in one else "-" for name in names)) for key, one in found.items()]
-        body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows))
+        rows = [(key, *(spanned(one[name]) if name in one else "–" for name in names)) for key, one in found.items()]
+        body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows, escape))
         body.append(
             page.paragraph(
                 "First-order index: the share of the variance that would go if the key were known. A key explains much where "
@@ -164,14 +186,14 @@ def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, fol
     rows = [
         ["outcome", *(one.outcome for one in flights)],
         ["ended [s]", *(known(one.time) for one in flights)],
-        ["RMSE [m]", *(known(one.rmse) for one in flights)],
-        ["largest error [m]", *(known(one.largest) for one in flights)],
-        *([name, *(text_of(drawn[name]) if name in drawn else "-" for drawn in values)] for name in names),
+        ["RMSE", *(length(one.rmse) for one in flights)],
+        ["largest error", *(length(one.largest) for one in flights)],
+        *([name, *(text_of(drawn[name]) if name in drawn else "–" for drawn in values)] for name in names),
     ]
     commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
     return [
         page.paragraph("Those that ended first, then those that were farthest from the path."),
-        page.table(("flight", *(str(one.flight) for one in flights)), rows),
+        page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
         page.paragraph("To replay them with their full logs:"),
         f"<pre>{commands}</pre>",
         page.paragraph(
@@ -183,14 +205,19 @@ def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, fol
 
 def known(value: float | None) -> str:
     """A number, or a dash."""
-    return "-" if value is None else f"{value:.4g}"
+    return "–" if value is None else f"{value:.4g}"
+
+
+def length(value: float | None) -> str:
+    """A length [m] in a unit that suits it, or a dash."""
+    return "–" if value is None else units.quantity(value, "m", 4)
 
 
 def of_flight(one: Worst) -> str:
     """A title."""
     if one.time is not None:
         return f"Flight {one.flight}: {one.outcome} at {one.time:.4g} s"
-    return f"Flight {one.flight}: {one.outcome}, largest error {known(one.largest)} m"
+    return f"Flight {one.flight}: {one.outcome}, largest error {length(one.largest)}"
 
 
 def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
@@ -198,7 +225,7 @@ def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
     now = log.outcome.name.lower().replace("_", "-")
     largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)
     if now != one.outcome:
-        what = f"it is {now} (largest error {largest:.4g} m)"
+        what = f"it is {now} (largest error {length(largest)})"
     elif one.time is not None and abs(log.ended - one.time) > 0.01 * one.time:
         what = f"it ends at {log.ended:.4g} s"
     else:

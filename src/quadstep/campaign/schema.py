@@ -20,6 +20,7 @@ from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
+from quadstep.rare.section import RareSection
 from quadstep.user_code.installed import all_installed
 from quadstep.user_code.places import digest, place
 
@@ -44,7 +45,7 @@ class CampaignFile(Section):
 
     mission: a file, looked up from this one's folder, or the whole of a mission as a table. flights: all combinations of the
     grids once if left out. score_period: from sample to sample of the metrics [s]; the mission's log period if left out.
-    failure: limits of metrics above which a flight counts as failed; one that ends early always does.
+    failure: limits of metrics above which a flight counts as failed; one that ends early always does. rare: for `--rare`.
     """
 
     name: Name = "Campaign"
@@ -57,6 +58,7 @@ class CampaignFile(Section):
     vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
     correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
     failure: dict[str, Positive] = Field(default_factory=dict)
+    rare: RareSection = RareSection()
 
     @model_validator(mode="after")
     def _known(self) -> "CampaignFile":
@@ -144,7 +146,7 @@ class Campaign(NamedTuple):
     @property
     def fingerprint(self) -> str:
         """A digest of all that decides a flight's result; how many flights there are does not."""
-        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission"})
+        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
         text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -201,13 +203,14 @@ def campaign_of(
 ) -> Campaign:
     """A campaign from what its files say. about: the campaign's own file.
 
-    Raises UserError for a mission that could not be flown by itself, and for a failure of an unknown metric.
+    Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
     """
     flown = check_mission(mission, source, folder)
     campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores)
-    unknown = [name for name in file.failure if name not in campaign.thresholds]
-    if unknown:
-        raise UserError(
-            f"{about or source}: failure.{unknown[0]}: unknown key; allowed here: {', '.join(campaign.thresholds)}"
-        )
+    for name in file.failure:
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: failure.{name}: unknown key; allowed here: {', '.join(campaign.thresholds)}")
+    for name in file.rare.score or ():
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: rare.score: {name!r:.60}: allowed here: {', '.join(campaign.thresholds)}")
     return campaign

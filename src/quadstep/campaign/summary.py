@@ -11,6 +11,7 @@ from quadstep.analysis.statistics import Estimate, quantile, share
 from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.store import Store
 from quadstep.flight.scored import LARGEST, RMSE
+from quadstep.report import units
 
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
 WORST = 5
@@ -90,8 +91,9 @@ def sentences(summary: Summary) -> list[str]:
     if lost:
         lines.append(f"Ended early: {lost}.")
     for spread in summary.spreads:
-        parts = [f"{100 * q:g} % below {e.value:.4g} [{e.low:.4g}, {e.high:.4g}]" for q, e in spread.quantiles.items()]
-        lines.append(f"{spread.metric} of the {spread.flights} completed flights: {'; '.join(parts)}.")
+        words, unit = units.metric(spread.metric)
+        parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
+        lines.append(f"{words[0].upper()}{words[1:]} of the {spread.flights} completed flights: {'; '.join(parts)}.")
     return lines
 
 

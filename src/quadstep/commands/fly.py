@@ -85,10 +85,13 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
-        from quadstep.autopilot.flight import opened
         from quadstep.mission.fly import fly_mission
 
-        link = None if autopilot is None else partial(opened, autopilot, connect)
+        link = None
+        if autopilot is not None:
+            from quadstep.autopilot.flight import opened
+
+            link = partial(opened, autopilot, connect)
 
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)

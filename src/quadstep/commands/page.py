@@ -24,6 +24,10 @@ def page(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file; default: out/page.html, or out/<mission>.html for one.")] = None,
     show: OpenOption = False,
+    story: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.md", help="A guided walk of your own, in Markdown (docs/story.md).", show_default=False),
+    ] = None,
     engine: Annotated[Engine, typer.Option(help="Engine that flies the missions before the page does.")] = Engine.LANES,
 ) -> None:
     """Write one HTML file in which missions fly: no network, no installation, every gain a slider.
@@ -31,24 +35,28 @@ def page(
     Replaces an existing page, but never any other file.
     """
     files = missions or []
-    target = out or Path("out") / (f"{files[0].stem}.html" if len(files) == 1 else "page.html")
+    named = files[0].stem if len(files) == 1 else "page" if story is None else story.stem
+    target = out or Path("out") / f"{named}.html"
     check_target(target)
-    text = page_of(files, engine)
+    text = page_of(files, engine, story)
     write_beside(target, text, parents=True)
     say_whole(f"Page: {target} ({len(text.encode()) / 1e6:.2f} MB). Double-click it to open it.")
     if show:
         open_in_browser(target.resolve().as_uri())
 
 
-def page_of(missions: list[Path], engine: Engine) -> str:
-    """The page's HTML. Raises UserError."""
-    if missions:
+def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
+    """The page's HTML: of these missions; with none, of a story's own, or of the paper's flights. Raises UserError."""
+    from quadstep.page.story import read_story
+
+    walk = read_story(story) if story else None
+    if missions or (walk and not walk.of_others):
         from quadstep.page.missions import fly_missions
 
-        return fly_missions(missions, engine)
+        return fly_missions(missions, engine, walk)
     from quadstep.page.paper import fly_paper
 
-    return fly_paper(engine)
+    return fly_paper(engine, walk)
 
 
 def check_target(path: Path) -> None:

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from quadstep import __version__
-from quadstep.comparison import tables, words
+from quadstep.comparison import linear, tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
 from quadstep.comparison.jobs import Fly
 from quadstep.comparison.picture import draw_vehicle
 from quadstep.errors import UserError
+from quadstep.linear.analysis import Analysis
+from quadstep.linear.metrics import of_analysis as metrics_of
 from quadstep.page.identity import identity
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
@@ -86,6 +88,16 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         page.paragraph("What else differs between controllers; all else is the same for all:"),
         page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
     ]
+    if found.linear:
+        body += [
+            page.heading("Linear margins", "linear"),
+            page.paragraph(
+                "The sampled loop at rest where the path begins, without noise: one loop is opened at a time, and the least "
+                "margin of all channels stands here. `quadstep linear` says more of each."
+            ),
+            page.table(linear.HEADER, linear.rows(found.linear)),
+            page.listing(linear.refused(found.linear)),
+        ]
     if found.margins:
         body += [
             page.heading("Margins", "margins"),
@@ -131,6 +143,14 @@ def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
         "margins": [
             {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
             for row in tables.margin_rows(found)
+        ],
+        "linear": [
+            {
+                "vehicle": vehicle,
+                "controller": controller,
+                **(metrics_of(one) if isinstance(one, Analysis) else {"refused": one}),
+            }
+            for (vehicle, controller), one in found.linear.items()
         ],
         "difference_unit": unit,
         "flights": files,

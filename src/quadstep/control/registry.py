@@ -1,4 +1,4 @@
-"""The controllers of the package, by what they are told: those of one kind of vehicle are loaded when they are asked for."""
+"""The controllers of the package, by what they are told: each is loaded when it is asked for."""
 
 from importlib import import_module
 
@@ -8,48 +8,62 @@ from quadstep.control.rate_loop import following_rates
 from quadstep.plants.planar import PlanarState
 from quadstep.vehicle.state import State
 
-BUILT_IN: dict[type, tuple[str, ...]] = {
-    State: (
-        "backstepping.Backstepping",
-        "completed_backstepping.CompletedBackstepping",
-        "nested_saturation.NestedSaturation",
-    ),
-    Measured: (
-        "geometric.Geometric",
-        "cascaded_pid.CascadedPid",
-        "lqr.Lqr",
-        "rotation_backstepping.RotationBackstepping",
-        "paper_on_airframe.PaperOnAirframe",
-        "indi.Indi",
-        "indi.IndiVelocity",
-        "geometric_l1.GeometricL1",
-        "geometric_adaptive.GeometricAdaptive",
-        "adrc.Adrc",
-        "super_twisting.SuperTwisting",
-        "flatness.Flatness",
-        "thrust_extended_backstepping.ThrustExtendedBackstepping",
-        "state_space_backstepping.StateSpaceBackstepping",
-        "dynamic_linearisation.DynamicLinearisation",
-        "h_infinity_linearisation.HInfinityLinearisation",
-        "loop_shaping.LoopShaping",
-        "mpc.Mpc",
-        "mppi.Mppi",
-        "raptor.Raptor",
-        "nested_saturation_on_airframe.NestedSaturationOnAirframe",
-        "hedged_inversion.HedgedInversion",
-        "filtered_backstepping.FilteredBackstepping",
-        "planned_lqr.PlannedLqr",
-    ),
-    PlanarState: ("planar_pd.PlanarPd", "planar_linearisation.PlanarLinearisation"),
+BUILT_IN: dict[type, dict[str, str]] = {
+    State: {
+        "backstepping": "backstepping.Backstepping",
+        "completed-backstepping": "completed_backstepping.CompletedBackstepping",
+        "nested-saturation": "nested_saturation.NestedSaturation",
+    },
+    Measured: {
+        "geometric": "geometric.Geometric",
+        "pid": "cascaded_pid.CascadedPid",
+        "lqr": "lqr.Lqr",
+        "rotation-backstepping": "rotation_backstepping.RotationBackstepping",
+        "backstepping": "paper_on_airframe.PaperOnAirframe",
+        "indi": "indi.Indi",
+        "indi-velocity": "indi.IndiVelocity",
+        "geometric-l1": "geometric_l1.GeometricL1",
+        "geometric-adaptive": "geometric_adaptive.GeometricAdaptive",
+        "adrc": "adrc.Adrc",
+        "super-twisting": "super_twisting.SuperTwisting",
+        "flatness": "flatness.Flatness",
+        "thrust-extended-backstepping": "thrust_extended_backstepping.ThrustExtendedBackstepping",
+        "state-space-backstepping": "state_space_backstepping.StateSpaceBackstepping",
+        "dynamic-linearisation": "dynamic_linearisation.DynamicLinearisation",
+        "h-infinity-linearisation": "h_infinity_linearisation.HInfinityLinearisation",
+        "loop-shaping": "loop_shaping.LoopShaping",
+        "mpc": "mpc.Mpc",
+        "mppi": "mppi.Mppi",
+        "raptor": "raptor.Raptor",
+        "nested-saturation": "nested_saturation_on_airframe.NestedSaturationOnAirframe",
+        "hedged-inversion": "hedged_inversion.HedgedInversion",
+        "filtered-backstepping": "filtered_backstepping.FilteredBackstepping",
+        "planned-lqr": "planned_lqr.PlannedLqr",
+    },
+    PlanarState: {
+        "planar-pd": "planar_pd.PlanarPd",
+        "planar-linearisation": "planar_linearisation.PlanarLinearisation",
+    },
 }
-"""Module and class, in the order in which users are told of them."""
+"""Module and class by the name in missions, in the order in which users are told of them."""
 
 
 @kept
+def controller(measures: type, name: str) -> type[Controller] | None:
+    """The one of that name which is told such a measurement; None where there is none. The others are not loaded."""
+    place = BUILT_IN.get(measures, {}).get(name)
+    if place is None:
+        return None
+    module, law = place.split(".")
+    found: type[Controller] = getattr(import_module(f"quadstep.control.{module}"), law)
+    return following_rates(found)
+
+
+def names(measures: type) -> tuple[str, ...]:
+    """Those that are told such a measurement."""
+    return tuple(BUILT_IN.get(measures, {}))
+
+
 def controllers(measures: type) -> dict[str, type[Controller]]:
-    """Those that are told such a measurement, by name."""
-    found: list[type[Controller]] = []
-    for place in BUILT_IN.get(measures, ()):
-        module, name = place.split(".")
-        found.append(getattr(import_module(f"quadstep.control.{module}"), name))
-    return {law.name: following_rates(law) for law in found}
+    """Those that are told such a measurement, by name; all are loaded."""
+    return {name: law for name in names(measures) if (law := controller(measures, name))}

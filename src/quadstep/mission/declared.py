@@ -2,22 +2,22 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import SerializeAsAny, WrapValidator, create_model
+from pydantic import create_model
 
 from quadstep.control.gain import kept
 from quadstep.control.model import Model
-from quadstep.control.registry import controllers
+from quadstep.control.registry import controller, names
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.of_log import flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
-from quadstep.mission.derived import any_section, section_of
-from quadstep.mission.fields import Name, Positive, Section
+from quadstep.mission.derived import section_of
+from quadstep.mission.fields import Name, Positive
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
-from quadstep.mission.own_controller import own_or
+from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.own_thing import own_class, the_only
 from quadstep.mission.paths import AnyPath, BuiltPath
@@ -83,13 +83,12 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
 
     Raises TypeError for declarations that cannot be read.
     """
-    name, known = plant.__name__, controllers(plant.measures)
+    name, known = plant.__name__, names(plant.measures)
     vehicle = numbers_section(f"{name}Vehicle", plant.Numbers, OwnVehicleSection, type=(Literal[kind], ...))
     vehicle.plant = the_only(plant)
     limits = numbers_section(f"{name}Limits", plant.Limits)
-    anything: Any = SerializeAsAny
-    sections: Any = any_section(plant.measures) if known else Section
-    usual: Any = section_of(next(iter(known.values())))(type=next(iter(known))) if known else ...
+    first = controller(plant.measures, known[0]) if known else None
+    usual: Any = section_of(first)(type=known[0]) if first else ...
     made: Any = create_model(
         f"{name}Mission",
         __base__=DeclaredMission,
@@ -97,7 +96,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         name=(Name, "Flight"),
         vehicle=(vehicle, ...),
         path=(AnyPath, ...),
-        controller=(Annotated[sections, anything(), WrapValidator(own_or(plant.measures))], usual),
+        controller=(any_controller(plant.measures), usual),
         simulation=(DeclaredSimulation, DeclaredSimulation()),
         limits=(limits, limits()),
         metrics=(OwnMetrics, ()),

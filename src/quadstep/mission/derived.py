@@ -3,7 +3,7 @@
 from collections.abc import Container, Mapping
 from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, Union
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pydantic import BeforeValidator, Field, create_model
 
@@ -11,7 +11,7 @@ from quadstep.control.controller import Condition, Controller
 from quadstep.control.gain import Gain, Undecided, kept
 from quadstep.control.learning import DeclaredNet
 from quadstep.control.model import Model
-from quadstep.control.registry import BUILT_IN, controllers
+from quadstep.control.registry import BUILT_IN, controller
 from quadstep.errors import UserError
 from quadstep.mission.clock import PERIODS
 from quadstep.mission.fields import (
@@ -73,7 +73,12 @@ class ControllerSection(Section):
         model = vehicle.model()
         law, gains = self.controller.for_vehicle(model), self.gains(model, folder).decided()
         self.check_followed(gains)
-        return BuiltController(law, law.prepare(gains, model))
+        try:
+            return BuiltController(law, law.prepare(gains, model))
+        except ValueError as error:
+            if self.own:
+                raise
+            raise UserError(f"controller: {self.type} has no law for these gains: {error}") from error
 
     def check_followed(self, gains: Any) -> None:
         """Refuse gains that follow from a vehicle of no use. Raises UserError."""
@@ -134,25 +139,25 @@ def key_field(gain: Gain) -> tuple[Any, Any]:
 
 
 @kept
-def section_of(controller: type[Controller], kind: str = "") -> type[ControllerSection]:
+def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]:
     """The table of one controller, made when first asked for. kind: its `type` in missions, where it is the user's own."""
-    name = f"{controller.__name__}Section"
-    fields: dict[str, Any] = {"type": (Literal[kind or controller.name], ...)}
-    nets = [one for one in controller.declarations().values() if isinstance(one, DeclaredNet)]
-    for key, gain in fields_in_order(controller).items():
+    name = f"{law.__name__}Section"
+    fields: dict[str, Any] = {"type": (Literal[kind or law.name], ...)}
+    nets = [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]
+    for key, gain in fields_in_order(law).items():
         if hasattr(ControllerSection, key):
-            raise TypeError(f"{controller.__name__}: a gain cannot have the key {key}; give it another by key=...")
+            raise TypeError(f"{law.__name__}: a gain cannot have the key {key}; give it another by key=...")
         fields[key] = key_field(gain) if isinstance(gain, Gain) else nets_field(nets, name)
-    made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=controller.__doc__, **fields)
-    made.controller, made.own = controller, bool(kind)
+    made: Any = create_model(name, __base__=ControllerSection, __module__=__name__, __doc__=law.__doc__, **fields)
+    made.controller, made.own = law, bool(kind)
     found: type[ControllerSection] = made
     return found
 
 
-def fields_in_order(controller: type[Controller]) -> Mapping[str, Any]:
+def fields_in_order(law: type[Controller]) -> Mapping[str, Any]:
     """Keys as declared; the nets stand where the first of them does."""
     found: dict[str, Any] = {}
-    for one in controller.declarations().values():
+    for one in law.declarations().values():
         if isinstance(one, Gain):
             found[one.key] = one
         elif isinstance(one, DeclaredNet):
@@ -174,19 +179,14 @@ def nets_field(nets: list[DeclaredNet], name: str) -> tuple[Any, Any]:
     return made, made()
 
 
-def any_section(measures: type) -> Any:
-    """A table of any controller of the package that is told such a measurement."""
-    sections = tuple(section_of(controller) for controller in controllers(measures).values())
-    return Annotated[Union[sections], Field(discriminator="type")]  # noqa: UP007 (of as many as there are)
-
-
 def __getattr__(name: str) -> Any:
     """A table of the package's controllers by its name, or that of its nets: so that missions can be pickled."""
-    for measures in BUILT_IN:
-        for law in controllers(measures).values() if name.endswith(("Section", "SectionNets")) else ():
-            section = section_of(law)
-            if name == section.__name__:
-                return section
-            if name == f"{section.__name__}Nets" and "nets" in section.model_fields:
-                return section.model_fields["nets"].annotation
+    of_law, section, nets = name.rpartition("Section")
+    for measures, places in BUILT_IN.items():
+        for kind, place in places.items() if section and nets in ("", "Nets") else ():
+            law = controller(measures, kind) if place.endswith(f".{of_law}") else None
+            if law and not nets:
+                return section_of(law)
+            if law and "nets" in section_of(law).model_fields:
+                return section_of(law).model_fields["nets"].annotation
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -4,12 +4,13 @@ import math
 from functools import partial
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.of_log import flight_metrics
-from quadstep.metrics.quantities import share_at_limits
+from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
@@ -77,8 +78,12 @@ class LagrangeMission(Mission):
     def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
         metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
         share = share_at_limits(log, *limits) if limits else 0.0
+        if len(log.rows) > 1:
+            metrics["largest_error[m]"] = float(np.linalg.norm(position_errors(log), axis=1).max())
         if limits:
             metrics["saturated_share"] = share
+        if limits and len(log.rows) > 1:
+            metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / (4.0 * limits[1])
         return metrics, [f"a rotor is at a limit in {100 * share:.3g} % of the log rows"] if share else []
 
     def build(self, path: BuiltPath) -> Built:

@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from quadstep.mission.check import sections, shorten, types
+from quadstep.control.registry import names
+from quadstep.mission.check import shorten
 from quadstep.mission.kinds import PAPER, REAL, kind
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ def mistaken(content: dict[str, Any], model: "type[Mission]") -> list[str]:
     """Tables that this kind of mission does not have, and the controller if it has none of its type."""
     unknown = [f"[{key}]" for key in content if key not in model.model_fields]
     named = content["controller"].get("type") if isinstance(content.get("controller"), dict) else None
-    allowed = [name for section in sections(model.model_fields["controller"].annotation) for name in types(section)]
-    if isinstance(named, str) and named not in allowed:
+    if isinstance(named, str) and named not in names(model.measures):
         unknown.append(f"controller.type = {shorten(named)}")
     return unknown

@@ -4,20 +4,22 @@ import contextlib
 import inspect
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import ValidationInfo
+from pydantic import SerializeAsAny, WrapValidator
+from pydantic_core import PydanticCustomError
 
 from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import Gain, declared
 from quadstep.control.opaque import opaque_law
 from quadstep.control.rate_loop import following_rates
-from quadstep.control.registry import controllers
+from quadstep.control.registry import controller, names
 from quadstep.errors import UserError
+from quadstep.mission.check import INSIDE, shorten
 from quadstep.mission.derived import ControllerSection, section_of
 from quadstep.mission.own_table import or_own
 from quadstep.user_code.blame import blamed, user_error
@@ -45,7 +47,7 @@ def law_named(kind: str, measures: type, folder: Path) -> type[Controller] | Non
     """The controller of this `type`, the package's or the user's; None where there is none, of which others will tell."""
     with contextlib.suppress(UserError):
         own = own_section(kind, measures, folder)
-        return own.controller if own else controllers(measures).get(kind)
+        return own.controller if own else controller(measures, kind)
     return None
 
 
@@ -142,10 +144,25 @@ def check_gain(one: Gain) -> None:
             raise ValueError(f"{one.key}: its default should be made of finite numbers of at least 0, not {value!r:.60}")
 
 
-def own_or(measures: type) -> Callable[[Any, Any, ValidationInfo], Any]:
-    """A validator around that of the package's controllers: takes one of the user's own too."""
+def any_controller(measures: type) -> Any:
+    """The table of a controller that is told such a measurement, the package's or one of the user's own. Its `type` decides
+    the keys, and no other is loaded.
+    """
 
     def table(kind: str, folder: Path) -> type[ControllerSection] | None:
-        return own_section(kind, measures, folder)
+        law = controller(measures, kind)
+        return section_of(law) if law else own_section(kind, measures, folder)
 
-    return or_own(lambda value: isinstance(value, ControllerSection) and value.own, table)
+    def refused(value: Any) -> ControllerSection:
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError("model_type", "not a table")
+        wrong = f"{shorten(value['type'])} is not known" if "type" in value else "missing"
+        said = f"{wrong}; allowed: {', '.join(names(measures)) or 'your own FILE.py:NAME'}"
+        problem = {"type": "value_error", "loc": ("type",), "msg": said, "input": value}
+        raise PydanticCustomError(INSIDE, "inside", {"model": ControllerSection, "problem": problem})
+
+    def is_one(value: Any) -> bool:
+        return isinstance(value, ControllerSection) and value.controller.measures is measures
+
+    taken = or_own(is_one, table)
+    return Annotated[SerializeAsAny[ControllerSection], WrapValidator(lambda value, _, info: taken(value, refused, info))]

@@ -24,6 +24,7 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
+from quadstep.linear.names import MARGINS, UNITS, is_margin
 from quadstep.metrics.effort import EFFORT
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
@@ -215,9 +216,13 @@ class Mission(Section):
     @model_validator(mode="after")
     def _tunes_what_is_scored(self) -> Self:
         for table, names in (("objective", self.tune.objective), ("constraints", self.tune.constraints)) if self.tune else ():
-            unknown = [name for name in names if name not in bare(self.scores)]
+            unknown = [name for name in names if name not in bare(self.scores) and name not in MARGINS]
             if unknown:
-                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
+                allowed = f"{', '.join(bare(self.scores))}, and margins: {', '.join(UNITS)}, each with _roll and the like too"
+                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
+            if table == "objective" and any(map(is_margin, names)):
+                margin = next(filter(is_margin, names))
+                raise ValueError(f"tune: objective.{margin}: more is better; make it a constraint, or weigh sensitivity_peak")
         return self
 
     @model_validator(mode="wrap")

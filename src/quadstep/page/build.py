@@ -3,15 +3,25 @@
 import html
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.page.flights import RECORDED_NUMBERS, Flown, flight, outcomes
 from quadstep.page.laws import Laws
 from quadstep.page.model import FORMAT, ClaimView, Link, Sharing
+from quadstep.page.story import Story, story_view
+
+
+class Walk(NamedTuple):
+    """A story over a page's flights. missions: ids of the flights of its mission files."""
+
+    story: Story
+    missions: Mapping[Path, str]
+
 
 TITLE = "<title>quadstep</title>"
 DATA = '<script id="quadstep-data" type="application/json">{}</script>'
@@ -28,20 +38,31 @@ def template() -> str:
 
 
 def build_page(
-    title: str, intro: str, flown: Sequence[Flown], claims: Sequence[ClaimView] = (), links: Sequence[Link] = ()
+    title: str,
+    intro: str,
+    flown: Sequence[Flown],
+    claims: Sequence[ClaimView] = (),
+    links: Sequence[Link] = (),
+    walk: Walk | None = None,
 ) -> str:
     """The HTML of a page with these flights. Raises UserError."""
     laws = Laws()
-    return fill(template(), title, page_data(title, intro, flown, claims, links, laws), laws.script())
+    return fill(template(), title, page_data(title, intro, flown, claims, links, laws, walk), laws.script())
 
 
 def page_data(
-    title: str, intro: str, flown: Sequence[Flown], claims: Sequence[ClaimView], links: Sequence[Link], laws: Laws
+    title: str,
+    intro: str,
+    flown: Sequence[Flown],
+    claims: Sequence[ClaimView],
+    links: Sequence[Link],
+    laws: Laws,
+    walk: Walk | None = None,
 ) -> dict[str, Any]:
-    """What the page is told, as JSON can hold it; the loops of its flights are added to `laws`."""
+    """What the page is told, as JSON can hold it; the loops of its flights are added to `laws`. Raises UserError."""
     sharing = Sharing()
     share = RECORDED_NUMBERS // max(1, len(flown))
-    flights = [sharing.value(flight(one, laws, share)) for one in flown]
+    shown = [flight(one, laws, share) for one in flown]
     return {
         "format": FORMAT,
         "version": __version__,
@@ -52,9 +73,10 @@ def page_data(
         "presets": laws.encoded_presets(),
         "tables": laws.tables,
         "outcomes": outcomes(),
-        "shared": sharing.values,
-        "flights": flights,
+        "flights": [sharing.value(one) for one in shown],
+        "story": sharing.value(story_view(walk.story, shown, walk.missions, laws)) if walk else None,
         "claims": sharing.value(list(claims)),
+        "shared": sharing.values,
     }
 
 

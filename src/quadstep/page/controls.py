@@ -6,6 +6,7 @@ from operator import attrgetter
 from typing import Any
 
 from quadstep.air.wind import Wind
+from quadstep.airframe.events import Events
 from quadstep.control.gain import ANGLES, AXES, BELIEF, Gain, declared
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
@@ -121,8 +122,30 @@ def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
             positive("inertia", "true inertia", "kg m^2", each(airframe.inertia, AXES, "airframe.inertia"), BELIEVES),
         ),
         *grouped("Wind", *wind_controls(plan.parameters.wind)),
+        *grouped("Events", *event_controls(plan.parameters.events)),
         *grouped("Start", moved_start()),
     ]
+
+
+def event_controls(events: Events) -> list[Control]:
+    """What rotors keep that fail, and the mass of payloads."""
+    faults = [
+        control(
+            f"fault_{place + 1}", f"rotor {round(float(fault.rotor)) + 1} keeps", "-",
+            one(fault.efficiency, parameter(f"events.faults.{place}.efficiency")), (0.0, 1.0),
+            f"Share of its thrust, from {float(fault.start):g} s on.", bounds=(0.0, 1.0),
+        )
+        for place, fault in enumerate(events.faults)
+    ]  # fmt: skip
+    payloads = [
+        from_zero(
+            f"payload_{place + 1}", f"payload {place + 1}", "kg",
+            one(payload.mass, parameter(f"events.payloads.{place}.mass")), 2.0 * float(payload.mass),
+            f"From {float(payload.start):g} s on.",
+        )
+        for place, payload in enumerate(events.payloads)
+    ]  # fmt: skip
+    return [*faults, *payloads]
 
 
 def wind_controls(wind: Any) -> list[Control]:

@@ -8,14 +8,17 @@ from quadstep.numbers import Number, Table, flatten, leaf_names, rebuild
 from quadstep.numbers.script import ScriptTable
 from quadstep.numbers.script_scan import LoopRecord
 from quadstep.page.elementary import library
+from quadstep.page.nets import net_row, neurons_of
 from quadstep.page.writing import Output, Writer
 
 
 class Law(NamedTuple):
     """A compiled loop.
 
-    text: a JavaScript expression, an object with `fly`. names, starts, tables: of its numeric parameters, its start and its
-    tables, in the order in which `fly` takes them. columns: name and unit. tasks: names of the sampled laws.
+    text: a JavaScript expression, an object with `fly`, and with the cosine and arc tangent of every engine. names, starts,
+    tables: of its numeric parameters, its start and its tables, in the order in which `fly` takes them. columns: name and
+    unit. tasks: names of the sampled laws. net: neurons of the net that `fly` shows in its last argument, as `net_row` orders
+    it, 0 for none.
     """
 
     text: str
@@ -24,6 +27,7 @@ class Law(NamedTuple):
     tables: list[str]
     columns: list[tuple[str, str]]
     tasks: list[str]
+    net: int = 0
 
 
 class Section(NamedTuple):
@@ -61,17 +65,22 @@ def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
         sections.append(Section(f"task{number}", [*stored(after), Output("code", record.at(code))]))
     row = loop.row(cycle, numbers, clock("h").time)
     sections.append(Section("row", [Output(f"R[r+{place}]", record.at(one)) for place, one in enumerate(row)], ("R", "r")))
+    net = net_row(loop, cycle, numbers, clock("h").time)
+    if net:
+        sections.append(Section("net", [Output(f"Q[q+{place}]", record.at(one)) for place, one in enumerate(net)], ("Q", "q")))
     sections.append(Section("move", stored(loop.advance(cycle, numbers, clock("h")))))
 
     fixed = [*(f"P[{place}]" for place in range(len(names))), "h", *(f"h{number}" for number in range(len(loop.tasks)))]
-    text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks))
-    return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), [task.name for task in loop.tasks])
+    text = script(Writer(record, fixed), sections, size, list(loop.columns), len(tables), len(loop.tasks), len(net))
+    tasks = [task.name for task in loop.tasks]
+    return Law(text, names, leaf_names(start), tables, list(loop.columns.items()), tasks, neurons_of(net))
 
 
-def script(writer: Writer, sections: list[Section], size: int, columns: list[str], tables: int, tasks: int) -> str:
+def script(writer: Writer, sections: list[Section], size: int, columns: list[str], tables: int, tasks: int, net: int) -> str:
     """The JavaScript expression of a law.
 
     P: parameters. T: tables. S: start. C: the cycle. K: what is computed once a flight. X: numbers between functions. R: rows.
+    Q: what is shown of a net at each row, if the page asks.
     t, n: time and tick. h, h0, ...: step and the tasks' periods.
     """
     width, unsaid = len(columns), [place for place, name in enumerate(columns) if name in SAID]
@@ -93,6 +102,7 @@ def script(writer: Writer, sections: list[Section], size: int, columns: list[str
     add("prepare", writer.preparation())
     for section in sections:
         add(section.name, writer.functions(section.outputs), section.extra)
+    shown = f"if(Q){{{calls['net']}q+={net}}}" if net else ""
     due = "".join(f"if(n%e{i}===0){{{calls[f'task{i}']}if(code!==0)break}}" for i in range(tasks))
     return "\n".join(
         [
@@ -101,19 +111,19 @@ def script(writer: Writer, sections: list[Section], size: int, columns: list[str
             f"const C=new Float64Array({size}),K=new Float64Array({len(writer.kept)}),X=new Float64Array({writer.carried});",
             writer.declarations(),
             *functions,
-            "function fly(P,T,S,ticks,R){",
+            "function fly(P,T,S,ticks,R,Q){",
             "const h=ticks.step,log=ticks.log,last=ticks.last;",
             *(f"const T{i}=T[{i}];" for i in range(tables)),
             *(f"const e{i}=ticks.every[{i}],h{i}=h*e{i};" for i in range(tasks)),
-            "let code=0,n=0,t=0,r=0;",
+            "let code=0,n=0,t=0,r=0,q=0;",
             f"{calls['prepare']}{calls['start']}",
-            f"for(;n<=last;n++){{t=n*h;{due}if(n%log===0){{{calls['row']}r+={width}}}if(n<last){{{calls['move']}}}}}",
+            f"for(;n<=last;n++){{t=n*h;{due}if(n%log===0){{{calls['row']}r+={width};{shown}}}if(n<last){{{calls['move']}}}}}",
             "if(n>last)n=last;",
             f"let rows=code!==0?Math.ceil(n/log):r/{width};",
             f"const unsaid={unsaid};",
             f"const broken=R.subarray(0,rows*{width}).findIndex((x,i)=>!Number.isFinite(x)&&!unsaid.includes(i%{width}));",
             f"if(broken>=0){{if(code===0)code=1;rows=Math.floor(broken/{width})}}",
             "return{code,tick:n,rows}}",
-            "return{fly}})()",
+            "return{fly,cos,atan2}})()",
         ]
     )

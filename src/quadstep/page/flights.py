@@ -10,10 +10,11 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
+from quadstep.numbers import flatten, leaf_names
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
-from quadstep.page.model import Control, Controller, Flight, Recorded, numbers_text
+from quadstep.page.model import Control, Controller, Flight, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.page.sliders import declared_controls, known_sliders
 from quadstep.plants.declared import DeclaredPlant
@@ -86,6 +87,7 @@ def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
         claims=flown.claims,
         outcome=ending(log.outcome, log.ended),
         facts=facts(flown.metrics),
+        summary=summary(flown),
         whyNot=why_not,
         warnings=flown.warnings,
         recorded=recorded(log, share) if why_not else None,
@@ -144,6 +146,34 @@ def recorded(log: FlightLog, share: int) -> Recorded:
     times = rows[:, list(log.columns).index("t")]
     period = float(times[1] - times[0]) if len(rows) > 1 else 1.0
     return Recorded(tuple(log.columns.items()), numbers_text(rows), "f64", len(rows), period)
+
+
+SUMMED_UP = {
+    "rmse": "position_rmse[m]",
+    "largest": "largest_error[m]",
+    "tilt": "largest_tilt[rad]",
+    "share": "largest_thrust_share",
+}
+"""The front end's name of each number that it sums a flight up with, and the metric that it equals."""
+
+LIMITS = ("allocation.most", "vehicle.rotors.maximum")
+"""Parameters that hold a rotor's greatest thrust [N], on real vehicles and on the paper's plant."""
+
+
+UNLIMITED = 1e9
+"""A greatest thrust [N] that stands for none."""
+
+
+def summary(flown: Flown) -> Summary:
+    """What the page needs to sum up a flight as `quadstep fly` does."""
+    numbers = dict(zip(leaf_names(flown.plan.parameters), flatten(flown.plan.parameters), strict=True)) if flown.plan else {}
+    limit = next((name for name in LIMITS if name in numbers and numbers[name] < UNLIMITED), None)
+    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, filed(flown.metrics))
+
+
+def filed(metrics: Mapping[str, Any]) -> dict[str, float]:
+    """The metrics that the page sums up, by the front end's names."""
+    return {name: float(metrics[metric]) for name, metric in SUMMED_UP.items() if metric in metrics}
 
 
 def facts(metrics: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:

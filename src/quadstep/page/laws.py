@@ -87,6 +87,7 @@ class Laws:
                 "columns": law.columns,
                 "tasks": law.tasks,
                 "neurons": neurons(law.names),
+                "net": law.net,
             }
             for name, law in self.laws.items()
         }

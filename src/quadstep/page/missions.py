@@ -1,7 +1,7 @@
 """A page of missions: each is flown once by Python, and again when a slider is moved."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from quadstep.errors import UserError
@@ -10,24 +10,39 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
-from quadstep.page.build import build_page
+from quadstep.page.build import Walk, build_page
 from quadstep.page.flights import Flown
 from quadstep.page.identity import identity
 from quadstep.page.model import Link
+from quadstep.page.story import Story
 
-GROUP = "Missions"
+GROUP, WALK = "Missions", "Of the walk"
 
 
-def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, told: Callable[[int], None] | None = None) -> str:
-    """The page of these mission files. told: after each flight, how many are done. Raises UserError naming the file."""
+def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, story: Story | None = None) -> str:
+    """The page of these mission files, and of those of a story. Raises UserError naming the file."""
+    flown = flown_files(paths, engine)
+    if story is None:
+        return missions_page(flown)
+    flown, walk = with_walk(flown, story, engine)
+    return build_page(story.title, "", flown, walk=walk)
+
+
+def flown_files(paths: Sequence[Path], engine: Engine, group: str = GROUP, taken: Sequence[str] = ()) -> list[Flown]:
+    """Mission files, flown. taken: ids in use. Raises UserError naming the file."""
     flown: list[Flown] = []
-    for number, path in enumerate(paths):
+    for path in paths:
         mission = read_mission(path)
         plan = plan_mission(mission, path)
-        flown.append(flown_mission(mission, plan, fly(plan, engine), path.parent, [one.id for one in flown]))
-        if told:
-            told(number + 1)
-    return missions_page(flown)
+        ids = [*taken, *(one.id for one in flown)]
+        flown.append(flown_mission(mission, plan, fly(plan, engine), path.parent, ids)._replace(group=group))
+    return flown
+
+
+def with_walk(flown: Sequence[Flown], story: Story, engine: Engine) -> tuple[list[Flown], Walk]:
+    """Flights of a page and those of a story's own missions behind them. Raises UserError naming the file."""
+    own = flown_files(story.missions, engine, WALK, [one.id for one in flown])
+    return [*flown, *own], Walk(story, {path: one.id for path, one in zip(story.missions, own, strict=True)})
 
 
 def write_mission_page(path: Path, mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path) -> None:

@@ -138,6 +138,16 @@ class Recorded(NamedTuple):
     period: float
 
 
+class Summary(NamedTuple):
+    """What the page sums up of a flight. since: errors count from this time on [s]. limit: the parameter that holds a
+    rotor's greatest thrust [N]. filed: what Python measured of the file's flight, by the front end's names.
+    """
+
+    since: float
+    limit: str | None
+    filed: dict[str, float]
+
+
 class Flight(NamedTuple):
     """One flight of the page."""
 
@@ -148,6 +158,7 @@ class Flight(NamedTuple):
     claims: tuple[int, ...]
     outcome: dict[str, Any]
     facts: tuple[tuple[str, str], ...]
+    summary: Summary
     whyNot: str  # noqa: N815
     warnings: tuple[str, ...]
     recorded: Recorded | None
@@ -169,6 +180,31 @@ class ClaimView(NamedTuple):
     flights: tuple[str, ...]
     look: str
     panels: tuple[str, ...]
+
+
+class StepView(NamedTuple):
+    """A step of a walk. values: by the key under which the page keeps settings. move: a control, "controller" or "ghost".
+
+    watch: a panel's id, "net" or "scene". time: where the cursor starts [s].
+    """
+
+    title: str
+    text: tuple[str, ...]
+    flight: str
+    controller: str
+    ghost: str
+    values: dict[str, list[float]]
+    move: str
+    watch: str
+    time: float | None
+    camera: str
+
+
+class StoryView(NamedTuple):
+    """A guided walk over a page's flights."""
+
+    title: str
+    steps: tuple[StepView, ...]
 
 
 class Link(NamedTuple):

@@ -8,7 +8,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.read import check_mission
 from quadstep.page.build import build_page
-from quadstep.page.flights import Flown, facts
+from quadstep.page.flights import Flown, facts, filed
 from quadstep.page.folder import manifest, read_log
 from quadstep.page.identity import identity
 from quadstep.page.missions import GROUP
@@ -75,7 +75,7 @@ def ended(content: dict[str, Any]) -> float:
 def metrics_of(content: dict[str, Any]) -> dict[str, Any]:
     """The metrics that the page shows, where they are of the kind expected."""
     try:
-        facts(content)
+        facts(content), filed(content)
     except (TypeError, KeyError, ValueError, AttributeError):
         return {}
     return content

@@ -14,7 +14,9 @@ from quadstep.flight.log import FlightLog
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
+from quadstep.page.missions import with_walk
 from quadstep.page.model import ClaimView, Link
+from quadstep.page.story import OWN, Story, read_story
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.study import Metrics, Study, StudyPlans, fly_study, plan_study
@@ -91,10 +93,21 @@ def view(claim: Claim) -> ClaimView:
     )
 
 
-def paper_page(study: Study, plans: StudyPlans, claims: Sequence[Claim], links: Sequence[Link] = ()) -> str:
-    """The page of a study that was flown. Raises UserError."""
+def paper_page(
+    study: Study,
+    plans: StudyPlans,
+    claims: Sequence[Claim],
+    links: Sequence[Link] = (),
+    story: Story | None = None,
+    engine: Engine = Engine.LANES,
+) -> str:
+    """The page of a study that was flown, with a walk if there is one. Raises UserError."""
     views = [view(claim) for claim in claims]
-    return build_page(TITLE, INTRO, flown_study(study, plans, views), views, links)
+    flown = flown_study(study, plans, views)
+    if story is None:
+        return build_page(TITLE, INTRO, flown, views, links)
+    flown, walk = with_walk(flown, story, engine)
+    return build_page(TITLE, INTRO, flown, views, links, walk)
 
 
 def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequence[Claim]) -> bool:
@@ -108,11 +121,15 @@ def write_paper_page(path: Path, study: Study, plans: StudyPlans, claims: Sequen
     return True
 
 
-def fly_paper(engine: Engine = Engine.LANES) -> str:
-    """The page of the paper, with its flights flown here. Raises UserError."""
+def fly_paper(engine: Engine = Engine.LANES, story: Story | None = None) -> str:
+    """The page of the paper, with its flights flown here, and with a walk: that of the package if none is given.
+
+    Raises UserError.
+    """
+    story = story or read_story(OWN)
     plans = plan_study()
     study = fly_study(plans, engine)
-    return paper_page(study, plans, check_claims(study))
+    return paper_page(study, plans, check_claims(study), story=story, engine=engine)
 
 
 def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) -> list[Flown]:

@@ -19,7 +19,7 @@ from quadstep.errors import UserError
 from quadstep.page.folder import Result, results
 from quadstep.page.model import Link
 from quadstep.page.opened import open_result
-from quadstep.report.page import STYLE
+from quadstep.report.page import style
 
 HOST = "127.0.0.1"
 POLICY = (
@@ -128,7 +128,7 @@ def list_page(root: Path, found: list[Result]) -> str:
         body = "<p>No results yet. `quadstep fly` and `quadstep reproduce` write some.</p>"
     title = html.escape(f"Results in {root.name or root}")
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-    head += f"<title>{title}</title><style>{STYLE}{LIST_STYLE}</style>"
+    head += f"<title>{title}</title><style>{style()}{LIST_STYLE}</style>"
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body><h1>{title}</h1>\n{body}\n</body></html>\n'
 
 

@@ -15,7 +15,8 @@ from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic
 from quadstep.report.canvas import LINES, drawing, write
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet
-from quadstep.report.symbols import label, power_of_ten, prose
+from quadstep.report.symbols import label, prose
+from quadstep.report.units import prefixed
 
 Numbers = NDArray[np.float64]
 
@@ -24,18 +25,6 @@ BUCKETS = 400
 
 LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
 """Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
-
-
-def prefixed(unit: str, largest: float) -> tuple[str, float]:
-    """A unit that suits values up to `largest`, and the factor to it: 3e-5 m reads as 30 µm, 3e-5 of no unit as 30 of 10⁻⁶."""
-    unit = prose(unit)
-    if 0.05 <= largest < 1e4 or largest == 0.0 or not np.isfinite(largest):
-        return unit, 1.0
-    exponent = 3 * int(np.floor(np.log10(largest / 0.05) / 3.0)) if largest < 0.05 else 3 * int(np.log10(largest) // 3)
-    prefix = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}.get(exponent)
-    if prefix and unit != "-" and "," not in unit:
-        return prefix + unit, 10.0**-exponent
-    return " ".join([power_of_ten(exponent), *([] if unit == "-" else [unit])]), 10.0**-exponent
 
 
 def thin(t: Numbers, values: Numbers, log: bool = False) -> tuple[Numbers, Numbers]:

@@ -1,81 +1,177 @@
-"""A report as one HTML file that opens offline: headings, tables and inline SVG, every text escaped."""
+"""A report as one HTML file that opens offline, on a screen of any width, in the dark, and on paper; every text is escaped.
 
-from collections.abc import Callable, Iterable, Sequence
-from html import escape
-from pathlib import Path
+    page.write_page(out / "report.html", title, [
+        page.summary("In 98.1 % of flights it stays within 5 cm of its path.", facts, figures),   # the answer, at a glance
+        page.heading("Outcomes", "outcomes"), page.paragraph(...), page.table(...), page.figure(...),   # the evidence
+    ], kind="Campaign")
 
-STYLE = """
-:root { color-scheme: light dark; --line: #8884; --soft: #8881; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { line-height: 1.2; } h2 { margin-top: 2.5rem; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .88rem; margin: 1rem 0; }
-th, td { text-align: left; vertical-align: top; padding: .3rem .7rem; border-bottom: 1px solid var(--line); }
-thead th { position: sticky; top: 0; background: Canvas; } tbody tr:hover { background: var(--soft); }
-figure { margin: 1.5rem 0; } figure svg { width: 100%; height: auto; background: #fff; border-radius: 4px; }
-.holds { font-weight: 700; } .holds::before { content: "\\2713\\00a0"; }
-.fails { font-weight: 700; } .fails::before { content: "\\2717\\00a0"; } .open::before { content: "?\\00a0"; }
-nav a { margin-right: 1rem; }
+Headings make the contents. Numbers are written by `units.py`, names as symbols by `symbols.rich`, the look is `report.css`.
 """
 
-Cell = str | tuple[str, str]
-"""A table cell: its text, or its text and a class."""
+import base64
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep import __version__
+from quadstep.report.symbols import rich
+
+LOGO = (
+    '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '
+    'cy="6" r="4"/><circle cx="18" cy="6" r="4"/><circle cx="6" cy="18" r="4"/><circle cx="18" cy="18" r="4"/></svg>'
+)
+HEADINGS = re.compile(r'<h2 id="([^"]*)">(.*?)</h2>')
+FEWEST_HEADINGS = 3
+"""For which a page has a list of contents."""
+
+
+class Span(NamedTuple):
+    """A number with its interval, drawn. text: as it is written. low, value, high: on the scale from `least` to `most`."""
+
+    text: str
+    low: float
+    value: float
+    high: float
+    least: float = 0.0
+    most: float = 1.0
+
+
+class Fact(NamedTuple):
+    """One of the numbers that a summary shows. what: it is of. value: as people write it. more: in small print, its interval
+    in words, say. span: the interval drawn.
+    """
+
+    what: str
+    value: str
+    more: str = ""
+    span: Span | None = None
+
+
+Cell = str | tuple[str, str] | Span
+"""A table cell: its text, its text and a class, or a number with its interval."""
+
+
+def style() -> str:
+    """The look of reports."""
+    return files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
 
 
 def heading(text: str, anchor: str) -> str:
     """A section heading."""
-    return f'<h2 id="{escape(anchor)}">{escape(text)}</h2>'
+    return f'<h2 id="{escape(anchor)}">{rich(text)}</h2>'
 
 
-def paragraph(text: str, set_as: Callable[[str], str] = escape) -> str:
-    """A paragraph of plain text. set_as: `quadstep.report.symbols.rich` where its names are symbols."""
+def subheading(text: str) -> str:
+    """Within a section; not in the contents."""
+    return f"<h3>{rich(text)}</h3>"
+
+
+def paragraph(text: str, set_as: Callable[[str], str] = rich) -> str:
+    """A paragraph. set_as: `escape` for text in which nothing is a symbol."""
     return f"<p>{set_as(text)}</p>"
+
+
+def note(text: str) -> str:
+    """A paragraph in small print."""
+    return f'<p class="note">{rich(text)}</p>'
 
 
 def listing(lines: Iterable[str]) -> str:
     """A list of sentences."""
-    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+    return f"<ul>{''.join(f'<li>{rich(line)}</li>' for line in lines)}</ul>"
 
 
 def links(places: Iterable[tuple[str, str]]) -> str:
-    """A list of links: address and text of each."""
+    """A list of links: address and text of each. Paper has none."""
     items = (f'<li><a href="{escape(place)}">{escape(text)}</a></li>' for place, text in places)
-    return f"<ul>{''.join(items)}</ul>"
+    return f'<ul class="screen">{"".join(items)}</ul>'
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = escape) -> str:
-    """A table of plain text, its names set as `paragraph` does."""
+def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = rich) -> str:
+    """A table of text, its names set as `paragraph` does; a header of empty names is left out."""
 
     def cell(content: Cell) -> str:
+        if isinstance(content, Span):
+            return f'<td class="number">{set_as(content.text)}{drawn_interval(content)}</td>'
         text, kind = content if isinstance(content, tuple) else (content, "")
         return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
 
     head = "".join(f"<th>{set_as(name)}</th>" for name in header)
+    head = f"<thead><tr>{head}</tr></thead>" if any(header) else ""
     body = "".join(f"<tr>{''.join(cell(content) for content in row)}</tr>\n" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table></div>'
+    return f'<div class="scroll"><table>{head}<tbody>\n{body}</tbody></table></div>'
 
 
-def figure(path: Path, caption: str) -> str:
-    """An SVG file drawn inline. Its ids get the file's name in front, so that several can stand on one page."""
-    text = path.read_text(encoding="utf-8")
-    drawing = text[text.index("<svg") :]
-    prefix = path.stem
-    for mark in ('id="', 'href="#', "url(#"):
-        drawing = drawing.replace(mark, f"{mark}{prefix}-")
-    return f'<figure role="img" aria-label="{escape(caption)}">{drawing}</figure>'
-
-
-def page_text(title: str, sections: Iterable[str]) -> str:
-    """The page itself."""
-    viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>'
-    body = "\n".join(sections)
+def drawn_interval(span: Span) -> str:
+    """An interval as a small drawing: the scale, the range, the number; nothing where there is none."""
+    width, ends = span.most - span.least, (span.low, span.value, span.high)
+    if not width > 0.0 or any(math.isnan(one) for one in ends):
+        return ""
+    places = [100.0 * min(1.0, max(0.0, (one - span.least) / width)) for one in ends]
+    low, value, high = (f"{4.0 + 0.92 * place:.2f}" for place in places)
     return (
-        f'<!doctype html>\n<html lang="en"><head>{head}<style>{STYLE}</style></head>\n'
-        f"<body><h1>{escape(title)}</h1>\n{body}\n</body></html>\n"
+        '<svg class="interval" viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">'
+        f'<path class="track" d="M4 5H96"/><path class="range" d="M{low} 5H{high}"/>'
+        f'<ellipse class="dot" cx="{value}" cy="5" rx="2.2" ry="3.4"/></svg>'
     )
 
 
-def write_page(path: Path, title: str, sections: Iterable[str]) -> None:
+def summary(answer: str, facts: Iterable[Fact] = (), figures: Iterable[str] = ()) -> str:
+    """What a report begins with: the answer in one sentence, the numbers that say it, and up to three figures that show it.
+
+    figures: of `figure`.
+    """
+    tiles = "".join(
+        f"<div><dt>{rich(one.what)}</dt><dd>{rich(one.value)}"
+        f"{f'<small>{rich(one.more)}</small>' if one.more else ''}{drawn_interval(one.span) if one.span else ''}</dd></div>"
+        for one in facts
+    )
+    tiles = f'<dl class="facts">{tiles}</dl>' if tiles else ""
+    return f'<p class="answer">{rich(answer)}</p>{tiles}<div class="summary">{"".join(figures)}</div>'
+
+
+def figure(path: Path, caption: str) -> str:
+    """A figure drawn inline: from its SVG file, or from the PNG beside it where there is none.
+
+    The ids of an SVG get the file's name in front, so that several can stand on one page.
+    """
+    if path.with_suffix(".svg").is_file():
+        text = path.with_suffix(".svg").read_text(encoding="utf-8")
+        drawing = text[text.index("<svg") :]
+        for mark in ('id="', 'href="#', "url(#"):
+            drawing = drawing.replace(mark, f"{mark}{path.stem}-")
+    else:
+        data = base64.b64encode(path.with_suffix(".png").read_bytes()).decode()
+        drawing = f'<img alt="" src="data:image/png;base64,{data}">'
+    return inline_figure(drawing, caption)
+
+
+def inline_figure(drawing: str, caption: str) -> str:
+    """A figure from its markup."""
+    shown = f'<div class="drawn" role="img" aria-label="{escape(caption)}">{drawing}</div>'
+    return f"<figure>{shown}<figcaption>{rich(caption)}</figcaption></figure>"
+
+
+def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "") -> str:
+    """The page itself. kind: of report, above the title. more: markup for its head."""
+    body = "\n".join(sections)
+    places = HEADINGS.findall(body)
+    contents = "".join(f'<a href="#{anchor}">{text}</a>' for anchor, text in places)
+    contents = f'<nav class="contents" aria-label="Contents">{contents}</nav>' if len(places) >= FEWEST_HEADINGS else ""
+    viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    head = f'<meta charset="utf-8">{viewport}<title>{escape(title)}</title>{more}'
+    above = f'<div class="top">{LOGO}<span>{escape(f"quadstep · {kind}" if kind else "quadstep")}</span></div>'
+    return (
+        f'<!doctype html>\n<html lang="en"><head>{head}<style>{style()}</style></head>\n'
+        f"<body>{above}<h1>{escape(title)}</h1>\n{contents}<main>\n{body}\n</main>\n"
+        f'<footer class="colophon">quadstep {__version__}</footer></body></html>\n'
+    )
+
+
+def write_page(path: Path, title: str, sections: Iterable[str], kind: str = "") -> None:
     """Write the page."""
-    path.write_text(page_text(title, sections), encoding="utf-8")
+    path.write_text(page_text(title, sections, kind), encoding="utf-8")

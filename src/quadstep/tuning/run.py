@@ -14,7 +14,6 @@ from quadstep import __version__
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
 from quadstep.files import ANY, is_file, read_bytes
-from quadstep.flight.scored import bare
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -132,7 +131,7 @@ def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[st
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     """One row per candidate."""
-    keys, parts, names = list(wanted.present), list(history[0].judged.parts), bare(wanted.mission.scores)
+    keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
     rows: list[list[Any]] = [

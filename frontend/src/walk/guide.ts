@@ -1,0 +1,126 @@
+// The guided walk: one step at a time, with its text, the one control to move and the one thing to watch.
+
+import { type Card, card } from "../controls/card";
+import type { Changes } from "../controls/changes";
+import { choice } from "../controls/choices";
+import type { Controller, StepData, StoryData } from "../data/contract";
+import { controllerOf, controlsOf, valuesOf } from "../data/settings";
+import type { Board } from "../plots/board";
+import type { Session, Shown } from "../session";
+import { fill, h } from "../view/dom";
+import { rich } from "../view/notation";
+import { Watched } from "../view/events";
+
+export class Guide {
+  /** The step on the screen, from 0; undefined: nobody walks. */
+  readonly at = new Watched<number | undefined>(undefined);
+  private readonly slot = h("div", { class: "guide-control" });
+  private readonly plot = h("div", { class: "guide-plot" });
+  private made: { card: Card; owner: Controller | undefined } | undefined;
+  private key = "";
+
+  /** began: told each step as it is set up. */
+  constructor(
+    private readonly host: HTMLElement,
+    private readonly story: StoryData,
+    private readonly session: Session,
+    private readonly changes: Changes,
+    private readonly board: Board,
+    private readonly began: (step: StepData) => void,
+  ) {
+    this.close();
+    session.shown.watch((shown) => shown && this.follow(shown));
+  }
+
+  get step(): StepData | undefined {
+    return this.at.value === undefined ? undefined : this.story.steps[this.at.value];
+  }
+
+  /** Show a step as it was written; settings: false to leave the flight as it is. */
+  open(place: number, settings = true): void {
+    const step = this.story.steps[place];
+    if (!step) return;
+    this.at.set(place);
+    document.body.dataset["walking"] = "yes";
+    this.key = "";
+    this.build(step, place);
+    if (settings) {
+      const { flight, controller, ghost, values } = step;
+      this.session.apply({ flight, controller, ghost, values });
+    } else if (this.session.shown.value) this.follow(this.session.shown.value);
+    this.began(step);
+  }
+
+  close(): void {
+    this.at.set(undefined);
+    delete document.body.dataset["walking"];
+    this.board.watch(undefined);
+    const count = this.story.steps.length;
+    const start = h("button", { type: "button", class: "primary", id: "guide-start" }, "Start the walk");
+    start.addEventListener("click", () => {
+      this.open(0);
+      this.host.querySelector("h2")?.focus();
+    });
+    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A guided walk of ${count} ${count === 1 ? "step" : "steps"}: one control to move in each, one thing to watch.`), start));
+  }
+
+  private build(step: StepData, place: number): void {
+    const last = this.story.steps.length - 1;
+    const button = (text: string, id: string, to: number | undefined): HTMLButtonElement => {
+      const made = h("button", { type: "button", class: id === "guide-next" ? "primary" : "plain", id, disabled: to !== undefined && (to < 0 || to > last) }, text);
+      made.addEventListener("click", () => {
+        if (to === undefined) this.close();
+        else this.open(to);
+        this.host.scrollIntoView({ block: "nearest" });
+        this.host.querySelector<HTMLElement>("h2, #guide-start")?.focus();
+      });
+      return made;
+    };
+    const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Set up again");
+    again.addEventListener("click", () => this.open(place));
+    fill(
+      this.host,
+      h("p", { class: "guide-place" }, `Step ${place + 1} of ${last + 1}`, button("Leave the walk", "guide-leave", undefined)),
+      h("progress", { max: last + 1, value: place + 1, "aria-label": "Progress of the walk" }),
+      h("h2", { tabindex: -1 }, ...rich(step.title)),
+      ...step.text.map((paragraph) => h("p", { class: "guide-text" }, ...rich(paragraph))),
+      h("h3", { class: "guide-what" }, "Move"),
+      this.slot,
+      step.watch === "scene" ? null : h("h3", { class: "guide-what" }, "Watch"),
+      step.watch === "scene" ? h("p", { class: "guide-text" }, "Watch the vehicle in the scene.") : this.plot,
+      h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
+    );
+    this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+  }
+
+  /** The control shows what is set, also where it was moved elsewhere. */
+  private follow(shown: Shown): void {
+    const { step } = this;
+    if (!step) return;
+    const { data, settings } = shown;
+    const key = `${data.id} ${settings.controller} ${settings.ghost}`;
+    if (key !== this.key) {
+      this.key = key;
+      this.make(step, shown);
+    }
+    if (this.made) this.made.card.show(valuesOf(settings, this.made.card.control, this.made.owner));
+  }
+
+  private make(step: StepData, { data, settings }: Shown): void {
+    this.made = undefined;
+    const { move } = step;
+    if (move === "controller" || move === "ghost") {
+      fill(this.slot, choice(move, `guide-${move}`, data, settings, this.session, this.changes));
+      return;
+    }
+    const found = controlsOf(data, controllerOf(data, settings.controller)).find(([control]) => control.id === move);
+    if (!found) {
+      fill(this.slot, h("p", { class: "quiet" }, "The controller that flies now has no such control."));
+      return;
+    }
+    const [control, owner] = found;
+    const made = card(control, (which, values, final) => this.changes.moved(which, owner, values, final));
+    this.made = { card: made, owner };
+    fill(this.slot, made.element);
+  }
+}

@@ -1,0 +1,1 @@
+"""Statements emitted from the functions that fly, and their proofs: `make proofs`."""

@@ -1,0 +1,162 @@
+"""A guided walk over a page's flights, read from Markdown: `docs/story.md` says how one is written."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from pydantic import Field
+
+from quadstep import files
+from quadstep.documents import parse_toml
+from quadstep.errors import UserError
+from quadstep.mission.check import check
+from quadstep.mission.fields import Section
+from quadstep.page.laws import Laws
+from quadstep.page.model import Control, Flight, StepView, StoryView
+
+OWN = Path(__file__).parent / "stories" / "paper.md"
+"""The walk that ships, on the paper's page."""
+
+MOST_STEPS = 40
+NET, SCENE = "net", "scene"
+"""What may be watched beside plots: the first net, and the vehicle itself."""
+
+FILE = "file"
+"""As a ghost: the same controller with the file's values."""
+
+CHOICES = ("controller", "ghost")
+"""What may be moved beside sliders."""
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Values = bool | Number | list[Number]
+
+
+class Settings(Section):
+    """The table of one step."""
+
+    flight: str | None = None
+    mission: str | None = None
+    controller: str | None = None
+    ghost: str = ""
+    set: dict[str, Values] = Field(default_factory=dict)
+    move: str
+    watch: str
+    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
+    camera: Annotated[str, Field(pattern="^(orbit|follow)$")] = "orbit"
+
+
+class Step(NamedTuple):
+    """One step as it was written. text: its paragraphs."""
+
+    title: str
+    text: tuple[str, ...]
+    settings: Settings
+
+
+class Story(NamedTuple):
+    """A walk. source: its file."""
+
+    title: str
+    source: Path
+    steps: tuple[Step, ...]
+
+    @property
+    def missions(self) -> list[Path]:
+        """The mission files that its steps name, each once."""
+        named = (step.settings.mission for step in self.steps)
+        return [self.source.parent / name for name in dict.fromkeys(named) if name is not None]
+
+    @property
+    def of_others(self) -> bool:
+        """Whether a step shows a flight that the page has of itself."""
+        return any(step.settings.mission is None for step in self.steps)
+
+
+def read_story(path: Path) -> Story:
+    """The walk in a Markdown file. Raises UserError naming file, step and what is allowed."""
+    text = files.read_text(path, files.STORY)
+    head, *parts = re.split(r"^##[ \t]+(?=\S)", text, flags=re.MULTILINE)
+    title = re.match(r"\s*#[ \t]+(.*\S)", head)
+    if not title:
+        raise UserError(f"{path}: should begin with a title: # Title of the walk")
+    if not 1 <= len(parts) <= MOST_STEPS:
+        raise UserError(f"{path}: has {len(parts)} steps; 1 to {MOST_STEPS} are allowed, each under a heading: ## Title")
+    return Story(title[1], path, tuple(step(part, place, path) for place, part in enumerate(parts, 1)))
+
+
+def step(part: str, place: int, path: Path) -> Step:
+    """One step, from its heading on. Raises UserError."""
+    title, _, body = part.partition("\n")
+    where = f"{path}: step {place} ({title.strip():.40})"
+    fences = re.findall(r"^```toml[ \t]*\n(.*?)^```[ \t]*$", body, flags=re.MULTILINE | re.DOTALL)
+    if len(fences) != 1:
+        raise UserError(f"{where}: has {len(fences)} settings; each step has one block that begins with ```toml")
+    settings = check(Settings, parse_toml(fences[0], where), where, path.parent)
+    if (settings.flight is None) == (settings.mission is None):
+        raise UserError(f"{where}: give either flight (one of the page's) or mission (a file beside this one)")
+    prose = re.sub(r"^```.*?^```[ \t]*$", "", body, flags=re.MULTILINE | re.DOTALL)
+    text = tuple(" ".join(one.split()) for one in re.split(r"\n\s*\n", prose) if one.strip())
+    if not text:
+        raise UserError(f"{where}: says nothing; write two or three sentences below its settings")
+    return Step(title.strip(), text, settings)
+
+
+def story_view(story: Story, flights: Sequence[Flight], of_missions: Mapping[Path, str], laws: Laws) -> StoryView:
+    """The walk as the page takes it. of_missions: ids of the flights of its mission files. laws: of the page.
+
+    Raises UserError where a step names what the page does not have.
+    """
+    by_id = {flight.id: flight for flight in flights}
+    steps = []
+    for place, written in enumerate(story.steps, 1):
+        where, settings = f"{story.source}: step {place} ({written.title:.40})", written.settings
+        known = settings.flight if settings.mission is None else of_missions[story.source.parent / settings.mission]
+        flight = by_id[chosen(known, by_id, f"{where}: flight")]
+        steps.append(step_view(written, flight, where, laws))
+    return StoryView(story.title, tuple(steps))
+
+
+def step_view(written: Step, flight: Flight, where: str, laws: Laws) -> StepView:
+    """A step on its flight. Raises UserError."""
+    title, text, settings = written
+    if not flight.controllers:
+        raise UserError(f"{where}: {flight.name}: {flight.whyNot}")
+    ids = [one.id for one in flight.controllers]
+    controller = flight.controllers[ids.index(chosen(settings.controller or ids[0], ids, f"{where}: controller"))]
+    ghost = settings.ghost and chosen(settings.ghost, [FILE, *ids], f"{where}: ghost")
+    owned = {one.id: (one, "") for one in flight.controls}
+    owned |= {one.id: (one, f"{controller.id}.") for one in controller.controls}
+    values: dict[str, list[float]] = {}
+    for name, given in settings.set.items():
+        control, owner = owned[chosen(name, owned, f"{where}: set")]
+        values[f"{owner}{name}"] = components(control, given, f"{where}: set.{name}")
+    moved = chosen(settings.move, [*CHOICES, *owned], f"{where}: move")
+    watched = chosen(settings.watch, watchable(flight, laws.laws[controller.law].net > 0), f"{where}: watch")
+    return StepView(
+        title, text, flight.id, controller.id, ghost, values, moved, watched, settings.time, settings.camera
+    )  # fmt: skip
+
+
+def watchable(flight: Flight, net: bool) -> list[str]:
+    """What of a flight may be watched. net: whether its law shows one."""
+    return [SCENE, *([NET] if net else []), *(panel.id for panel in flight.panels)]
+
+
+def components(control: Control, given: Values, where: str) -> list[float]:
+    """A value for each component; one stands for all. Raises UserError."""
+    count = len(control.components)
+    found = [float(one) for one in (given if isinstance(given, list) else [given] * count)]
+    if len(found) != count:
+        raise UserError(f"{where}: should be one number or {count}, not {len(found)}")
+    outside = [one for one in found if not control.low <= one <= control.high]
+    if outside:
+        raise UserError(f"{where}: {outside[0]:g} is outside {control.low:g} to {control.high:g}")
+    return found
+
+
+def chosen(name: str | None, allowed: Collection[str], where: str) -> str:
+    """The name, if it is one of those allowed. Raises UserError naming these."""
+    if name is None or name not in allowed:
+        raise UserError(f"{where}: {name!r:.60} is not one of {', '.join(allowed)}")
+    return name

@@ -1,0 +1,102 @@
+"""Numbers as people write them: a unit that suits the size, digits that mean something, intervals."""
+
+import math
+
+from quadstep.report.symbols import power_of_ten, prose
+
+DIGITS = 3
+"""Of a number that comes without an interval."""
+
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
+
+
+def prefixed(unit: str, largest: float) -> tuple[str, float]:
+    """A unit that suits values up to `largest`, and the factor to it: 3e-5 m reads as 30 µm, 3e-5 of no unit as 30 of 10⁻⁶."""
+    unit = prose(unit)
+    if 0.05 <= largest < 1e4 or largest == 0.0 or not math.isfinite(largest):
+        return unit, 1.0
+    exponent = 3 * math.floor(math.log10(largest / 0.05) / 3.0) if largest < 0.05 else 3 * int(math.log10(largest) // 3)
+    prefix = PREFIXES.get(exponent)
+    if prefix and unit != "-" and "," not in unit:
+        return prefix + unit, 10.0**-exponent
+    return " ".join([power_of_ten(exponent), *([] if unit == "-" else [unit])]), 10.0**-exponent
+
+
+def handy(unit: str, largest: float) -> tuple[str, float]:
+    """The same for text, where lengths below a metre read better in millimetres, and what has no unit needs no factor."""
+    if unit == "-":
+        return unit, 1.0
+    if unit == "m" and 0.0 < largest < 1.0:
+        return prefixed(unit, min(largest, 0.049))
+    return prefixed(unit, largest)
+
+
+def number(value: float, digits: int = DIGITS, places: int | None = None) -> str:
+    """So many digits, none lost and no exponent from 0.001 to a million; a true minus. places: so many decimals instead."""
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else "−∞" if value < 0.0 else "∞"
+    size = abs(value)
+    if not size:
+        return "0"
+    if places is None and not 1e-3 <= size < 1e6:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        return f"{mantissa} × {power_of_ten(int(exponent))}".replace("-", "−")
+    if places is None:
+        places = max(0, digits - 1 - math.floor(math.log10(size)))
+    return f"{value:,.{places}f}".replace(",", "\u202f").replace("-", "−")
+
+
+def quantity(value: float, unit: str = "-", digits: int = DIGITS) -> str:
+    """A number with a unit that suits it: 0.00477 m is 4.77 mm.
+
+    >>> quantity(0.00477, "m"), quantity(12345.0, "N"), quantity(0.5)
+    ('4.77 mm', '12.3 kN', '0.500')
+    """
+    unit, factor = handy(unit, abs(value))
+    return number(factor * value, digits) if unit == "-" else f"{number(factor * value, digits)}\u00a0{unit}"
+
+
+def digits_of(value: float, low: float, high: float) -> int:
+    """As many as tell the ends of an interval apart, with one to spare, from two to six."""
+    width = high - low
+    if not math.isfinite(width) or width <= 0.0 or not value or not math.isfinite(value):
+        return DIGITS
+    return min(6, max(2, math.floor(math.log10(abs(value))) - math.floor(math.log10(width / 3.0)) + 1))
+
+
+def interval(value: float, low: float, high: float, unit: str = "-") -> str:
+    """A number with its interval, all in one unit and to digits that the interval's width warrants.
+
+    >>> interval(0.01234, 0.0119, 0.0128, "m")
+    '12.3 [11.9, 12.8] mm'
+    """
+    ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
+    unit, factor = handy(unit, max(ends, default=0.0))
+    digits = digits_of(value, low, high)
+    largest = factor * max(ends, default=0.0)
+    plain = 1e-3 <= largest < 1e6 and value
+    places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None
+    text, below, above = (number(factor * one, digits, places) for one in (value, low, high))
+    if not (math.isnan(low) or math.isnan(high)):
+        text = f"{text} [{below}, {above}]"
+    return text if unit == "-" else f"{text}\u00a0{unit}"
+
+
+def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
+    """A share, with its interval if there is one; as many digits as it takes to tell it from 0 and from 100 %."""
+    shares = [100.0 * one for one in (value, low, high)]
+    rest = min(100.0 - shares[0], shares[0]) if math.isfinite(shares[0]) else 0.0
+    places = 0 if rest >= 10.0 else min(6, 1 - math.floor(math.log10(rest))) if rest > 1e-9 else 1
+    if math.isfinite(low) and math.isfinite(high) and high > low:
+        places = max(places, min(6, 1 - math.floor(math.log10(100.0 * (high - low)))))
+
+    def text(one: float) -> str:
+        return f"{one:.{max(0, places)}f}" if one not in (0.0, 100.0) else f"{one:g}"
+
+    return f"{text(shares[0])} %" if math.isnan(low) else f"{text(shares[0])} [{text(shares[1])}, {text(shares[2])}] %"
+
+
+def metric(full: str) -> tuple[str, str]:
+    """Words and unit of a metric's name: `position_rmse[m]` is position RMSE in m."""
+    name, _, unit = full.partition("[")
+    return name.replace("_", " ").replace("rmse", "RMSE"), unit.rstrip("]") or "-"

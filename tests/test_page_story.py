@@ -1,0 +1,168 @@
+"""Guided walks: read from Markdown, held to what the page has, refused in one line."""
+
+import numpy as np
+import pytest
+
+from quadstep.errors import UserError
+from quadstep.page import build
+from quadstep.page.build import Walk, page_data
+from quadstep.page.laws import NEURONS, Laws
+from quadstep.page.missions import fly_missions
+from quadstep.page.paper import stress_id
+from quadstep.page.story import OWN, read_story
+from quadstep.study.cases import main_cases
+from tests.commands import quadstep
+from tests.pages import FLIGHTS, STAND_IN, data_of, flown, fly_page, needs_node, write_page
+
+STEP = """## {title}
+
+```toml
+flight = "case"
+{settings}
+move = "K_r1"
+watch = "{watch}"
+```
+
+Look: it flies.
+And goes on.
+
+A second paragraph.
+"""
+MISSION = """name = "a"
+[path]
+type = "minimum-jerk"
+end = [1.0, 0.0, 0.0]
+duration = 1.0
+"""
+
+
+def written(tmp_path, *steps, title="# A walk\n\nFor readers of the file.\n\n"):
+    path = tmp_path / "story.md"
+    path.write_text(title + "\n".join(steps))
+    return path
+
+
+def one(settings="", title="First", watch="position"):
+    return STEP.format(title=title, settings=settings, watch=watch)
+
+
+@pytest.fixture(scope="module")
+def case():
+    return flown("case", FLIGHTS["backstepping"])
+
+
+def viewed(path, case):
+    return page_data("t", "", [case], (), (), Laws(), Walk(read_story(path), {}))["story"]
+
+
+def test_a_step_is_settings_and_paragraphs(tmp_path, case):
+    settings = 'set = { K_r1 = 4.0, neurons = 8, wind = [0.1, 0.0, 0.2] }\nghost = "nested-saturation"\ntime = 1.0'
+    story = viewed(written(tmp_path, one(settings), one(title="Second", watch="net")), case)
+    assert story["title"] == "A walk"
+    first, second = story["steps"]
+    assert first["text"] == ["Look: it flies. And goes on.", "A second paragraph."]
+    assert first["values"] == {
+        "backstepping.K_r1": [4.0, 4.0, 4.0],
+        "backstepping.neurons": [8.0],
+        "wind": [0.1, 0.0, 0.2],
+    }
+    assert (first["flight"], first["controller"], first["ghost"], first["time"]) == (
+        "case", "backstepping", "nested-saturation", 1.0)  # fmt: skip
+    assert (second["title"], second["watch"], second["camera"]) == ("Second", "net", "orbit")
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("bogus = 1", "bogus"),
+        ('mission = "a.toml"', "give either flight"),
+        ("set = { K_r9 = 1.0 }", "set: 'K_r9' is not one of"),
+        ("set = { K_r1 = [1.0, 2.0] }", "set.K_r1: should be one number or 3, not 2"),
+        ("set = { K_r1 = -1.0 }", "set.K_r1: -1 is outside"),
+        ("set = { K_r1 = nan }", "set.K_r1"),
+        ('controller = "pid"', "controller: 'pid' is not one of"),
+        ('ghost = "nobody"', "ghost: 'nobody' is not one of"),
+        ('camera = "under"', "camera"),
+        ("time = -1", "time"),
+        ("= 3", "not valid TOML"),
+    ],
+)
+def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):
+    path = written(tmp_path, one(), one(settings, title="Bad"))
+    with pytest.raises(UserError, match="step 2") as error:
+        viewed(path, case)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "begin with a title"),
+        ("# T\n", "0 steps"),
+        ("# T\n## S\nwords\n", "has 0 settings"),
+        (f"# T\n{one()}{one().partition(chr(10))[2]}", "has 2 settings"),
+        ('# T\n## S\n```toml\nflight = "case"\nmove = "t_f"\nwatch = "scene"\n```\n', "says nothing"),
+        ("# T\n" + "## S\n" * 41, "41 steps"),
+    ],
+)
+def test_a_file_that_is_no_story_says_why(tmp_path, text, words):
+    with pytest.raises(UserError, match=words):
+        read_story(written(tmp_path, text, title=""))
+
+
+def test_what_may_be_watched_is_what_is_there(tmp_path):
+    nested = flown("case", FLIGHTS["nested saturation"])
+    path = written(tmp_path, one(watch="net").replace("K_r1", "t_f"))
+    with pytest.raises(UserError, match="watch: 'net' is not one of scene, position"):
+        viewed(path, nested)
+
+
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path, one('controller = "x"').replace('flight = "case"', 'mission = "a.toml"'))
+    (tmp_path / "a.toml").write_text(MISSION)
+    for story, words in (("story.md", "is not one of"), ("nowhere.md", "cannot be read"), (".", "must be a regular file")):
+        done = quadstep("page", "--story", story, "--engine", "python")
+        assert done.code == 2
+        assert words in done.err
+        assert done.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_story_brings_its_own_missions(tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "template", lambda: STAND_IN)
+    (tmp_path / "a.toml").write_text(MISSION)
+    path = written(tmp_path, one().replace('flight = "case"', 'mission = "a.toml"'), one().replace("case", "a"))
+    story = read_story(path)
+    assert story.of_others
+    assert story.missions == [tmp_path / "a.toml"]
+    data = data_of(fly_missions([], story=story))
+    assert [flight["id"] for flight in data["flights"]] == ["a"]
+    assert [step["flight"] for step in data["story"]["steps"]] == ["a", "a"]
+
+
+def test_the_walk_that_ships_has_its_topics_and_its_flights():
+    story = read_story(OWN)
+    assert 8 <= len(story.steps) <= 12
+    assert all(path.is_file() for path in story.missions)
+    known = {name.replace("_", "-") for name in main_cases()} | {stress_id(t, 1.0, True) for t in (6.0, 3.0)}
+    assert {step.settings.flight for step in story.steps} - {None} <= known
+    assert {"net", "weights", "attitude"} <= {step.settings.watch for step in story.steps}
+    for step in story.steps:
+        assert 2 <= sum(text.count(". ") + text.count("? ") + text.endswith((".", "?")) for text in step.text) <= 4
+
+
+@needs_node
+def test_the_net_that_is_shown_is_the_one_that_flies(tmp_path, case):
+    """Its weights have the norm of the log, its force is W^T mu, and what it should make is Eq. 67 the other way round."""
+    (answer,) = fly_page(write_page(tmp_path / "page.html", case), {"flight": "case", "net": True})
+    rows = np.reshape(answer["net"], (-1, 4 * NEURONS + 6))[: answer["rows"]]
+    names = [name for name, _ in answer["columns"]]
+    x_dot, phi_dot, norm = (answer["values"][:, names.index(name)] for name in ("x_dot", "phi_dot", "norm_W1"))
+    mu, weights = rows[:, :NEURONS], rows[:, NEURONS : 4 * NEURONS].reshape(-1, NEURONS, 3)
+    assert (mu[:, 10:] == 0.0).all()  # neurons that the file does not have
+    assert (mu[:, :10] > 0.0).all() and (mu[:, :10] < 1.0).all()
+    np.testing.assert_allclose(rows[:, -6:-3], np.einsum("rn,rna->ra", mu, weights), atol=1e-12)
+    assert np.abs(np.linalg.norm(weights, axis=(1, 2)) - norm).max() < 0.05 * norm.max()  # a sample later than the log's
+    np.testing.assert_array_equal(rows[:, -3], -(x_dot * phi_dot))
