@@ -57,6 +57,7 @@ def verdict(c: Certificate) -> str:
         )
     count = int(c.outside.sum())
     if what == "sign consistent":
-        return f"sign consistent on this flight: {margins(c)}; L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}; {after(c)}"
+        falls = f"L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}"
+        return f"sign consistent on this flight: {margins(c)}; {falls}; {after(c)}"
     rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
     return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"
