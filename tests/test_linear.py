@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from quadstep import Mission
 from quadstep.control.controller import Controller
@@ -173,3 +175,40 @@ def test_flights_decay_below_the_delay_margin_and_grow_above_it(found, law, tick
                 most, k = max(most, abs(flown.cycle.state.rates[0])), k + 5
             sizes.append(most)
         assert (sizes[-1] > sizes[1]) == grows
+
+
+def test_the_planar_vehicle_has_the_poles_and_margins_of_its_textbook_loop():
+    """x'' = -g theta, theta'' = turn, sampled and held: the chain of integrators exactly, by SciPy's exponential."""
+    k_p, k_v, k_theta, k_q, g, h = 4.0, 3.5, 120.0, 20.0, 9.81, 0.002
+    mission = Mission(vehicle={"type": "planar"}, path=HOLD, controller={"type": "planar-pd"}, simulation={"step": h})
+    analysis = studied(mission).analysis
+    assert [channel.name for channel in analysis.channels] == ["thrust", "torque"]
+    chain = np.zeros((5, 5))  # x, v, theta, theta', turn
+    chain[0, 1], chain[1, 2], chain[2, 3], chain[3, 4] = 1.0, -g, 1.0, 1.0
+    held = expm(h * chain)
+    a, b = held[:4, :4], held[:4, 4]
+    gains = np.array([k_theta * k_p / g, k_theta * k_v / g, -k_theta, -k_q])
+    height = expm(h * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]))
+    up = height[:2, :2] - np.outer(height[:2, 2], [k_p, k_v])
+    wanted = np.concatenate([np.linalg.eigvals(a + np.outer(b, gains)), np.linalg.eigvals(up)])
+    s = np.log(wanted.astype(complex)) / h
+    found = [
+        complex(pole.real, sign * pole.imaginary) for pole in analysis.poles for sign in ((1, -1) if pole.imaginary else (1,))
+    ]
+    assert sorted(found, key=lambda one: (one.real, one.imag)) == pytest.approx(
+        sorted(s, key=lambda one: (one.real, one.imag)), rel=1e-6
+    )
+
+    def loop(omega):
+        return -gains @ np.linalg.solve(np.exp(1j * omega * h) * np.eye(4) - a, b)
+
+    torque = analysis.margins[1]
+    crossing = brentq(lambda omega: abs(loop(omega)) - 1.0, 5.0, 100.0)
+    assert torque.phase_at == pytest.approx(crossing, rel=1e-6)
+    assert torque.phase == pytest.approx(math.pi + np.angle(loop(crossing)), rel=1e-6)
+    assert torque.gain_up == pytest.approx(1.0 / abs(loop(math.pi / h)), rel=1e-6)  # where its phase reaches -180 deg
+    grid = np.geomspace(1.0, math.pi / h, 20_000)
+    values = np.array([loop(omega) for omega in grid])
+    assert torque.sensitivity == pytest.approx(np.abs(1.0 / (1.0 + values)).max(), rel=1e-5)
+    assert torque.complementary == pytest.approx(np.abs(values / (1.0 + values)).max(), rel=1e-5)
+    assert torque.disk == pytest.approx(np.abs(2.0 * (1.0 + values) / (1.0 - values)).min(), rel=1e-5)

@@ -19,6 +19,9 @@ from quadstep.report.sheet import Sheet
 
 REPORT, PAGE = "report.html", "page.html"
 
+IN_SUMMARY = 3
+"""Figures."""
+
 
 def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
     """Everything but the flights and gains. Raises UserError."""
@@ -32,7 +35,7 @@ def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: S
         )
     links, missing = write_ghosts(out, found, flights)
     write_json(out / MANIFEST, as_json(found, flights))
-    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing))
+    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing), "Comparison")
 
 
 def write_ghosts(out: Path, found: Comparison, flights: Sequence[Fly]) -> tuple[list[tuple[str, str]], str]:
@@ -49,17 +52,26 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     """The body of report.html."""
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
-    body = [page.paragraph(first), page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    figures = {
+        vehicle: page.figure(
+            out / name,
+            f"{metric} of every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
+        )
+        for vehicle, name in drawn.items()
+    }
+    shown = list(figures)[:IN_SUMMARY]
+    body = [page.summary(first, facts(found), [figures[one] for one in shown])]
+    body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
     if links:
         body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
     else:
         body += [page.paragraph(f"There is no page of flights: {missing}.")]
-    for vehicle, name in drawn.items():
+    for vehicle in drawn:
         label = vehicle or "Missions"
         header, rows = tables.matrix(found, vehicle)
         body += [
             page.heading(label, identity(label, ())),
-            page.figure(out / f"{name}.svg", f"{metric} of every situation and controller, {label}"),
+            *([] if vehicle in shown else [figures[vehicle]]),
             page.paragraph(
                 f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."
             ),
@@ -113,6 +125,20 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         body += [page.heading(f"All numbers: {label}", f"all-{identity(label, ())}"), page.table(header, rows)]
         body += [page.table(tables.EFFORT_HEADER, tables.effort_rows(found, vehicle))]
     return body
+
+
+def facts(found: Comparison) -> list[page.Fact]:
+    """Who is best, and how much is decided."""
+    flown = page.Fact(
+        "flights", f"{found.seeds} each", f"{len(found.controllers)} controllers in {len(found.ranked)} situations"
+    )
+    if len(found.controllers) < 2:
+        return [flown]
+    (best, rank), *_ = found.overall().items()
+    decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
+    first = page.Fact("best mean rank", best, f"{rank:.2f} of 0, the best, to 1", page.Span("", rank, rank, rank))
+    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them together")
+    return [first, pairs, flown]
 
 
 def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:

@@ -11,7 +11,7 @@ from quadstep.linear.analysis import Analysis, of_even_rotors, of_loop, worst_of
 from quadstep.linear.channels import commanded
 from quadstep.linear.equilibrium import quiet
 from quadstep.linear.reduced import reduced
-from quadstep.linear.sampled import Flown, Loops, NotLinearError, linearised
+from quadstep.linear.sampled import Flown, Loops, NotLinearError, linearised, linearising
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 
@@ -31,7 +31,8 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
 def at(plans: list[FlightPlan], first: int) -> Analysis | str:
     """The loop at a tick."""
     try:
-        return worst_of([of_loop(reduced(linearised(Loops(plan), flown_to(plan, first), first))) for plan in plans])
+        with linearising():
+            return worst_of([of_loop(reduced(linearised(Loops(plan), flown_to(plan, first), first))) for plan in plans])
     except NotLinearError as error:
         return str(error)
 

@@ -8,6 +8,7 @@ from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import Margins, margins
 from quadstep.linear.poles import STILL, Pole, poles
 from quadstep.linear.reduced import Reduced
+from quadstep.linear.sampled import linearising
 from quadstep.linear.transfer import frequencies, loci, opened
 from quadstep.mission.schema import Mission
 from quadstep.plants.multirotor import Multirotor
@@ -39,8 +40,10 @@ class Studied(NamedTuple):
 
 def studied(mission: Mission) -> Studied:
     """The mission's loop at rest where its path begins. Raises UserError."""
-    rests = [at_rest(plan) for plan in of_even_rotors(hovering(mission))]
-    return Studied(rests[0], worst_of([of_loop(rest.period) for rest in rests]))
+    plans = of_even_rotors(hovering(mission))
+    with linearising():
+        rests = [at_rest(plan) for plan in plans]
+        return Studied(rests[0], worst_of([of_loop(rest.period) for rest in rests]))
 
 
 def of_loop(loop: Reduced) -> Analysis:

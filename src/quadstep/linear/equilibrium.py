@@ -10,6 +10,7 @@ from quadstep.guidance.reference import Reference
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Array, Flown, Loops, NotLinearError, linearised, states, with_states
 from quadstep.mission.air import WindSection
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
@@ -19,6 +20,10 @@ WARM = 0.1
 
 MOST_STEPS, AT_REST = 12, 1e-9
 """Of Newton's method; and what a period may change of a state, beside 1, for it to be at rest."""
+
+
+PATIENCE = 3
+"""Steps in a row that do not come nearer than any before, after which there is taken to be no rest."""
 
 
 class Rest(NamedTuple):
@@ -40,7 +45,9 @@ def held(mission: Mission, wanted: Reference, duration: float) -> Mission:
     """The mission held at a point of its path [s]."""
     x, y, z = (float(entry) for entry in wanted.position)
     path = StepPath(type="step", start=(x, y, z), end=(x, y, z), duration=duration, yaw=float(wanted.yaw))
-    changes: dict[str, object] = {"path": path, "start": type(mission.start)()}  # type: ignore[attr-defined]
+    changes: dict[str, object] = {"path": path}
+    if isinstance(mission, MultirotorMission | LagrangeMission):
+        changes["start"] = type(mission.start)()
     if isinstance(mission, MultirotorMission):
         changes |= {"events": (), "score_from": 0.0}
         if isinstance(mission.wind, WindSection):
@@ -63,14 +70,19 @@ def at_rest(plan: FlightPlan) -> Rest:
     loops = Loops(plan)
     first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
     flown = loops.fly(loops.begin(), 0, first)
+    sizes: list[float] = []
     for _ in range(MOST_STEPS):
         period = reduced(linearised(loops, flown, first))
         left = residual(period)
-        if not np.isfinite(left).all():
-            raise NotLinearError("there is no state of rest: a state is no longer finite")
-        if np.abs(left / (1.0 + np.abs(period.period.values))).max() < AT_REST:
+        size = float(np.abs(left / (1.0 + np.abs(period.period.values))).max())
+        if not (np.isfinite(size) and np.isfinite(period.map).all()):
+            raise NotLinearError("there is no state of rest: a state or a slope is no longer finite")
+        if size < AT_REST:
             outcome(loops, flown, first)
             return Rest(loops, flown, first, period)
+        sizes.append(size)
+        if len(sizes) > PATIENCE and min(sizes[-PATIENCE:]) >= min(sizes[:-PATIENCE]):
+            break
         change, *_ = np.linalg.lstsq(period.map - np.eye(len(left)), -left, rcond=1e-12)
         values = np.array(states(flown)[0])
         values[period.places] += change
@@ -78,7 +90,7 @@ def at_rest(plan: FlightPlan) -> Rest:
     worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
     raise NotLinearError(
         f"there is no state of rest: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
-        f"{period.period.length:g} s after {MOST_STEPS} steps of Newton's method"
+        f"{period.period.length:g} s after {len(sizes)} steps of Newton's method"
     )
 
 

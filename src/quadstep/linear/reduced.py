@@ -22,7 +22,7 @@ class Reduced(NamedTuple):
 
 
 def reduced(period: Period) -> Reduced:
-    """The states on which the commands depend, directly or through others, and which are not constant."""
+    """The channels that act, and the states on which they depend, directly or through others, without constants."""
     count = len(period.names)
     commands = np.arange(count - len(period.channels), count)
     influence = np.zeros((count, count), dtype=bool)
@@ -40,19 +40,26 @@ def reduced(period: Period) -> Reduced:
         seen = more
     places = np.flatnonzero(seen & ~constant)
     grid = np.ix_(places, places)
-    shown = {id(tick): tick_of(tick, places, grid) for tick in period.ticks}
+    acting = np.flatnonzero(np.any([tick.acting.any(axis=0) for tick in period.ticks], axis=0))
+    shown = {id(tick): tick_of(tick, places, grid, acting) for tick in period.ticks}
     return Reduced(
         period._replace(
             ticks=tuple(shown[id(tick)] for tick in period.ticks),
             names=tuple(period.names[place] for place in places),
+            channels=tuple(period.channels[place] for place in acting),
             values=period.values[places],
             after=period.after[places],
         ),
         places,
-        np.searchsorted(places, commands),
+        np.searchsorted(places, commands[acting]),
     )
 
 
-def tick_of(tick: Tick, places: NDArray[np.intp], grid: tuple[NDArray[np.intp], ...]) -> Tick:
-    """A tick of these states."""
-    return tick._replace(tasks=tick.tasks[grid], path=tick.path[places], step=tick.step[grid], acting=tick.acting[places])
+def tick_of(tick: Tick, places: NDArray[np.intp], grid: tuple[NDArray[np.intp], ...], acting: NDArray[np.intp]) -> Tick:
+    """A tick of these states and channels."""
+    return tick._replace(
+        tasks=tick.tasks[grid],
+        path=tick.path[places],
+        step=tick.step[grid],
+        acting=tick.acting[np.ix_(places, acting)],
+    )

@@ -4,8 +4,9 @@ A tick is what the engines fly: the tasks that are due, then the integrator's st
 dual numbers and give their slopes exactly, latency, rotor lag and every loop at its own rate included.
 """
 
+import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -35,6 +36,17 @@ WANTED = "x", "y", "z", "yaw"
 
 class NotLinearError(UserError):
     """A motion about which the loop cannot be linearised: what, and where."""
+
+
+@contextlib.contextmanager
+def linearising() -> Iterator[None]:
+    """A block in which arithmetic that cannot go on, or a law that takes no such numbers, is a loop that is not linear."""
+    try:
+        yield
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        raise NotLinearError(f"its numbers cannot be computed: {error}") from None
+    except TypeError as error:
+        raise NotLinearError(f"a law cannot take numbers with slopes: {error}") from None
 
 
 class Tick(NamedTuple):

@@ -13,6 +13,7 @@ from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.plant import Airframe
+from quadstep.airframe.residual import INPUTS, OUTPUTS, Residual
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
 from quadstep.identify.predictor import Observer
@@ -32,7 +33,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector, cos, maximum, sin, total
+from quadstep.numbers import Vector, cos, matrix, maximum, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -147,21 +148,29 @@ class BatterySection(Section):
 
 
 class EffectsSection(Section):
-    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque."""
+    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque.
+
+    residual: what was learned beside the laws (`quadstep identify --residual`), if the vehicle has that.
+    """
 
     battery: bool = False
     ground: bool = False
     gyroscopic: bool = True
     drag: bool = True
+    residual: bool = False
 
     def build(self) -> Effects:
         """The effects as structure."""
         return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
 
 
+MOST_LATE = 250
+"""Commands on their way to the rotors."""
+
+
 class CommandSection(Section):
-    """What a rotor makes of a motor command c, as share of the full one, for logs: after `delay` it is told to turn at
-    speed c^exponent (V / nominal_voltage)^voltage_exponent.
+    """What a rotor makes of a motor command c, as share of the full one, in logs: after `delay` it is told to turn at
+    speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
     """
 
     speed: Annotated[Positive, Quantity("rad/s", "of a rotor at the full command and the nominal voltage")]
@@ -199,6 +208,39 @@ class PredictionSection(Section):
         """The observer as numbers."""
         pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
         return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
+
+
+def as_nested(value: object) -> object:
+    """Lists of lists as tuples of tuples."""
+    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
+
+
+class ResidualSection(Section):
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.airframe.residual`).
+
+    Shapes: (hidden, 7), (hidden), (6, hidden), (6).
+    """
+
+    inputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    biases: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64)]
+    outputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> "ResidualSection":
+        hidden = len(self.biases)
+        for name, rows, count, width in (
+            ("inputs", self.inputs, hidden, INPUTS),
+            ("outputs", self.outputs, OUTPUTS, hidden),
+            ("offsets", (self.offsets,), 1, OUTPUTS),
+        ):
+            if len(rows) != count or any(len(row) != width for row in rows):
+                raise ValueError(f"{name}: should have {count} rows of {width} numbers, as biases has {hidden}")
+        return self
+
+    def build(self) -> Residual:
+        """The network as numbers."""
+        return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))
 
 
 class BuiltAirframe(NamedTuple):
@@ -254,6 +296,7 @@ class AirframeSection(Section):
     imu: ImuSection | None = None
     prediction: PredictionSection | None = None
     guided_prediction: PredictionSection | None = None
+    residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
     effects: EffectsSection = EffectsSection()
     sources: dict[str, str] = Field(default_factory=dict)
@@ -334,6 +377,18 @@ class AirframeSection(Section):
             if not allocated.least <= thrust <= allocated.most
         ]
 
+    def samples_late(self, period: float) -> int:
+        """Samples of the law, every `period` [s], until the rotors are told: a command is held for a period, half of which is
+        delay already. Raises ValueError where there are too many.
+        """
+        delay = self.command.delay if self.command else 0.0
+        count = round(max(delay - 0.5 * period, 0.0) / period)
+        if count > MOST_LATE:
+            raise ValueError(
+                f"vehicle.command.delay = {delay:g} s is {count} times simulation.control_period; allowed: at most {MOST_LATE}"
+            )
+        return count
+
     def check_step(self, step: float) -> None:
         """Raises ValueError if a rotor is too quick for steps of `step` [s]: Runge-Kutta 4 bears 2.78 time constants."""
         quickest = min(self.rotor.rise_time, self.rotor.fall_time)
@@ -358,6 +413,7 @@ class AirframeSection(Section):
             drag=self.drag.build(),
             battery=(self.battery or UNUSED_BATTERY).build(),
             ground=NO_GROUND if self.ground is None else self.ground,
+            residual=self.residual.build() if self.residual and self.effects.residual else (),
         )
         return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
 

@@ -11,7 +11,7 @@ from quadstep.control.model import Model
 from quadstep.control.registry import controller, names
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
@@ -65,7 +65,7 @@ class DeclaredMission(Mission):
     def plant(self) -> Any:
         return self.vehicle.plant
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         return flight_metrics(log, efforts=self.plant.efforts), []
 
     def build(self, path: BuiltPath) -> Built:

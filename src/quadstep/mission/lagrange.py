@@ -2,14 +2,14 @@
 
 import math
 from functools import partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
@@ -75,7 +75,7 @@ class LagrangeMission(Mission):
     def plant(self) -> Lagrange:
         return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None, self.disturbance.thing)
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
         share = share_at_limits(log, *limits) if limits else 0.0
         if len(log.rows) > 1:

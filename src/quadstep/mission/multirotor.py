@@ -1,7 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 from functools import cached_property, partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -13,7 +13,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.own_metric import Metric
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.effort import EffortMetric
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
@@ -106,7 +106,7 @@ class MultirotorMission(Mission):
     def scored_from(self) -> float:
         return self.score_from
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled
@@ -127,6 +127,7 @@ class MultirotorMission(Mission):
             sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity, asked)
             self.wind.check(duration)
             check_events(self.events, rotors, duration)
+            late = self.vehicle.samples_late(simulation.control_period)
         except ValueError as error:
             raise UserError(str(error)) from None
         return Built(
@@ -149,6 +150,7 @@ class MultirotorMission(Mission):
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
+            late=late,
             fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
             warnings=partial(self.warnings, vehicle),
         )

@@ -11,6 +11,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
@@ -19,7 +20,7 @@ from quadstep.page.model import ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
 from quadstep.study.claims import Claim, Verdict, check_claims
-from quadstep.study.study import Metrics, Study, StudyPlans, fly_study, plan_study
+from quadstep.study.study import Study, StudyPlans, fly_study, plan_study
 
 TITLE = "The paper, flown"
 INTRO = (

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import AsinhLocator, FuncFormatter, NullLocator
 
 from quadstep.campaign.pictures import logarithmic
 from quadstep.rare.done import Done
@@ -13,8 +14,8 @@ from quadstep.report.sheet import Sheet
 
 OWN, OTHER, END = "black", "#2166ac", "#b2182b"
 
-LINEAR = 3.0
-"""Scores up to which the axis is linear: some run away where a loop becomes unstable."""
+FAR, LINEAR = 30.0, 3.0
+"""Scores beyond which the axis is linear only at first, and up to where: some run away where a loop becomes unstable."""
 
 
 def draw_levels(path: Path, pieces: Sequence[Done], sheet: Sheet) -> None:
@@ -57,6 +58,10 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[Done]) -> None:
                 colour, place = END if own else OTHER, axes.get_yaxis_transform()
                 axes.plot([0.985], [event.probability], "x", color=colour, transform=place, clip_on=False)
             scores |= dict.fromkeys(event.score)
+    if max(map(abs, axes.get_xlim())) > FAR:
+        axes.set_xscale("asinh", linear_width=LINEAR)
+        axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.margins(x=0.15)
-    axes.set_xscale("asinh", linear_width=LINEAR)
     axes.set_xlabel(f"score: {', '.join(scores)}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
