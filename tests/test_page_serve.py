@@ -102,7 +102,7 @@ def test_the_list_names_every_result_and_escapes_it(port):
     assert "<b>bold" not in text
     assert "completed at 1 s" in text
     assert 'href="/files/report/report.html"' in text
-    assert ".hidden" not in text
+    assert "/.hidden" not in text
     assert "secret" not in text
     assert headers["Content-Type"] == "text/html; charset=utf-8"
     assert "default-src 'none'" in headers["Content-Security-Policy"]

@@ -129,14 +129,16 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
 
 def facts(found: Comparison) -> list[page.Fact]:
     """Who is best, and how much is decided."""
-    (best, rank), *_ = found.overall().items()
-    decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    best_fact = page.Fact("best mean rank", best, f"{rank:.2f} of 0, the best, to 1", page.Span("", rank, rank, rank))
-    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them together")
     flown = page.Fact(
         "flights", f"{found.seeds} each", f"{len(found.controllers)} controllers in {len(found.ranked)} situations"
     )
-    return [best_fact, pairs, flown] if len(found.controllers) > 1 else [flown]
+    if len(found.controllers) < 2:
+        return [flown]
+    (best, rank), *_ = found.overall().items()
+    decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
+    first = page.Fact("best mean rank", best, f"{rank:.2f} of 0, the best, to 1", page.Span("", rank, rank, rank))
+    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them together")
+    return [first, pairs, flown]
 
 
 def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:

@@ -43,7 +43,7 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
     kind = "held out of this fit" if run.held_out else "fitted"
     parts = [
-        paragraph(f"{len(flights)} flights: {', '.join(flight.name for flight in flights)}.", escape),
+        paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
         *fitted(run.found),
         *compared(run),
         heading("What the model cannot explain", "left"),
