@@ -17,7 +17,7 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
-from quadstep.mission.fields import Name, Positive, Section, as_tuple
+from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.rare.section import RareSection
@@ -41,24 +41,33 @@ NOT_FLOWN = {
 
 
 class CampaignFile(Section):
-    """A campaign file.
+    """A campaign file: which mission, how often, what varies, what counts as failure."""
 
-    mission: a file, looked up from this one's folder, or the whole of a mission as a table. flights: all combinations of the
-    grids once if left out. score_period: from sample to sample of the metrics [s]; the mission's log period if left out.
-    failure: limits of metrics above which a flight counts as failed; one that ends early always does. rare: for `--rare`.
-    """
-
-    name: Name = "Campaign"
-    mission: str | dict[str, Any]
-    flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None = None
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
-    precision: Literal["f32", "f64"] = "f64"
-    score_period: Positive | None = None
-    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK)] = CHUNK
-    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
-    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
-    failure: dict[str, Positive] = Field(default_factory=dict)
-    rare: RareSection = RareSection()
+    name: Annotated[Name, Quantity("", "of the campaign, in its results")] = "Campaign"
+    mission: Annotated[
+        str | dict[str, Any], Quantity("", "a mission file, looked up from this one's folder, or a whole mission as a table")
+    ]
+    flights: Annotated[
+        Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
+        Quantity("", "how many; every combination of the grids once if left out"),
+    ] = None
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
+    score_period: Annotated[
+        Positive | None, Quantity("s", "from sample to sample of the metrics; the mission's log period if left out")
+    ] = None
+    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights in one file of results")] = CHUNK
+    vary: Annotated[
+        dict[str, Distribution],
+        BeforeValidator(by_key),
+        Quantity("", "a distribution for each key of the mission that varies"),
+    ] = Field(default_factory=dict)
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary together")] = ()
+    failure: Annotated[
+        dict[str, Positive],
+        Quantity("", "greatest value of metrics; beyond, a flight has failed, as one that ends early always has"),
+    ] = Field(default_factory=dict)
+    rare: Annotated[RareSection, Quantity("", "for `--rare`")] = RareSection()
 
     @model_validator(mode="after")
     def _known(self) -> "CampaignFile":

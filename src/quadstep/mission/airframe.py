@@ -53,11 +53,11 @@ LAYOUTS = {
 
 
 class MountSection(Section):
-    """Where a rotor sits in body axes [m], which way it pushes (a unit vector), and which way it turns, seen against that."""
+    """Where a rotor sits, which way it pushes and turns."""
 
-    position: Triple
-    axis: Triple = (0.0, 0.0, 1.0)
-    spin: Literal["ccw", "cw"]
+    position: Annotated[Triple, Quantity("m", "in body axes")]
+    axis: Annotated[Triple, Quantity("", "unit vector along which it pushes")] = (0.0, 0.0, 1.0)
+    spin: Annotated[Literal["ccw", "cw"], Quantity("", "seen from above")]
 
     @model_validator(mode="after")
     def _unit(self) -> "MountSection":
@@ -148,16 +148,13 @@ class BatterySection(Section):
 
 
 class EffectsSection(Section):
-    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque.
+    """Which effects act."""
 
-    residual: what was learned beside the laws (`quadstep identify --residual`), if the vehicle has that.
-    """
-
-    battery: bool = False
-    ground: bool = False
-    gyroscopic: bool = True
-    drag: bool = True
-    residual: bool = False
+    battery: Annotated[bool, Quantity("", "sag and discharge")] = False
+    ground: Annotated[bool, Quantity("", "lift near the ground")] = False
+    gyroscopic: Annotated[bool, Quantity("", "of rotors, and their spin-up torque")] = True
+    drag: Annotated[bool, Quantity("", "everything in the table drag")] = True
+    residual: Annotated[bool, Quantity("", "what was learned beside the laws, if the vehicle has that")] = False
 
     def build(self) -> Effects:
         """The effects as structure."""
@@ -276,17 +273,21 @@ class BuiltAirframe(NamedTuple):
 class AirframeSection(Section):
     """A real airframe. `preset` or `file` names what it starts from; every key beside replaces one of that.
 
-    Its rotors are placed by `layout` and `arm`, or one by one by `rotors`. ground: height of the ground [m], none if left out.
-    sources: where numbers are from, by key.
+    Its rotors are placed by `layout` and `arm`, or one by one by `rotors`.
     """
 
-    preset: str | None = None
-    file: str | None = None
-    description: str = ""
+    preset: Annotated[str | None, Quantity("", "a vehicle of the package to start from; `quadstep vehicles` lists them")] = (
+        None
+    )
+    file: Annotated[str | None, Quantity("", "a vehicle file to start from")] = None
+    description: Annotated[str, Quantity("", "in one line")] = ""
     mass: Annotated[Positive, Quantity("kg", "all of it")]
     inertia: Annotated[PositiveTriple, Quantity("kg m^2", "about body x, y, z through the centre of gravity")]
-    gravity: Annotated[Positive, Quantity("m/s^2", "")] = 9.81
-    layout: Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None = None
+    gravity: Annotated[Positive, Quantity("m/s^2", "pull of the Earth")] = 9.81
+    layout: Annotated[
+        Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None,
+        Quantity("", "where the rotors are, with arm; or a list of rotors"),
+    ] = None
     arm: Annotated[Positive | None, Quantity("m", "from the centre of gravity to each rotor")] = None
     rotors: Annotated[tuple[MountSection, ...], BeforeValidator(as_tuple)] = ()
     rotor: RotorSection
@@ -297,9 +298,9 @@ class AirframeSection(Section):
     prediction: PredictionSection | None = None
     guided_prediction: PredictionSection | None = None
     residual: ResidualSection | None = None
-    ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
+    ground: Annotated[Finite | None, Quantity("m", "height of the ground; none if left out")] = None
     effects: EffectsSection = EffectsSection()
-    sources: dict[str, str] = Field(default_factory=dict)
+    sources: Annotated[dict[str, str], Quantity("", "where numbers are from, by key")] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from quadstep.mission.fields import Section, as_tuple
+from quadstep.mission.fields import Quantity, Section, as_tuple
 
 
 class Method(StrEnum):
@@ -38,13 +38,15 @@ def as_names(value: object) -> object:
 
 
 class RareSection(Section):
-    """score: metrics that announce a failure; by default the largest ratio of a metric to its limit in `[failure]`, and where
-    that is empty the variations of the inputs. flights: in each level or fit. replicates: independent estimates. opinions:
-    replicates of the other method with another score, which do not count but must agree.
-    """
+    """How a small probability is estimated."""
 
-    method: Annotated[Method, BeforeValidator(as_method)] = Method.SUBSET
-    score: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None = None
-    flights: Annotated[int, Field(ge=200, le=200_000)] = 1000
-    replicates: Annotated[int, Field(ge=5, le=50)] = 10
-    opinions: Annotated[int, Field(ge=0, le=10)] = 2
+    method: Annotated[Method, BeforeValidator(as_method), Quantity("", "how failures are made frequent")] = Method.SUBSET
+    score: Annotated[
+        Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None,
+        Quantity("", "metrics that announce a failure; the largest ratio to its limit in failure, or the inputs' variations"),
+    ] = None
+    flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "in each level or fit")] = 1000
+    replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 10
+    opinions: Annotated[
+        int, Field(ge=0, le=10), Quantity("", "replicates of the other method with another score, which must agree")
+    ] = 2
