@@ -4,13 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 CORE := $(VENV)/core
 READY := $(VENV)/ready
+DOCS := $(VENV)/docs
 PEERS := .venv-peers
 PIP := -m pip --disable-pip-version-check
 
 # The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup reproduce test fuzz lint types proofs bench bench-peers golden errata frontend clean
+.PHONY: help setup reproduce test fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
@@ -22,6 +23,8 @@ help:
 	@echo "make bench-peers  the same beside other simulators, installed into $(PEERS)"
 	@echo "make golden     accept the present results of the study as the committed ones"
 	@echo "make errata     write docs/errata.md from the rows of quadstep verify"
+	@echo "make docs       run every listing of the documentation and build its site; one page: make docs PAGES=docs/ci.md"
+	@echo "make release    build wheel and sdist into dist/, install each extra into a new environment and try it"
 	@echo "make frontend   rebuild the page that ships with the package; needs Node.js 20 or newer"
 
 setup: $(READY)
@@ -54,6 +57,12 @@ $(CORE): requirements/core.lock pyproject.toml
 $(READY): $(CORE) requirements/dev.lock
 	@echo "Installing what tests and benchmarks need besides into $(VENV)/: Ray, MuJoCo, SciPy, PyArrow, Playwright and others, 365 MB to download, 1.05 GB on disk, a minute on a fast network"
 	$(call install,requirements/dev.lock)
+	@touch $@
+
+# And what the site of the documentation needs besides.
+$(DOCS): $(READY) requirements/docs.lock
+	@echo "Installing what the documentation needs besides into $(VENV)/: Sphinx, its Markdown and its theme, 9 MB to download"
+	$(call install,requirements/docs.lock)
 	@touch $@
 
 reproduce: $(CORE)
@@ -99,6 +108,12 @@ golden: $(READY)
 
 errata: $(READY)
 	$(BIN)/python -m quadstep.verify.errata
+
+docs: $(DOCS)
+	$(BIN)/python -m docs.site $(PAGES)
+
+release: $(READY)
+	$(BIN)/python -m benchmarks.release
 
 frontend:
 	@command -v npm >/dev/null || { echo "make frontend needs Node.js 20 or newer with npm"; exit 2; }

@@ -1,10 +1,11 @@
 """Draws docs/envelope.png, where the paper's controller can fly, and prints what docs/envelope.md says of it.
 
-Run: python docs/envelope.py
+Run: python docs/envelope.py [FOLDER]
 """
 
 import pathlib
 import shutil
+import sys
 import tempfile
 
 import numpy as np
@@ -12,19 +13,20 @@ import numpy as np
 from quadstep.envelope.request import request
 from quadstep.envelope.run import fly_envelope, sentence
 
-ROOT = pathlib.Path(__file__).parent.parent
+HERE = pathlib.Path(__file__).parent
+ROOT = HERE.parent
 MISSION = ROOT / "examples" / "case1.toml"
 X, Y, BY = "path.duration=2:40:39", "disturbance.scale=0:5:26", "controller.nets.enabled=true,false"
 FAILURE = "largest_error=1"
 
 
-def main() -> None:
+def main(folder: pathlib.Path = HERE) -> None:
     """Fly, draw, print."""
     asked = request(MISSION, X, Y, BY, [FAILURE])
-    with tempfile.TemporaryDirectory() as folder:
-        out = pathlib.Path(folder) / "out"
+    with tempfile.TemporaryDirectory() as temporary:
+        out = pathlib.Path(temporary) / "out"
         found = fly_envelope(asked, out)
-        shutil.copyfile(out / "envelope.png", ROOT / "docs" / "envelope.png")
+        shutil.copyfile(out / "envelope.png", folder / "envelope.png")
     print(sentence(found))
     (with_nets, without), (rmse, bare) = found.cells.flyable, found.cells.rmse
     both = with_nets & without
@@ -35,4 +37,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(pathlib.Path, sys.argv[1:]))

@@ -1,10 +1,11 @@
 """Draws docs/vehicles.png, where each rotor is and how it turns, and prints the table of docs/vehicles.md.
 
-Run: python docs/vehicles.py
+Run: python docs/vehicles.py [FOLDER]
 """
 
 import math
 import pathlib
+import sys
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -19,7 +20,7 @@ from quadstep.mission.presets import preset_names
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.report.canvas import STYLE
 
-ROOT = pathlib.Path(__file__).parent.parent
+HERE = pathlib.Path(__file__).parent
 COLOURS = {1: "tab:blue", -1: "tab:red"}
 
 
@@ -84,7 +85,7 @@ def drag(vehicle: AirframeSection, speed: float) -> float:
     return count * hover * vehicle.drag.rotor[0] * speed + vehicle.drag.parasitic[0] * speed * speed
 
 
-def main() -> None:
+def main(folder: pathlib.Path = HERE) -> None:
     """Draw, and print the table."""
     presets = [(load_preset(name), f"preset {name}") for name in preset_names()]
     panels = [(vehicle.geometry(), name, size(reach(vehicle))) for vehicle, name in presets]
@@ -101,9 +102,9 @@ def main() -> None:
         key.text(0.0, 0.5, "seen from above:\nx forward, y left, z towards you", ha="center", fontsize=9)
         key.text(0.0, -0.1, "counter-clockwise (ccw):\nthe body feels it clockwise", ha="center", fontsize=9, color=COLOURS[1])
         key.text(0.0, -0.7, "clockwise (cw): the body\nfeels it counter-clockwise", ha="center", fontsize=9, color=COLOURS[-1])
-        figure.savefig(ROOT / "docs" / "vehicles.png", dpi=100, metadata={"Software": None})
+        figure.savefig(folder / "vehicles.png", dpi=100, metadata={"Software": None})
     print(table())
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(pathlib.Path, sys.argv[1:]))

@@ -10,14 +10,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from proofs import geometry, inertia
+from proofs import geometry, inertia, laws
 from proofs.approximation import largest_error
 from proofs.coq_run import UnprovedError, prove
 from proofs.kernels import KERNELS
 from proofs.rounding import proved
 from proofs.statement import Statement
 
-MODULES = (geometry, inertia)
+MODULES = (geometry, inertia, laws)
 
 
 def all_statements() -> list[Statement]:

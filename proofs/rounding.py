@@ -30,7 +30,7 @@ class Bound(NamedTuple):
 def exact(root: Term) -> str:
     """The term in real arithmetic, as Gappa writes it."""
     if root.op in ("var", "const"):
-        return str(root.parts[0]) if root.op == "var" else decimal(root.parts[0])
+        return decimal(root.leaf) if isinstance(root.leaf, Fraction) else root.leaf
     return "(" + f" {root.op} ".join(map(exact, root.parts)) + ")"
 
 

@@ -4,6 +4,7 @@ from collections import Counter
 
 import pytest
 
+from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
 from tests.commands import without_figures
 from tests.needs import NEEDS, Need
 

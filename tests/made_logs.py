@@ -80,12 +80,12 @@ def described(number: int, length: int, name: str, layout: str, columns: str) ->
     return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, number, length, name.encode(), layout.encode(), columns.encode())
 
 
-def mcap(path, flight: FlightRecord, motors) -> None:
-    """An MCAP file with JSON in it."""
+def mcap(path, flight: FlightRecord, motors, writing=None) -> None:
+    """An MCAP file with JSON in it. writing: makes the writer of an open file; the library's own way if not given."""
     from mcap.writer import Writer
 
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = (writing or Writer)(file)
         writer.start()
         schema = writer.register_schema("any", "jsonschema", b"{}")
         channels = {name: writer.register_channel(name, "json", schema) for name in ("/state", "/motors")}

@@ -74,6 +74,10 @@ CORTEX_M = Need(
 CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cppcheck") is not None)
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
+SITE = Need("Sphinx", "`make docs` installs it", lambda: all(map(find_spec, ("sphinx", "furo", "myst_parser"))))
+BASH = Need("bash", "install it", lambda: program("bash") is not None)
+ZSH = Need("zsh", "install it (Debian: zsh)", lambda: program("zsh") is not None)
+FISH = Need("fish", "install it (Debian: fish)", lambda: program("fish") is not None)
 APART = "`.venv/bin/pip install --no-deps --require-hashes -r requirements/apart.lock`"
 TINYMPC = Need("tinympc", f"{APART} (it asks for an older SciPy, and does without)", lambda: find_spec("tinympc") is not None)
 POLICY = Need("foundation-policy", f"{APART} (there is no wheel of it)", lambda: find_spec("foundation_policy") is not None)
@@ -92,6 +96,7 @@ RECORDINGS = Need(
 NEEDS = (
     CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CPPCHECK,
+    SITE, BASH, ZSH, FISH,
 )  # fmt: skip
 
 

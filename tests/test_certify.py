@@ -208,13 +208,26 @@ def still(**sections):
     return plan(path=path, controller=controller, disturbance={"scale": 0.0}, **sections)
 
 
-def test_a_flight_that_starts_outside_b_r_is_certified():
+def test_a_flight_that_starts_outside_b_r_and_falls_there_is_sign_consistent():
     c = certify_plan(still(start={"attitude": [0.5, 0.0, 0.0]}))
-    assert kind(c) == "certified"
+    assert kind(c) == "sign consistent"
     assert c.outside.sum() > 0
     assert c.entered > 0
-    assert verdict(c).startswith(f"certified on this flight: K_r1 - m Lambda1 >= {c.conditions.k_1:.4g}")
+    assert verdict(c).startswith(f"sign consistent on this flight: K_r1 - m Lambda1 >= {c.conditions.k_1:.4g}")
     assert f"L_dot < 0 on all {c.outside.sum()} samples outside b_r = {c.b_r:.4g}" in verdict(c)
+
+
+def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
+    path = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0}
+    c = certify_plan(plan(path=path, start={"position": [0.0, 0.0, -2.0]}, simulation={"duration": 3.0}))
+    assert kind(c) == "sign consistent"
+    first, *again = np.flatnonzero(np.diff(c.outside.astype(int)))  # in, and out
+    assert c.history.t[first + 1] < c.history.t[again[0] + 1]
+    for needed in (
+        f"came inside at {c.history.t[first + 1]:.4g} s, left again at {c.history.t[again[0] + 1]:.4g} s",
+        "last time at",
+    ):
+        assert needed in verdict(c)
 
 
 def test_rising_outside_b_r_is_said_with_its_share():
@@ -231,7 +244,7 @@ def test_the_other_verdicts_have_their_numbers():
     assert f"{c.r.max():.4g} <= {c.b_r:.4g}" in verdict(c)
     broken = c._replace(conditions=level(K_r2=75.0))
     assert verdict(broken).startswith("conditions broken: K_r2 - J_M max(Lambda2) = 0 N m s in psi with J_M = 5, not above 0")
-    assert verdict(c._replace(outcome=Outcome.SPINNING, ended=3.5)).startswith("not certified: the flight diverged at 3.5 s")
+    assert verdict(c._replace(outcome=Outcome.SPINNING, ended=3.5)).startswith("diverged: the flight ended at 3.5 s")
 
 
 def test_without_nets_the_weights_are_zero_and_eps_is_the_target():

@@ -33,7 +33,7 @@ def test_it_writes_the_documented_files_and_prints_table_and_verdict(tmp_path):
     run = quadstep("certify", write(tmp_path, LINE), "--out", tmp_path / "out")
     assert (run.code, run.err) == (0, "")
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {"certificate.json", "certificate.png", "certificate.svg", "metrics.json"}
+    assert written == {"certificate.json", "certificate.png", "certificate.svg", "metrics.json", "report.html"}
     found, about = (strict_json(tmp_path / "out" / name) for name in ("certificate.json", "metrics.json"))
     assert f"Verdict: {found['verdict']}\n" in run.out
     assert about["verdict"] == found["verdict"]

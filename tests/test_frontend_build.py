@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.frontend import FRONTEND, build_tools
 from tests.needs import BUILD_TOOLS, NPM, needs, without
 
 ROOT = Path(__file__).parent.parent
-FRONTEND = ROOT / "frontend"
 ASSETS = ROOT / "src" / "quadstep" / "page" / "assets"
 
 
@@ -19,7 +19,7 @@ def sources(tmp_path_factory):
     """A copy of the sources with their build tools: those installed beside them where they are the pinned ones."""
     folder = tmp_path_factory.mktemp("build") / "frontend"
     shutil.copytree(FRONTEND, folder, ignore=shutil.ignore_patterns("node_modules"))
-    if installed_as_pinned():
+    if build_tools():
         (folder / "node_modules").symlink_to(FRONTEND / "node_modules")
         return folder
     done = subprocess.run(["npm", "ci"], cwd=folder, capture_output=True, text=True, check=False)
@@ -29,20 +29,6 @@ def sources(tmp_path_factory):
         without(BUILD_TOOLS, "no registry can be reached")
     assert done.returncode == 0, done.stderr
     return folder
-
-
-def installed_as_pinned():
-    """Whether every package of the lock that is installed has the lock's version, and none that is needed is missing."""
-    installed = FRONTEND / "node_modules" / ".package-lock.json"
-    if not installed.exists():
-        return False
-    there = json.loads(installed.read_text())["packages"]
-    wanted = json.loads((FRONTEND / "package-lock.json").read_text())["packages"]
-    return all(
-        name in there and there[name].get("integrity") == package.get("integrity")
-        for name, package in wanted.items()
-        if name and not package.get("optional")
-    )
 
 
 @needs(NPM)

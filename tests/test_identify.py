@@ -8,17 +8,22 @@ import pytest
 from quadstep.identify.averages import blocks, forces, torques
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
-from quadstep.identify.fit import EFFECTS, identify, with_values
+from quadstep.identify.fit import EFFECTS, Fitted, Identified, identify
+from quadstep.identify.intervals import with_values
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import Predictor
 from quadstep.identify.problem import Batch, as_states
 from quadstep.identify.replay import predictions_of, read_starts, ready
+from quadstep.identify.report import write as write_report
+from quadstep.identify.residual import trained
+from quadstep.identify.run import Run
 from quadstep.identify.starts import laid_out, starts_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
+from quadstep.logs.signals import spectrum
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.numbers import Vector
 from tests.commands import quadstep
-from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, write
+from tests.made_flights import MAPPING, NOMINAL, TRUTH, logged, start, table, true_value, write
 
 LEAVES = {
     "curve.speed": "command.speed",
@@ -68,7 +73,8 @@ def gone_wrong(flights, p, horizon=10):
 
 def test_the_true_numbers_predict_best(flights, truth):
     best = gone_wrong(flights, truth)
-    assert max(best) < 0.06
+    assert best[0] < 0.08  # the gyro's noise alone is 0.07 of how much these calm flights turn
+    assert best[1] < 0.04
     for leaf, factor in (
         ("airframe.inertia.0", 1.4),
         ("airframe.rotor.rise", 0.4),
@@ -106,17 +112,16 @@ def test_what_the_commands_do_not_vary_stays_with_a_reason(flights, truth):
 @pytest.mark.slow
 def test_a_known_vehicle_is_found_again(flights):
     found = identify(flights, start(), lambda what: None, predictors=False)
-    ratio = (4.2 / NOMINAL) ** TRUTH["command.voltage_exponent"]  # the preset's nominal voltage is that of a full battery
     for key, one in found.fitted.items():
-        true = TRUTH[key] * (ratio if key == "command.speed" else 1.0)
-        assert one.value == pytest.approx(true, rel=0.08), key
+        assert one.value == pytest.approx(true_value(key), rel=0.2 if key == "command.delay" else 0.08), key
         assert one.low < one.value < one.high
+    # 95 % of these intervals should hold the true number: `python -m tests.identified coverage 100`
+    inside = [key for key, one in found.fitted.items() if one.low <= true_value(key) <= one.high]
+    assert len(inside) >= len(found.fitted) - 2, set(found.fitted) - set(inside)
 
 
 def written(folder, truth):
     """A vehicle file with the true numbers and a predictor."""
-    from quadstep.identify.fit import Identified
-
     observer = truth.observer._replace(leak=Vector((1.0, 1.0)), path=4.0, drift=3.0)
     found = Identified(truth, observer, {}, {})
     content = identified_vehicle(start().model_copy(update={"sources": {}}), with_fitted(found), "made", "given")
@@ -125,8 +130,6 @@ def written(folder, truth):
 
 
 def with_fitted(found):
-    from quadstep.identify.fit import Fitted
-
     keys = ("rotor.rise_time", "centre_of_gravity[0]", "inertia[0]")
     return found._replace(fitted={key: Fitted(TRUTH[key], 0.0, 1.0, "", "made") for key in keys})
 
@@ -223,6 +226,30 @@ def identified(folder):
     """The command on a log and its mapping in a folder."""
     files = "--mapping", folder / "map.toml", "--out", folder / "v.toml"
     return quadstep("identify", folder / "log.csv", "--vehicle", "crazyflie", *files)
+
+
+def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, truth):
+    vehicle = read_vehicle(written(tmp_path, truth))
+    found = Identified(
+        truth, None, {"rotor.rise_time": Fitted(0.04, 0.03, 0.05, "s", "made")}, {"command.exponent": "the reason"}
+    )
+    write_report(tmp_path / "r.html", Run(vehicle, with_fitted(found), [], None, None, None), flights[:1], start())
+    text = (tmp_path / "r.html").read_text()
+    for words in ("rotor.rise_time", "the reason", "No flight was held out", "made0", "residual, 1 ahead", "flown again"):
+        assert words in text, words
+
+
+def test_a_network_learns_what_the_laws_lack(flights, truth):
+    lacking = with_values(truth, {"airframe.drag.rotor.0": 1e-9, "airframe.drag.rotor.1": 1e-9})
+    assert trained(flights, start(), truth).left[3:5].min() > 0.7
+    assert trained(flights, start(), lacking).left[3:5].max() < 0.5
+
+
+def test_a_spectrum_has_a_sine_where_it_belongs():
+    time = 0.01 * np.arange(2048)
+    frequencies, density = spectrum(np.sin(2.0 * np.pi * 12.5 * time)[:, None], 0.01)
+    assert frequencies[np.argmax(density[:, 0])] == pytest.approx(12.5)
+    assert np.sqrt((density[:, 0] ** 2).sum() * frequencies[0]) == pytest.approx(np.sqrt(0.5), rel=0.01)
 
 
 def test_a_log_that_contradicts_its_mapping_is_not_fitted(tmp_path, flights):

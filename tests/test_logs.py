@@ -13,7 +13,7 @@ from tests.made_flights import MAPPING, logged, start, table, write
 
 @pytest.fixture(scope="module")
 def flight():
-    return logged(0)[0]
+    return logged(0, guidance=0.01, shaken=True)[0]
 
 
 @pytest.fixture

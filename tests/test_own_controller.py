@@ -148,3 +148,10 @@ def test_a_controller_beside_whose_keys_mean_something_else_gets_its_page():
     assert '"label":"steady"' in page
     assert list(in_common(own.controller, NestedSaturation)) == []
     assert in_common(mission.controller.model_copy(), NestedSaturation) == {}
+
+
+def test_the_example_says_how_well_it_flies_beside_the_papers():
+    run = subprocess.run([sys.executable, "examples/own_controller.py"], cwd=ROOT, check=True, capture_output=True, text=True)
+    errors = [float(re.search(r"RMSE ([0-9.e+-]+) mm", line)[1]) for line in run.stdout.splitlines()]
+    assert len(errors) == 2
+    assert max(errors) < 50.0

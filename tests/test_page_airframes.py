@@ -42,6 +42,10 @@ FLIGHTS = {
     "adrc": {"controller": {"type": "adrc"}},
     "super-twisting": {"controller": {"type": "super-twisting"}},
     "flatness": {"controller": {"type": "flatness"}},
+    **{
+        name: {"controller": {"type": name}, "simulation": {"duration": 0.1}}
+        for name in ("nested-saturation", "hedged-inversion", "filtered-backstepping", "planned-lqr", "mpc")
+    },
     "predictor": {"controller": {"type": "flatness"}, "sensors": {**NOISE, "predictor": True}},
 }
 

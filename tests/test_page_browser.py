@@ -12,7 +12,8 @@ from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.mission.paths import CirclePath
 from quadstep.page.missions import fly_missions
-from tests.needs import CHROMIUM, CHROMIUM_PROGRAM, needs, package
+from tests.frontend import FRONTEND, build_tools
+from tests.needs import BUILD_TOOLS, CHROMIUM, needs, package, without
 from tests.pages import fly_page, needs_node
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -32,38 +33,6 @@ duration = 4.0
 """
 
 
-def start_browser(playwright, *, webgl=True):
-    """Chromium on a machine whose network is closed, drawing in software."""
-    drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    flags = [
-        "--no-sandbox",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--no-first-run",
-        "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost",
-        *(drawing if webgl else ["--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"]),
-    ]
-    return playwright.chromium.launch(executable_path=CHROMIUM_PROGRAM, args=flags)
-
-
-@pytest.fixture(scope="module")
-def playwright():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def browsers(playwright):
-    """With WebGL, and without, where everything but the scene is quicker."""
-    running = {webgl: start_browser(playwright, webgl=webgl) for webgl in (True, False)}
-    yield running
-    for browser in running.values():
-        browser.close()
-
-
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     """Case 1, the flight that diverges, and a mission whose name is markup."""
@@ -74,32 +43,6 @@ def page_file(tmp_path_factory):
     file = folder / "page.html"
     file.write_text(fly_missions(missions), encoding="utf-8")
     return file
-
-
-@pytest.fixture
-def open_page(browsers, page_file):
-    """Opens the page; every request beyond the file itself, and every error, fails the test."""
-    contexts, requests, errors = [], [], []
-
-    def opened(fragment="", *, width=1440, height=900, scheme="light", webgl=False):
-        context = browsers[webgl].new_context(
-            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
-        )
-        contexts.append(context)
-        page = context.new_page()
-        page.on("request", lambda request: requests.append(request.url))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        page.on("dialog", lambda dialog: (errors.append(f"dialog {dialog.message}"), dialog.dismiss()))
-        page.goto(page_file.as_uri() + fragment)
-        page.wait_for_selector(f"html[data-ready][data-scene={'yes' if webgl else 'no'}]", state="attached")
-        return page
-
-    yield opened
-    for context in contexts:
-        context.close()
-    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
-    assert errors == []
 
 
 def rows(page):
@@ -135,6 +78,19 @@ def test_scene_shows_something_that_moves(open_page, scheme):
     assert np.median(np.abs(first - dark)) < 0.12  # the theme is the one asked for
     assert first.std() > 0.02
     assert (np.abs(first - second).max(axis=2) > 0.1).sum() > 300
+    words = page.locator("#labels").inner_text()
+    assert "thrust 9." in words
+    assert "10 m" in words
+    if scheme == "dark":  # once is enough
+        box = page.locator("#scene").bounding_box()
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(*middle)
+        page.mouse.down()
+        page.mouse.move(middle[0], box["y"] - 900)
+        page.mouse.up()
+        page.wait_for_timeout(400)
+        camera = page.evaluate("quadstep.camera()")
+        assert camera["position"][2] > camera["ground"]
 
 
 def test_case_1_flies_as_in_python(open_page):
@@ -500,3 +456,48 @@ def test_without_webgl_there_are_plots_and_a_sentence(open_page):
     page.keyboard.press("c")
     page.evaluate("quadstep.setControl('t_f', 10)")
     assert page.evaluate("quadstep.rows().length") > 500
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
+def test_axe_finds_nothing(open_page, width, scheme):
+    if not build_tools():
+        without(BUILD_TOOLS)
+    page = open_page("#set=t_f:4", width=width, height=844, scheme=scheme)
+    page.evaluate((FRONTEND / "node_modules" / "axe-core" / "axe.min.js").read_text() + ";0")
+    for tab in ("plots", "controls", "story"):
+        if width < 1180:
+            page.click(f"#tabs button[value={tab}]")
+        found = page.evaluate("axe.run().then(done => done.violations.map(one => [one.id, one.nodes.map(n => n.html)]))")
+        assert found == []
+
+
+def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
+    page = open_page()
+
+    def ids():
+        return [one.get_attribute("id").removeprefix("plot-") for one in page.locator("#plots-list .plot").all()]
+
+    before = ids()
+    page.click("#chooser summary")
+    page.locator("#chooser").get_by_text("Position error", exact=True).click()
+    assert ids() == [one for one in before if one != "position-error"]
+    page.hover("#plot-attitude")
+    page.click("#plot-attitude button[aria-label^=Up]")
+    assert ids()[:2] == ["attitude", "position"]
+    page.click("#plot-attitude button[aria-label^='log axis']")
+    for kind, columns, title in (
+        ("time", ["norm_r1", "u"], "norm_r1, u"),
+        ("phase", ["x", "x_dot"], "x_dot over x"),
+        ("spectrum", ["theta"], "Spectrum of θ"),
+    ):
+        page.select_option("#own-kind", kind)
+        page.select_option("#own-columns", columns)
+        page.click("#own-add")
+        assert page.locator("#plots-list h3").first.inner_text() == title
+    page.select_option("#own-kind", "phase")
+    page.click("#own-add")
+    assert "Choose two columns" in page.locator("#chooser .quiet").inner_text()
+    page.click("#keep")
+    page.evaluate("quadstep.setControl('t_f', 20)")
+    assert "kept" in page.locator("#plot-position .roles").inner_text()
+    assert picture(page, "#plot-own-2 .stage").std() > 0.02

@@ -57,6 +57,13 @@ def test_every_flight_of_the_paper_is_there_and_live(paper_text):
     assert 0 < len(lost) < 20
 
 
+def test_stress_flights_are_a_table(paper_text):
+    cells = [flight["cell"] for flight in data_of(paper_text)["flights"] if flight["cell"]]
+    places = {(cell["block"], cell["row"], cell["column"]) for cell in cells}
+    assert len(cells) == len(places) == 36
+    assert {len({place[axis] for place in places}) for axis in (0, 1, 2)} == {2, 3, 6}
+
+
 def test_every_claim_says_where_to_look_and_each_flight_which_claims(paper_text):
     data = data_of(paper_text)
     flights = {flight["id"]: flight for flight in data["flights"]}

@@ -25,6 +25,7 @@ from quadstep.page import build
 from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
+from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from tests.commands import heeding_interrupts
 from tests.pages import STAND_IN, data_of
 
@@ -101,7 +102,7 @@ def test_the_list_names_every_result_and_escapes_it(port):
     assert "<b>bold" not in text
     assert "completed at 1 s" in text
     assert 'href="/files/report/report.html"' in text
-    assert "hidden" not in text
+    assert "/.hidden" not in text
     assert "secret" not in text
     assert headers["Content-Type"] == "text/html; charset=utf-8"
     assert "default-src 'none'" in headers["Content-Security-Policy"]
@@ -385,3 +386,103 @@ def test_an_address_that_is_none_is_answered(port, line, capfd):
         one.sendall(line + f"\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n".encode())
         assert one.makefile("rb").readline().startswith((b"HTTP/1.0 404", b"HTTP/1.1 404"))
     assert not capfd.readouterr().err
+
+
+# Two results beside each other
+
+
+def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, root):
+    status, _, text = get(port, "/compare?a=first%20flight&b=report")
+    assert status == 200
+    assert "position_rmse[m]" in text
+    assert "only their numbers can be compared" in text
+    assert "<b>bold" not in text
+    status, _, text = get(port, "/both?a=first%20flight&b=first%20flight")
+    assert status == 200
+    first, second = data_of(text)["flights"]
+    assert first["id"] != second["id"]
+    assert get(port, "/both?a=first%20flight&b=report")[0] == 404
+    for query in ("a=nowhere&b=report", "a=..&b=report", "a=way&b=report", "", "a=&b=", "a=%00&b=report"):
+        assert get(port, f"/compare?{query}")[0] == 404, query
+
+
+def test_of_two_the_closer_one_is_named(tmp_path):
+    for name, rmse in (("near", 0.01), ("far", 0.03)):
+        spoilt(tmp_path / name, name=name, **{"position_rmse[m]": rmse})
+    text = answer(tmp_path, "/compare?a=far&b=near").text
+    assert "near is 3.0 times closer to its path than far." in text
+    assert "10.0\u00a0mm" in text
+
+
+def test_cards_have_kind_picture_and_error(tmp_path):
+    spoilt(tmp_path / "one", name="one", **{"position_rmse[m]": 0.0123})
+    (tmp_path / "one" / "figures").mkdir()
+    (tmp_path / "one" / "figures" / "position.png").write_bytes(b"\x89PNG")
+    (found,) = results(tmp_path)
+    assert (found.kind, found.picture, found.rmse) == ("Flight", "figures/position.png", 0.0123)
+    text = answer(tmp_path, "/").text
+    assert 'src="/files/one/figures/position.png"' in text
+    assert "RMSE 12.3\u00a0mm" in text
+
+
+# For others: only with the token
+
+
+@pytest.fixture
+def shared(root):
+    access = Access("127.0.0.1", "a-token")
+    running = server(root, 0, access)
+    thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    yield running.server_address[1]
+    running.shutdown()
+    thread.join()
+    running.server_close()
+
+
+def test_without_the_token_nothing_is_shown(shared):
+    for path in ("/", "/files/report/report.html", "/?token=", "/?token=wrong", "/compare?a=report&b=report", "/?token=é"):
+        status, _, text = get(shared, quote(path, safe="/?=&"))
+        assert status == 403, path
+        assert "flight" not in text
+    for cookie in (f"quadstep-{shared}=wrong", "quadstep=a-token", "a-token", f"quadstep-{shared}="):
+        assert get(shared, "/", headers={"Cookie": cookie})[0] == 403, cookie
+
+
+def test_the_link_opens_the_list_under_any_name_of_the_machine(shared):
+    status, headers, _ = get(shared, "/?token=a-token", host="lab.example")
+    assert (status, headers["Location"]) == (303, "/")
+    cookie = headers["Set-Cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=Lax" in cookie
+    status, _, text = get(shared, "/", host="lab.example", headers={"Cookie": cookie.partition(";")[0]})
+    assert status == 200
+    assert "Everyone who has the link" in text
+    assert get(shared, "/files/report/report.html", headers={"Cookie": f"x=1; {cookie.partition(';')[0]}"})[0] == 200
+
+
+def test_a_token_is_long_random_and_only_for_others():
+    assert not access("127.0.0.1").shared
+    assert access("localhost") == access("127.0.0.1")
+    tokens = {access("0.0.0.0").token for _ in range(20)}
+    assert len(tokens) == 20
+    assert min(map(len, tokens)) >= 20
+    assert access("::1").link(1).startswith("http://[::1]:1/?token=")
+    with pytest.raises(UserError, match="--host: 'no such host' is no address"):
+        access("no such host")
+
+
+def test_an_address_of_another_machine_is_one_line(root):
+    with pytest.raises(UserError, match=r"port 0 of 192\.0\.2\.1 cannot be used"):
+        server(root, 0, Access("192.0.2.1", "t"))
+
+
+def test_a_qr_code_is_drawn_where_its_extra_is_there_and_else_named(monkeypatch):
+    lines = qr_text("http://192.0.2.1:8765/?token=abc").splitlines()
+    assert len({len(line) for line in lines}) == 1
+    assert max(map(len, lines)) < 60
+    assert qr_drawing("http://x/").startswith("<svg")
+    monkeypatch.setitem(sys.modules, "segno", None)
+    assert qr_drawing("http://x/") == ""
+    with pytest.raises(UserError, match="the QR code needs segno; install it"):
+        qr_text("http://x/")

@@ -35,9 +35,9 @@ def value(root: Term, at: dict[str, float]) -> float:
     """A term's value in floats, operation by operation."""
     op, parts = root.op, root.parts
     if op == "var":
-        return at[parts[0]]
+        return at[root.leaf]
     if op == "const":
-        return float(parts[0])
+        return float(root.leaf)
     if op == "if":
         test = parts[0]
         a, b = (value(part, at) for part in test.parts)

@@ -3,10 +3,12 @@
 import { csv } from "./data/csv";
 import { controlsOf, controllerOf, withValues } from "./data/settings";
 import { attitudeAt } from "./scene/pose";
+import type { SceneView } from "./scene/view";
 import type { Session, Shown } from "./session";
 import type { Clock } from "./view/clock";
 
-export function api(session: Session, clock: Clock): object {
+/** scene: where there is one. */
+export function api(session: Session, clock: Clock, scene: () => SceneView | undefined): object {
   const shown = (): Shown => {
     const now = session.shown.value;
     if (!now) throw new Error("no flight is shown");
@@ -52,6 +54,16 @@ export function api(session: Session, clock: Clock): object {
     },
     setController: (controller: string) => session.apply({ ...shown().settings, controller }),
     setGhost: (ghost: string) => session.apply({ ...shown().settings, ghost }),
+    /** The log that was opened: name, kind, signals. */
+    log: () => {
+      const log = session.log.value;
+      return log ? { name: log.name, kind: log.kind, signals: log.series.map(({ name, unit, values }) => ({ name, unit, count: values.length })) } : null;
+    },
+    /** One of its signals: times [s] and values. */
+    signal: (name: string) => {
+      const found = session.log.value?.series.find((one) => one.name === name);
+      return found ? [Array.from(found.times), Array.from(found.values)] : null;
+    },
     /** Fly once more with the settings as they are; milliseconds it took. */
     fly: (): number => {
       session.apply({ ...shown().settings });
@@ -62,6 +74,8 @@ export function api(session: Session, clock: Clock): object {
       const q = attitudeAt(shown().flight, shown().data.scene.attitude, t);
       return [q.w, q.x, q.y, q.z];
     },
+    /** Where the camera is, and the height of the ground [m]. */
+    camera: () => scene()?.eye ?? null,
     seek: (t: number) => clock.seek(t),
     time: () => clock.time.value,
     play: () => clock.playing.set(true),

@@ -8,6 +8,7 @@ import { csv } from "./data/csv";
 import * as fragment from "./data/fragment";
 import { readPage } from "./data/page";
 import { fresh } from "./data/settings";
+import { listenToFiles } from "./logs/drop";
 import { Board } from "./plots/board";
 import { ScenePanel } from "./scene/panel";
 import { Session } from "./session";
@@ -56,6 +57,12 @@ function start(): void {
     const shown = session.shown.value;
     if (shown) downloadText(fileName(shown.data.name, "csv"), csv(shown.flight), "text/csv");
   });
+  byId("keep").addEventListener("click", () => session.kept.set(session.kept.value ? undefined : session.shown.value?.flight));
+  session.kept.watch((kept) => {
+    byId("keep").setAttribute("aria-pressed", String(kept !== undefined));
+    byId("keep").textContent = kept ? "Kept: let go" : "Keep";
+  });
+  listenToFiles(session.log, notice);
   board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
   byId("whole").addEventListener("click", () => board.window.reset());
 
@@ -66,6 +73,7 @@ function start(): void {
     if (!shown) return;
     const { data, end, settings } = shown;
     clock.setEnd(end);
+    clock.slow = shown.flight.held ? undefined : { from: shown.flight.ended - 1, to: shown.flight.ended };
     if (before !== data.id) {
       board.window.reset();
       if (opened) {
@@ -117,7 +125,7 @@ function start(): void {
     opened = true;
     if (link?.step !== undefined) guide?.open(link.step, link.bare);
   };
-  Object.assign(globalThis, { quadstep: api(session, clock) });
+  Object.assign(globalThis, { quadstep: api(session, clock, () => scene?.view) });
   open();
   new SummaryStrip(byId("summary"), session);
   new ControlPane(byId("controls"), session, changes);

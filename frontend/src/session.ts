@@ -6,6 +6,7 @@ import { type Inputs, type Net, fly, flyNet, ghostOf, inputs } from "./data/engi
 import type { Flight } from "./data/flight";
 import { recordedFlight } from "./data/recorded";
 import { type Settings, controllerOf, fresh, isFresh } from "./data/settings";
+import type { Log } from "./logs/log";
 import { type Measures, measure } from "./summary/measure";
 import { Watched } from "./view/events";
 
@@ -30,6 +31,9 @@ const UNKNOWN: Measures = { rmse: undefined, largest: undefined, tilt: undefined
 
 export class Session {
   readonly shown = new Watched<Shown | undefined>(undefined);
+  /** An earlier flight that is laid over, and a log that was opened. */
+  readonly kept = new Watched<Flight | undefined>(undefined);
+  readonly log = new Watched<Log | undefined>(undefined);
   private recorded = new Map<string, Flight | undefined>();
   private lastNet: { flight: Flight; net: Net | undefined } | undefined;
   private readonly measured = new Map<string, Measures>();

@@ -1,5 +1,6 @@
 """The command line: its commands, how errors are said, and the exit codes."""
 
+import os
 import signal
 import sys
 from concurrent.futures.process import BrokenProcessPool
@@ -10,15 +11,16 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from quadstep import __version__
 from quadstep.commands import study, vehicle
 from quadstep.commands.campaign import campaign
 from quadstep.commands.certify import certify
 from quadstep.commands.compare import compare
+from quadstep.commands.completion import VARIABLE, answer_shell, completion
 from quadstep.commands.envelope import envelope
 from quadstep.commands.export import export
 from quadstep.commands.fly import fly
 from quadstep.commands.identify import identify
+from quadstep.commands.linear import linear
 from quadstep.commands.new import new
 from quadstep.commands.page import page
 from quadstep.commands.prove import prove
@@ -29,6 +31,7 @@ from quadstep.commands.serve_setpoints import serve_setpoints
 from quadstep.commands.tune import tune
 from quadstep.commands.vehicles import vehicles
 from quadstep.commands.verify import verify
+from quadstep.commands.version import version_lines
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_LOST
 from quadstep.report.writable import provide_writable
@@ -65,11 +68,12 @@ def built() -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     app.callback()(options)
-    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, vehicles)
-    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify):
+    everyday = (reproduce, fly, page, serve, campaign, envelope, tune, compare, linear, vehicles)
+    for command in (*everyday, identify, replay, certify, prove, export, serve_setpoints, new, verify, completion):
         app.command()(command)
     studies = typer.Typer(help="Studies beyond the paper's.", rich_markup_mode=None, cls=Commands)
     studies.command()(study.completion)
+    studies.command()(study.region)
     studies.command()(study.controllers)
     app.add_typer(studies, name="study")
     making = typer.Typer(help="Make vehicles.", rich_markup_mode=None, cls=Commands)
@@ -80,9 +84,10 @@ def built() -> typer.Typer:
 
 
 def version(shown: bool) -> None:
-    """Print the version and stop."""
+    """Print version, engine and processor, and stop."""
     if shown:
-        say(f"quadstep {__version__}")
+        for line in version_lines():
+            say(line)
         raise typer.Exit
 
 
@@ -91,7 +96,9 @@ OWN_CODE, TRACEBACK = "--no-user-code", "--traceback"
 
 
 def options(
-    shown: Annotated[bool, typer.Option("--version", callback=version, is_eager=True, help="Print the version.")] = False,
+    shown: Annotated[
+        bool, typer.Option("--version", callback=version, is_eager=True, help="Print version, engine and processor.")
+    ] = False,
     no_user_code: Annotated[bool, typer.Option(OWN_CODE, help="Run no Python file or module that a mission names.")] = False,
     traceback: Annotated[
         bool, typer.Option(TRACEBACK, help="Where a Python file of yours fails, print the whole traceback.")
@@ -121,6 +128,8 @@ def main() -> None:
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, stop)
     provide_writable()
+    if VARIABLE in os.environ:
+        answer_shell()
     try:
         code = run()
         sys.stdout.flush()

@@ -15,7 +15,7 @@ EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
     "sympy": "verify", "mpmath": "verify", "pymavlink": "mavlink", "rotorpy": "rotorpy", "pandas": "pandas",
     "pyulog": "ulog", "mcap": "mcap", "mcap_ros2": "mcap",
-    "foundation_policy": "raptor", "h5py": "raptor",
+    "foundation_policy": "raptor", "h5py": "raptor", "segno": "share",
 }  # fmt: skip
 """Which extra of pyproject.toml brings a package."""
 

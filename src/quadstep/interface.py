@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterable
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
@@ -15,7 +15,7 @@ from quadstep.flight.eager import Progress
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.fly import Summary, summarise, write_results
 from quadstep.mission.schema import Mission
@@ -69,7 +69,7 @@ class Flight(FlightLog):
         found = self.mission.flight_metrics(self)[1] if self.mission else []
         return (*self.plan.warnings, *found)
 
-    def metrics(self) -> dict[str, Any]:
+    def metrics(self) -> Metrics:
         """The numbers of `metrics.json`, with units in the keys, as `flight_metrics` describes them.
 
         >>> flight = fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0}))
@@ -117,7 +117,7 @@ class Flight(FlightLog):
         return jobs[figure].picture()
 
     def save(self, folder: Path | str, overwrite: bool = False) -> None:
-        """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, weights.json.
+        """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, report.html, weights.json.
 
         Raises UserError where the folder holds results of another mission, unless `overwrite`, and for the flight of a plan,
         of which no mission is known.

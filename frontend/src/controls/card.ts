@@ -67,7 +67,7 @@ function sliderCard(control: Control, tell: Tell): Card {
     parts.hidden = !split;
     splitter.textContent = split ? "together" : "split";
     splitter.setAttribute("aria-expanded", String(split));
-    splitter.setAttribute("aria-label", `${control.label}: ${split ? "one value for all axes" : "a value for each axis"}`);
+    splitter.setAttribute("aria-label", split ? `together: one value for all axes of ${control.label}` : `split: a value for each axis of ${control.label}`);
   };
   splitter.addEventListener("click", () => {
     split = !split;

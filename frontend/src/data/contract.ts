@@ -97,6 +97,8 @@ export interface FlightData {
   readonly ticks: Readonly<Ticks>;
   readonly scene: SceneData;
   readonly panels: readonly PanelData[];
+  /** Its place where its group is a table. */
+  readonly cell: { readonly block: string; readonly row: string; readonly column: string; readonly rowAxis: string; readonly columnAxis: string } | null;
 }
 
 export interface SummaryData {

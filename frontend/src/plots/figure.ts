@@ -21,8 +21,9 @@ export function plotBox(width: number, height: number, top = 6): Box {
   return { left, top, width: Math.max(width - left - 10, 10), height: Math.max(height - top - 20, 10) };
 }
 
-export function xOf(frame: Frame, t: number): number {
+export function xOf(frame: Frame, t: number, panel?: Panel): number {
   const { box, time } = frame;
+  if (panel?.across?.logarithmic) t = t > 0 ? Math.log10(t) : time.least;
   return box.left + ((t - time.least) / (time.most - time.least)) * box.width;
 }
 
@@ -42,14 +43,14 @@ export function drawFigure(surface: Surface, panel: Panel, frame: Frame, palette
   drawAxes(surface, panel, frame, palette);
   const { box, time } = frame;
   const mapping = {
-    x: (t: number): number => xOf(frame, t),
+    x: (t: number): number => xOf(frame, t, panel),
     y: (v: number): number => (Number.isFinite(v) ? yOf(panel, frame, v) : Number.NaN),
   };
   surface.clipped({ ...box, top: box.top - 2, height: box.height + 4 }, () => {
-    const order = { wanted: 0, ghost: 1, flown: 2 };
+    const order = { wanted: 0, kept: 1, file: 2, ghost: 3, flown: 4 };
     for (const curve of [...panel.curves].sort((a, b) => order[a.role] - order[b.role])) {
-      const first = indexAt(curve.times, time.least) - 1;
-      const last = indexAt(curve.times, time.most) + 1;
+      const first = panel.across ? 0 : indexAt(curve.times, time.least) - 1;
+      const last = panel.across ? curve.times.length : indexAt(curve.times, time.most) + 1;
       surface.polyline(trace(curve.times, curve.values, first, last, mapping), strokeOf(curve, palette));
     }
   });
@@ -71,13 +72,15 @@ function drawAxes(surface: Surface, panel: Panel, frame: Frame, palette: Palette
     surface.text(box.left - 7, y, mark.label, { ...small, align: "right" });
   }
 
-  const times = ticks(time.least, time.most, box.width / 70);
-  const names = labels(times);
+  const { across } = panel;
+  const times = across?.logarithmic ? decades(time.least, time.most, box.width / 70) : ticks(time.least, time.most, box.width / 70);
+  const names = across?.logarithmic ? times.map(powerOfTen) : labels(times);
   times.forEach((t, i) => {
     const x = Math.round(xOf(frame, t)) + 0.5;
     surface.polyline([x, bottom, x, bottom + 4], { ...grid, colour: palette.line });
     const last = i === times.length - 1;
-    surface.text(Math.min(x, right - 2), bottom + 12, last ? `${names[i]} s` : names[i]!, { ...small, align: "center" });
+    const beside = last ? ` ${across ? across.label : "s"}` : "";
+    surface.text(Math.min(x, right - 2), bottom + 12, `${names[i]}${beside}`, { ...small, align: last && across ? "right" : "center" });
   });
   surface.polyline([box.left, bottom + 0.5, right, bottom + 0.5], { ...grid, colour: palette.line });
 }

@@ -14,7 +14,7 @@ export function listen(plot: Plot, window: TimeWindow, clock: Clock, hover: (t: 
 
   const place = (event: MouseEvent): { x: number; t: number } | undefined => {
     const { frame } = plot;
-    if (!frame) return undefined;
+    if (!frame || plot.panel.across) return undefined; // not time across: nothing to seek
     const x = event.clientX - stage.getBoundingClientRect().left;
     const t = Math.min(Math.max(timeAt(frame, x), frame.time.least), frame.time.most);
     return { x, t };

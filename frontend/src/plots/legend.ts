@@ -22,7 +22,7 @@ export class Legend {
       this.cells.push({ curve, cell });
       this.element.append(h("div", {}, h("dt", {}, mark(curve, palette), h("span", {}, ...rich(curve.label))), cell));
     }
-    for (const role of ["wanted", "ghost"] as const) {
+    for (const role of ["wanted", "ghost", "kept", "file"] as const) {
       const first = panel.curves.find((curve) => curve.role === role);
       if (first) this.roles.append(h("span", {}, mark(first, palette, palette.muted), role));
     }
@@ -31,8 +31,8 @@ export class Legend {
   /** What the curves are at time t. size: of the largest of the panel's values. */
   values(panel: Panel, t: number, scale: Scale, size: number): void {
     for (const { curve, cell } of this.cells) {
-      const value = valueAt(curve, t) * scale.factor;
-      const text = panel.logarithmic ? number(value, 3) : steady(value, size * scale.factor);
+      const value = (panel.across ? Number.NaN : valueAt(curve, t)) * scale.factor;
+      const text = panel.across ? "" : panel.logarithmic ? number(value, 3) : steady(value, size * scale.factor);
       if (cell.textContent !== text) cell.textContent = text;
     }
   }

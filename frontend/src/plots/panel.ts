@@ -5,8 +5,8 @@ import { indexAt } from "./curve";
 
 export type Hue = "blue" | "orange" | "green" | "vermillion" | "pink" | "sky" | "ink" | "muted";
 
-/** Flown: a thin line. Wanted: the pale band it should stay on. Ghost: the other controller, dotted. */
-export type Role = "flown" | "wanted" | "ghost";
+/** Flown: a thin line. Wanted: the pale band it should stay on. Ghost: the other controller, dotted. Kept: an earlier flight, faint. File: a log that was opened. */
+export type Role = "flown" | "wanted" | "ghost" | "kept" | "file";
 
 export interface Curve {
   /** As quadstep logs it, and as it can stand on a canvas. */
@@ -17,6 +17,8 @@ export interface Curve {
   readonly dash: readonly number[];
   readonly times: Float64Array;
   readonly values: Float64Array;
+  /** Where `times` are not times: those of the points. */
+  readonly clock?: Float64Array;
 }
 
 export interface Panel {
@@ -26,17 +28,22 @@ export interface Panel {
   readonly unit: string;
   readonly logarithmic: boolean;
   readonly curves: readonly Curve[];
+  /** What runs across, if not time; of a logarithmic range the exponents of ten. */
+  readonly across?: { readonly label: string; readonly logarithmic: boolean; readonly range: { readonly least: number; readonly most: number } };
 }
 
 export const SOLID: readonly number[] = [];
 export const DASHES: readonly (readonly number[])[] = [SOLID, [7, 3], [2, 2.5], [9, 3, 2, 3], [12, 3], [4, 2], [1, 2], [6, 2, 1, 2]];
 const GHOST: readonly number[] = [1.5, 3.5];
+const FILE: readonly number[] = [10, 3, 1.5, 3];
 
 /** How a curve is drawn. */
 export function strokeOf(curve: Curve, palette: Palette): { colour: string; width: number; dash: readonly number[]; opacity: number } {
   const colour = palette[curve.hue];
   if (curve.role === "wanted") return { colour, width: 5, dash: SOLID, opacity: palette.dark ? 0.34 : 0.26 };
   if (curve.role === "ghost") return { colour, width: 1.5, dash: GHOST, opacity: 0.85 };
+  if (curve.role === "kept") return { colour, width: 1.2, dash: SOLID, opacity: 0.5 };
+  if (curve.role === "file") return { colour, width: 1.3, dash: FILE, opacity: 0.95 };
   return { colour, width: 1.6, dash: curve.dash, opacity: 1 };
 }
 

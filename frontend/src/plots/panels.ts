@@ -7,8 +7,15 @@ import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
 
 const HUES: readonly Hue[] = ["blue", "orange", "green", "pink", "vermillion", "sky", "muted", "ink"];
 
+/** Another flight, or a log, that is laid over. */
+export interface Overlay {
+  readonly name: string;
+  readonly role: Role;
+  readonly flight: Flight;
+}
+
 /** A panel's curves; undefined if the flight has none of its columns. */
-export function panelOf(data: PanelData, flight: Flight, ghost: Flight | undefined): Panel | undefined {
+export function panelOf(data: PanelData, flight: Flight, overlays: readonly Overlay[]): Panel | undefined {
   const curves: Curve[] = [];
   let flown = 0;
   let wanted = 0;
@@ -21,7 +28,7 @@ export function panelOf(data: PanelData, flight: Flight, ghost: Flight | undefin
       if (values) curves.push({ label, name, role, hue, dash: DASHES[style % DASHES.length]!, times: from.times, values });
     };
     add(line.label, flight, line.dashed ? "wanted" : "flown");
-    if (ghost && !line.dashed) add(`${line.label}, ghost`, ghost, "ghost");
+    if (!line.dashed) for (const one of overlays) add(`${line.label}, ${one.name}`, one.flight, one.role);
   }
   if (!curves.length) return undefined;
   return { id: data.id, title: flat(data.title), note: "", unit: data.unit, logarithmic: data.log && positive(curves), curves };

@@ -6,6 +6,7 @@ import { type Palette, palette } from "../view/theme";
 import { CanvasSurface } from "./canvas";
 import { type Frame, drawFigure, plotBox, xOf, yOf } from "./figure";
 import { Legend } from "./legend";
+import { indexAt } from "./curve";
 import { type Panel, valueAt } from "./panel";
 import { type Range, type TimeWindow, largest, valueRange } from "./range";
 
@@ -41,7 +42,7 @@ export class Plot {
     tools: HTMLElement,
     readonly foot?: Foot,
   ) {
-    const label = `${panel.title} over time; left and right arrows move the time cursor, plus and minus zoom, 0 shows all`;
+    const label = panel.across ? panel.title : `${panel.title} over time; left and right arrows move the time cursor, plus and minus zoom, 0 shows all`;
     this.stage = h("div", { class: "stage", tabindex: 0, role: "img", "aria-label": label }, this.base, this.overlay, this.tip);
     const head = h("header", {}, this.heading, tools, this.legend.roles);
     this.element = h("section", { class: "plot", id }, head, this.legend.element, this.stage, foot?.element, this.note);
@@ -110,7 +111,7 @@ export class Plot {
 
   /** Where things are in a picture of this size. */
   frameFor(width: number, height: number, top?: number): Frame {
-    const time = this.window.range;
+    const time = this.panel.across?.range ?? this.window.range;
     const value = this.values ?? valueRange(this.panel, time);
     return { box: plotBox(width, height, top), time, value, scale: this.scale() };
   }
@@ -157,6 +158,10 @@ export class Plot {
       const [a, b] = [xOf(frame, this.brush.from), xOf(frame, this.brush.to)];
       surface.rectangle({ ...box, left: Math.min(a, b), width: Math.abs(b - a) }, colours.blue, 0.16);
     }
+    if (this.panel.across) {
+      this.points(surface, frame, colours);
+      return;
+    }
     surface.clipped({ ...box, left: box.left - 4, width: box.width + 8, height: box.height + 1 }, () => {
       const x = xOf(frame, this.time);
       surface.polyline([x, box.top, x, box.top + box.height], { colour: colours.ink, width: 1, dash: [], opacity: 0.55 });
@@ -169,6 +174,15 @@ export class Plot {
     this.legend.values(this.panel, this.hover ?? this.time, this.scale(), this.greatest);
   }
 
+  /** Where the curves of a phase portrait are at the cursor. */
+  private points(surface: CanvasSurface, frame: Frame, colours: Palette): void {
+    for (const { clock, times, values, hue } of this.panel.curves) {
+      const row = clock ? indexAt(clock, this.time) : -1;
+      if (row < 0 || row >= times.length) continue;
+      surface.circle(xOf(frame, times[row]!, this.panel), yOf(this.panel, frame, values[row]!), 3.5, colours[hue], colours.panel);
+    }
+  }
+
   private dots(surface: CanvasSurface, frame: Frame, t: number, colours: Palette): void {
     for (const curve of this.panel.curves) {
       const value = valueAt(curve, t);
@@ -179,8 +193,8 @@ export class Plot {
 
   private showTip(here: boolean): void {
     const t = this.hover;
-    this.tip.hidden = t === undefined || !this.frame || !here;
-    if (t === undefined || !this.frame || !here) return;
+    this.tip.hidden = t === undefined || !this.frame || !here || this.panel.across !== undefined;
+    if (this.tip.hidden || t === undefined || !this.frame || !here) return;
     this.tip.replaceChildren(h("b", {}, `t = ${t.toFixed(2)}\u00a0s`));
     for (const curve of this.panel.curves) {
       const value = valueAt(curve, t);

@@ -49,8 +49,8 @@ export function valueRange(panel: Panel, time: Range): Range {
   let low = Infinity;
   let high = -Infinity;
   for (const curve of panel.curves) {
-    const first = indexAt(curve.times, time.least);
-    const last = indexAt(curve.times, time.most) + 1;
+    const first = panel.across ? 0 : indexAt(curve.times, time.least);
+    const last = panel.across ? curve.times.length : indexAt(curve.times, time.most) + 1;
     const values = panel.logarithmic ? curve.values.map((v) => (v > 0 ? Math.log10(v) : Number.NaN)) : curve.values;
     const found = extent(values, first, last);
     if (!found) continue;

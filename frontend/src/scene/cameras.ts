@@ -5,7 +5,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 export type View = "orbit" | "follow";
 
-const FROM = new Vector3(-0.62, -1, 0.5).normalize();
+const FROM = new Vector3(-0.62, -1, 0.32).normalize();
 const TURN = 0.12; // rad a key press
 
 export class Cameras {
@@ -48,6 +48,16 @@ export class Cameras {
       this.controls.target.add(step);
     }
     this.last.copy(vehicle);
+  }
+
+  /** Never below the ground, nor looking up from under it. */
+  keepAbove(level: number): void {
+    const { camera, controls } = this;
+    const least = level + 0.02 * camera.position.distanceTo(controls.target);
+    controls.target.z = Math.max(controls.target.z, level);
+    if (camera.position.z >= least) return;
+    camera.position.z = least;
+    camera.lookAt(controls.target);
   }
 
   /** Keys of the scene; whether this was one. */

@@ -18,7 +18,11 @@ const UP = new Vector3(0, 0, 1);
 /** A vector drawn as an arrow; at: what it is now, in the world's axes. */
 export interface Drawn {
   readonly label: string;
+  readonly unit: string;
   readonly kind: "thrust" | "force" | "wind";
+  /** Where it ends now, and its size. */
+  readonly tip: Vector3;
+  size: number;
   readonly arrow: Arrow;
   /** How long it is drawn: vehicle sizes a unit. */
   scale: number;
@@ -31,6 +35,7 @@ export class Flyer {
   readonly drawn: Drawn[] = [];
   private readonly attitude = new Quaternion();
   private readonly trail: Trail;
+  private readonly blowing = new Vector3();
   private stride = 1;
   private flight: Flight | undefined;
   readonly vehicle: Vehicle;
@@ -85,9 +90,16 @@ export class Flyer {
     this.vehicle.object.scale.setScalar(times);
     const unit = this.vehicle.size * times;
     const along = new Vector3();
-    for (const { arrow, at, scale } of this.drawn) {
-      arrow.set(this.position, at(t, along).multiplyScalar(scale * unit), Math.min(unit * 0.032, thickest));
+    for (const drawn of this.drawn) {
+      drawn.size = drawn.at(t, along).length();
+      drawn.arrow.set(this.position, along.multiplyScalar(drawn.scale * unit), Math.min(unit * 0.032, thickest));
+      drawn.tip.copy(this.position).add(along);
     }
+  }
+
+  /** The wind at time t [m/s], if the flight has any. */
+  wind(t: number): Vector3 | undefined {
+    return this.flight && this.drawn.find((drawn) => drawn.kind === "wind")?.at(t, this.blowing);
   }
 
   spin(seconds: number, t: number): void {
@@ -103,16 +115,16 @@ export class Flyer {
 
   private addArrows(): void {
     const { thrust, rotors, hover } = this.data;
-    const add = (label: string, kind: Drawn["kind"], scale: number, at: Drawn["at"]): void => {
+    const add = (label: string, unit: string, kind: Drawn["kind"], scale: number, at: Drawn["at"]): void => {
       const arrow = new Arrow(kind === "wind");
       this.object.add(arrow.object);
-      this.drawn.push({ label, kind, arrow, scale, at });
+      this.drawn.push({ label, unit, kind, arrow, scale, at, tip: new Vector3(), size: 0 });
     };
     const all = Math.max(rotors.length * hover, 1e-9);
-    add("Thrust", "thrust", 2 / all, (t, out) =>
+    add("Thrust", "N", "thrust", 2 / all, (t, out) =>
       out.copy(UP).applyQuaternion(this.attitude).multiplyScalar(thrust ? this.flight?.at(thrust, t) || 0 : 0),
     );
-    for (const arrow of this.data.arrows) add(arrow.label, arrow.kind, 1, (_, out) => out.set(0, 0, 0));
+    for (const arrow of this.data.arrows) add(arrow.label, arrow.unit, arrow.kind, 1, (_, out) => out.set(0, 0, 0));
   }
 }
 

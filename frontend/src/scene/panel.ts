@@ -1,6 +1,7 @@
 // The scene on the page: canvas, camera switch, legend, and a sentence where there is no WebGL.
 
 import type { Inputs } from "../data/engine";
+import { pathOfLog } from "../logs/log";
 import type { Session, Shown } from "../session";
 import type { Clock } from "../view/clock";
 import { byId, fill, h, swatch } from "../view/dom";
@@ -35,6 +36,7 @@ export class ScenePanel {
     });
     view.caption.watch((caption) => captionOf(caption));
     session.shown.watch((shown) => shown && this.show(shown));
+    session.log.watch((log) => view.showLog(log && pathOfLog(log)));
     palette.follow((colours) => session.shown.value && legend(session.shown.value, colours));
     clock.time.watch((t) => view.setTime(t));
     document.documentElement.dataset["scene"] = "yes";

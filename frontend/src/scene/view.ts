@@ -2,6 +2,7 @@
 
 import {
   BufferGeometry,
+  CircleGeometry,
   Color,
   DirectionalLight,
   HemisphereLight,
@@ -10,7 +11,6 @@ import {
   Mesh,
   MeshBasicMaterial,
   PerspectiveCamera,
-  RingGeometry,
   Scene,
   Vector3,
   WebGLRenderer,
@@ -20,18 +20,25 @@ import type { SceneData } from "../data/contract";
 import type { Flight } from "../data/flight";
 import { roundStep } from "../plots/ticks";
 import { Watched } from "../view/events";
+import { quantity } from "../view/format";
 import { type Palette, palette } from "../view/theme";
+import { Axes } from "./axes";
 import { Cameras, type View } from "./cameras";
 import { Flyer, POINTS } from "./flyer";
 import { Ground } from "./ground";
+import { Labels } from "./labels";
 import { pathOf } from "./pose";
 import { shadow } from "./shadow";
+import { Sky } from "./sky";
+import { Streaks } from "./streaks";
 import { Trail } from "./trail";
 
 const APPARENT = 0.048; // of the picture's height: the least radius the vehicle is drawn with
 const FEWEST = 26; // pixels
 const THICKEST = 1.8; // pixels: radius of an arrow
 const FOV = 32;
+const END = 5; // pixels: radius of the dot where the path ends
+const LOST = 1e-6; // s: round-off in the time of the end
 
 export interface Caption {
   readonly grid: number;
@@ -46,7 +53,12 @@ export class SceneView {
   private readonly cameras: Cameras;
   private readonly ground = new Ground();
   private readonly wanted = new Trail(7, -3);
-  private readonly target = new Mesh(new RingGeometry(0.72, 1, 48), new MeshBasicMaterial({ side: 2 }));
+  private readonly target = new Mesh(new CircleGeometry(1, 32), new MeshBasicMaterial({ transparent: true, depthWrite: false }));
+  private readonly logged = new Trail(2, -1, true);
+  private readonly sky = new Sky();
+  private readonly axes = new Axes();
+  private readonly streaks = new Streaks();
+  private readonly labels = new Labels();
   private readonly plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
   private readonly shade = shadow();
   private flyer: Flyer | undefined;
@@ -55,6 +67,8 @@ export class SceneView {
   private centre = new Vector3();
   private radius = 1;
   private level = 0;
+  private lowest = 0;
+  private loss: { text: string; at: Vector3; time: number } | undefined;
   private time = 0;
   private pending = 0;
 
@@ -69,7 +83,8 @@ export class SceneView {
     const sun = new DirectionalLight("#ffffff", 2.2);
     sun.position.set(-3, -5, 9);
     this.scene.add(new HemisphereLight("#ffffff", "#8a8f94", 1.7), sun, this.ground.object, this.wanted.object);
-    this.scene.add(this.target, this.plumb, this.shade);
+    this.scene.add(this.sky.object, this.logged.object, this.axes.object, this.streaks.object, this.target, this.plumb, this.shade);
+    this.target.renderOrder = -1;
     palette.watch((colours) => this.colour(colours));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement ?? canvas);
   }
@@ -79,9 +94,10 @@ export class SceneView {
   /** A flight, and another as its ghost. constant: a parameter in use, by name. keep: leave the camera where it is. */
   show(data: SceneData, flight: Flight, ghost: Flight | undefined, constant: (name: string) => number, keep: boolean): void {
     if (data !== this.data) this.rebuild(data);
-    this.level = data.ground;
     const { points } = pathOf(flight, data.wanted, POINTS);
     this.measure(points, pathOf(flight, data.position, 400).points);
+    this.level = Math.min(data.ground, Math.floor(this.lowest));
+    this.streaks.fill(this.centre, this.radius * 1.5, this.level);
     this.wanted.set(points, this.radius);
     const end = points.length >= 3 ? points.slice(-3) : [0, 0, 0];
     this.target.position.set(end[0]!, end[1]!, end[2]!);
@@ -94,20 +110,34 @@ export class SceneView {
     }
     if (this.ghost) this.ghost.object.visible = ghost !== undefined;
     if (ghost) this.ghost?.show(ghost, this.radius * 2, constant);
+    this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, at: lastOf(flight, data.position), time: flight.last - LOST };
     this.setTime(this.time);
     if (!keep) this.look(this.view.value);
+  }
+
+  /** Where the camera is, and the height of the ground. */
+  get eye(): { position: number[]; ground: number } {
+    return { position: this.camera.position.toArray(), ground: this.level };
+  }
+
+  /** The path of a log that was opened; undefined: none. */
+  showLog(flight: Flight | undefined): void {
+    this.logged.set(flight ? pathOf(flight, ["x", "y", "z"], POINTS).points : new Float32Array(), this.radius * 2);
+    this.request();
   }
 
   setTime(t: number): void {
     this.time = t;
     for (const flyer of [this.flyer, this.ghost]) flyer?.place(t);
     if (this.flyer) this.cameras.track(this.flyer.position);
+    this.streaks.move(this.flyer?.wind(t), 0);
     this.request();
   }
 
   /** The blades turn while the flight plays. */
   spin(seconds: number): void {
     for (const flyer of [this.flyer, this.ghost]) flyer?.spin(seconds, this.time);
+    this.streaks.move(this.flyer?.wind(this.time), seconds);
   }
 
   /** Look through this camera, from where it starts. */
@@ -153,7 +183,8 @@ export class SceneView {
     if (low.x > high.x) take(flown, 0);
     const size = high.distanceTo(low);
     take(flown, Math.max(size * 0.35, this.flyer ? this.flyer.vehicle.size * 10 : 1));
-    if (!(low.x <= high.x)) return void (this.radius = 1);
+    if (!(low.x <= high.x)) return void ([this.radius, this.lowest] = [1, 0]);
+    this.lowest = low.z;
     this.centre.addVectors(low, high).multiplyScalar(0.5);
     this.radius = Math.max(high.distanceTo(low) * 0.57, (this.flyer?.vehicle.size ?? 0.3) * 4);
   }
@@ -162,9 +193,13 @@ export class SceneView {
     this.flyer?.colour(colours);
     this.ghost?.colour(colours);
     this.ground.colour(colours.muted, colours.dark);
+    this.sky.colour(colours);
+    this.axes.colour(colours.muted);
+    this.logged.colour(colours.pink);
+    this.streaks.colour(colours.sky, colours.dark);
     const mixed = new Color(colours.blue).lerp(new Color(colours.paper), colours.dark ? 0.68 : 0.6);
     this.wanted.colour(`#${mixed.getHexString()}`);
-    this.target.material.color = mixed;
+    this.target.material.color = new Color(colours.blue);
     (this.plumb.material as LineBasicMaterial).color = new Color(colours.muted);
     this.shade.material.opacity = colours.dark ? 0.55 : 0.24;
     this.request();
@@ -192,12 +227,18 @@ export class SceneView {
   }
 
   private draw(): void {
-    const { flyer, camera } = this;
+    const { flyer, camera, labels } = this;
+    this.cameras.keepAbove(this.level);
     const seen = this.cameras.controls.target;
     const distance = camera.position.distanceTo(seen);
     const above = Math.abs(camera.position.z - this.level);
     const cell = roundStep(Math.max(distance, above, 1e-3) / 14);
     this.ground.place(seen, this.level, cell, Math.max(distance * 1.7, above * 4));
+    this.sky.place(camera.position, camera.far);
+    this.axes.place(this.level, roundStep(this.radius / 4));
+    camera.updateMatrixWorld();
+    labels.begin();
+    this.axes.label(labels, camera);
     if (flyer) {
       const height = this.canvas.clientHeight || 1;
       const pixel = (2 * Math.tan((FOV * Math.PI) / 360)) / height;
@@ -208,9 +249,19 @@ export class SceneView {
       flyer.magnify(magnified, this.time, thickest);
       this.ghost?.magnify(Math.max(1, wish(this.ghost.position)), this.time, thickest);
       this.beneath(flyer, magnified);
-      this.target.scale.setScalar(Math.max(flyer.vehicle.size, wish(this.target.position) * flyer.vehicle.size * 0.36));
+      const dot = END * pixel * camera.position.distanceTo(this.target.position);
+      this.target.scale.setScalar(dot);
+      // The dot makes way for the vehicle that arrives.
+      const room = this.target.position.distanceTo(flyer.position) / (flyer.vehicle.size * magnified);
+      this.target.material.opacity = Math.min(Math.max((room - 1) / 2, 0), 1) * 0.85;
+      if (this.target.visible && room > 3) labels.put("end", "end", this.target.position, camera);
+      for (const { kind, label, unit, tip, size, arrow } of flyer.drawn) {
+        if (arrow.object.visible) labels.put(kind, `${label.toLowerCase()} ${quantity(size, unit)}`, tip, camera);
+      }
+      if (this.loss && this.time >= this.loss.time) labels.put("lost", this.loss.text, this.loss.at, camera, true);
       this.caption.set({ grid: cell, magnified });
     }
+    labels.end();
     this.target.quaternion.copy(camera.quaternion);
     this.renderer.render(this.scene, camera);
   }
@@ -223,4 +274,10 @@ export class SceneView {
     this.plumb.geometry.setFromPoints([new Vector3(x, y, this.level), new Vector3(x, y, z)]);
     this.plumb.geometry.computeBoundingSphere();
   }
+}
+
+/** Where a flight ends. */
+function lastOf(flight: Flight, columns: SceneData["position"]): Vector3 {
+  const [x, y, z] = columns.map((name) => flight.at(name, flight.last) || 0);
+  return new Vector3(x, y, z);
 }

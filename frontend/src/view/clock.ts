@@ -2,6 +2,7 @@
 
 import { Watched } from "./events";
 
+const SLOWLY = 0.2; // times as fast as it was
 const LONGEST = 0.5; // s between pictures: after a longer pause (another tab) the flight does not leap
 
 export class Clock {
@@ -9,6 +10,8 @@ export class Clock {
   readonly playing = new Watched(false);
   readonly speed = new Watched(1);
   readonly end = new Watched(1);
+  /** From here to there time passes slowly while it plays: what happened last should be seen. */
+  slow: { readonly from: number; readonly to: number } | undefined;
   private previous = 0;
   private frame = 0;
 
@@ -39,7 +42,9 @@ export class Clock {
   }
 
   private readonly advance = (now: number): void => {
-    const passed = Math.min((now - this.previous) / 1000, LONGEST) * this.speed.value;
+    const t = this.time.value;
+    const pace = this.slow && t >= this.slow.from && t < this.slow.to ? Math.min(this.speed.value, SLOWLY) : this.speed.value;
+    const passed = Math.min((now - this.previous) / 1000, LONGEST) * pace;
     this.previous = now;
     this.seek(this.time.value + passed);
     this.onFrame(passed);

@@ -14,7 +14,8 @@ const KEYS: readonly (readonly [string, string])[] = [
 ];
 
 const HANDS: readonly (readonly [string, string])[] = [
-  ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click"],
+  ["Logs", "drop a CSV, a ULog or an MCAP file (JSON messages, uncompressed) anywhere to see it beside the flight"],
+  ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click; ↑ ↓ move a plot, ✕ hides it, log changes its axis"],
   ["Scene", "drag turns, wheel zooms, right drag shifts"],
   ["Sliders", "type any number beside a slider; the flight is flown again as you let go"],
 ];

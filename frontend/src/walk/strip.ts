@@ -2,24 +2,23 @@
 
 import type { FlightData } from "../data/contract";
 import type { Session } from "../session";
+import { field } from "./field";
 import { fill, h } from "../view/dom";
 
-const MANY = 12;
 const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
 
 export class Strip {
   private readonly buttons = new Map<string, HTMLButtonElement>();
 
   constructor(host: HTMLElement, session: Session) {
-    const groups = new Map<string, HTMLElement[]>();
-    for (const flight of session.page.flights) {
+    const groups = new Map<string, FlightData[]>();
+    for (const flight of session.page.flights) groups.set(flight.group, [...(groups.get(flight.group) ?? []), flight]);
+    const make = (flight: FlightData): HTMLButtonElement => {
       const button = this.button(flight, session);
       this.buttons.set(flight.id, button);
-      const group = groups.get(flight.group) ?? [];
-      group.push(button);
-      groups.set(flight.group, group);
-    }
-    const parts = [...groups].map(([name, buttons]) => stretch(name, buttons));
+      return button;
+    };
+    const parts = [...groups].map(([name, flights]) => stretch(name, flights, make));
     fill(host, ...parts);
     host.hidden = session.page.flights.length < 2;
     session.shown.watch((shown) => shown && this.mark(shown.data.id));
@@ -33,9 +32,10 @@ export class Strip {
     const button = h(
       "button",
       { type: "button", class: "stop", title: `${flight.name} · ${flight.outcome.text || state}` },
-      h("span", { class: `dot ${diverged ? "bad" : "good"}`, "aria-label": state, role: "img" }),
+      h("span", { class: `dot ${diverged ? "bad" : "good"}`, "aria-hidden": "true" }),
       h("span", { class: "name" }, flight.name),
-      verdicts.length ? h("span", { class: "verdict", title: `${holding} of ${verdicts.length} claims hold` }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]) : null,
+      h("span", { class: "unseen" }, `, ${state}`),
+      verdicts.length ? h("span", { class: "verdict", title: `${holding} of ${verdicts.length} claims hold` }, h("span", { "aria-hidden": "true" }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]), h("span", { class: "unseen" }, `, ${holding} of ${verdicts.length} claims hold`)) : null,
     );
     button.addEventListener("click", () => session.select(flight.id));
     return button;
@@ -51,16 +51,12 @@ export class Strip {
   }
 }
 
-/** A group under its heading. Many flights become a field of marks, and the heading says which one is meant. */
-function stretch(name: string, buttons: readonly HTMLElement[]): HTMLElement {
-  const many = buttons.length > MANY;
+/** A group under its heading. Flights with places become a table of marks, and the heading says which one is meant. */
+function stretch(name: string, flights: readonly FlightData[], make: (flight: FlightData) => HTMLButtonElement): HTMLElement {
+  const many = flights.every((flight) => flight.cell);
   const which = h("span", { class: "which" });
-  const part = h(
-    "div",
-    { class: many ? "stretch field" : "stretch", role: "group", "aria-label": name },
-    h("h2", {}, name, many ? which : null),
-    h("div", { class: "row" }, ...buttons),
-  );
+  const inner = many ? field(flights, make) : h("div", { class: "row" }, ...flights.map(make));
+  const part = h("div", { class: "stretch", role: "group", "aria-label": name }, h("h2", {}, name, many ? which : null), inner);
   if (many) {
     const tell = (event: Event | null): void => {
       const on = event?.target instanceof Element ? event.target.closest("button") : null;

@@ -6,9 +6,10 @@ from quadstep.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
 from quadstep.airframe.battery import Battery, electrical_power, terminal_voltage
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
+from quadstep.airframe.residual import accelerations
 from quadstep.airframe.rigid_body import MassProperties, motion_rate
 from quadstep.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
-from quadstep.numbers import Number, Vector, vector
+from quadstep.numbers import Number, Structure, Vector, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
 
 NOTHING = vector(0.0, 0.0, 0.0)
@@ -17,7 +18,7 @@ NOTHING = vector(0.0, 0.0, 0.0)
 class Airframe(NamedTuple):
     """mass [kg]. inertia: diagonal, about the body's origin, the bare vehicle's centre of gravity [kg m^2]. gravity [m/s^2].
 
-    ground: its height in the world [m].
+    ground: its height in the world [m]. residual: a `Residual` where it acts.
     """
 
     mass: Number
@@ -27,6 +28,7 @@ class Airframe(NamedTuple):
     drag: Drag
     battery: Battery
     ground: Number
+    residual: Structure = ()
 
 
 def derivative(
@@ -64,6 +66,10 @@ def derivative(
     loads = rotor_loads(rotor, airframe.drag, rotors, effects)
     force = loads.force + parasitic_drag(airframe.drag, air) if effects.drag else loads.force
     moved = motion_rate(properties, rotation, state.motion, force, loads.torque, loads.spin, airframe.gravity)
+    if airframe.residual:
+        through = rotation.T @ (state.velocity - wind)
+        turning, pushed = accelerations(airframe.residual, through, state.rates, state.speeds)
+        moved = moved._replace(velocity=moved.velocity + rotation @ pushed, rates=moved.rates + turning)
     return AirframeState(*moved, speeds=Vector(turning.rate for _, turning in rotors), charge=current)
 
 

@@ -24,7 +24,11 @@ class Estimate(NamedTuple):
 
 def share(count: int, total: int) -> Estimate:
     """A share of flights with the exact interval of Clopper and Pearson (1934). Needs 0 <= count <= total, total >= 1."""
-    tail = 0.5 * (1.0 - LEVEL)
+    return exact_share(count, total, 0.5 * (1.0 - LEVEL))
+
+
+def exact_share(count: int, total: int, tail: float) -> Estimate:
+    """`share` with an interval that misses the truth on either side with at most this chance."""
     low = 0.0 if count == 0 else beta_quantile(tail, count, total - count + 1)
     high = 1.0 if count == total else beta_quantile(1.0 - tail, count + 1, total - count)
     return Estimate(count / total, low, high)

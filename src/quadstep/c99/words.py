@@ -32,6 +32,7 @@ REFERENCE_WORDS = {
     "yaw_rate": "rad/s",
     "jerk": "m/s^3; zero where it is not known",
     "snap": "m/s^4; zero where it is not known",
+    "yaw_acceleration": "rad/s^2; zero where it is not known",
 }
 
 COMMAND_WORDS = {

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from quadstep.campaign.inverse_normal import inverse_normal
 from quadstep.campaign.keys import dotted
 from quadstep.campaign.normal import probability
-from quadstep.mission.fields import Finite, Positive, Section, as_tuple
+from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
 from quadstep.numbers.solve import cholesky
 from quadstep.numbers.spaced import evenly_spaced
@@ -29,8 +29,8 @@ class Uniform(Section):
     """Any number between low and high."""
 
     type: Literal["uniform"]
-    low: Finite
-    high: Finite
+    low: Annotated[Finite, Quantity("", "least value; units are the key's")]
+    high: Annotated[Finite, Quantity("", "greatest value")]
 
     @model_validator(mode="after")
     def _ordered(self) -> "Uniform":
@@ -52,10 +52,10 @@ class Normal(Section):
     """Normal with this mean and standard deviation, truncated at low and high where given."""
 
     type: Literal["normal"]
-    mean: Finite
-    deviation: Positive
-    low: Finite | None = None
-    high: Finite | None = None
+    mean: Annotated[Finite, Quantity("", "in the key's unit")]
+    deviation: Annotated[Positive, Quantity("", "standard deviation")]
+    low: Annotated[Finite | None, Quantity("", "nothing below")] = None
+    high: Annotated[Finite | None, Quantity("", "nothing above")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "Normal":
@@ -84,13 +84,13 @@ class Normal(Section):
 
 
 class LogNormal(Section):
-    """Log-normal with this median; sigma: standard deviation of the logarithm. Truncated at low and high where given."""
+    """Log-normal, truncated at low and high where given."""
 
     type: Literal["log-normal"]
-    median: Positive
-    sigma: Positive
-    low: Positive | None = None
-    high: Positive | None = None
+    median: Annotated[Positive, Quantity("", "in the key's unit")]
+    sigma: Annotated[Positive, Quantity("", "standard deviation of the logarithm")]
+    low: Annotated[Positive | None, Quantity("", "nothing below")] = None
+    high: Annotated[Positive | None, Quantity("", "nothing above")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "LogNormal":
@@ -113,8 +113,16 @@ class Choice(Section):
     """One of some values, which may be anything that the key takes; equally likely, or by weights."""
 
     type: Literal["choice"]
-    values: Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_OPTIONS)]
-    weights: Annotated[tuple[Annotated[float, Field(ge=0.0)], ...], BeforeValidator(as_tuple)] | None = None
+    values: Annotated[
+        tuple[Any, ...],
+        BeforeValidator(as_tuple),
+        Field(min_length=1, max_length=MOST_OPTIONS),
+        Quantity("", "anything that the key takes"),
+    ]
+    weights: Annotated[
+        Annotated[tuple[Annotated[float, Field(ge=0.0)], ...], BeforeValidator(as_tuple)] | None,
+        Quantity("", "how likely each is; all equally if left out"),
+    ] = None
 
     @model_validator(mode="after")
     def _weighed(self) -> "Choice":
@@ -141,10 +149,13 @@ class Grid(Section):
     """Every value in turn, in all combinations with the other grids: given one by one, or `count` from low to high."""
 
     type: Literal["grid"]
-    values: Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None = None
-    low: Finite | None = None
-    high: Finite | None = None
-    count: Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None = None
+    values: Annotated[
+        Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None,
+        Quantity("", "one by one"),
+    ] = None
+    low: Annotated[Finite | None, Quantity("", "or from here")] = None
+    high: Annotated[Finite | None, Quantity("", "to here")] = None
+    count: Annotated[Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None, Quantity("", "in so many values")] = None
 
     @model_validator(mode="after")
     def _complete(self) -> "Grid":
@@ -183,11 +194,20 @@ def as_rows(rows: Any) -> Any:
 class Correlated(Section):
     """Keys that are jointly normal. deviations and correlation, or covariance; neither may leave a direction impossible."""
 
-    keys: Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64)]
-    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
-    covariance: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None = None
-    deviations: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None = None
-    correlation: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None = None
+    keys: Annotated[
+        tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64), Quantity("", "of the mission")
+    ]
+    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "one for each key")]
+    covariance: Annotated[
+        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None, Quantity("", "one row for each key")
+    ] = None
+    deviations: Annotated[
+        Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None, Quantity("", "or: one for each key")
+    ] = None
+    correlation: Annotated[
+        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None,
+        Quantity("", "and one row for each key, 1 on the diagonal"),
+    ] = None
 
     @model_validator(mode="after")
     def _fitting(self) -> "Correlated":

@@ -74,7 +74,7 @@ def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, D
     spread = [one for one in file.vary.values() if isinstance(one, Sobol)]
     shared = shares(file, noise_keys(file.seed, flights))
     points = iter(sobol(file.seed, flights, len(spread)))
-    drawn = {name: Drawn(value) for name, value in continuous(file, shared).items()}
+    drawn = from_shares(file, shared)
     every = 1
     for name, one in reversed(file.vary.items()):  # the last grid turns fastest
         if isinstance(one, Grid):
@@ -83,9 +83,14 @@ def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, D
     for name, one in file.vary.items():
         if isinstance(one, Sobol):
             drawn[name] = Drawn(one.quantile(next(points)))
-        elif isinstance(one, Choice):
-            drawn[name] = Drawn(one.place(shared[name]), one.options)
     return {name: drawn[name] for name in file.keys}
+
+
+def from_shares(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Drawn]:
+    """The values of all keys but grids and Sobol sequences, from a number in (0, 1) for each."""
+    drawn = {name: Drawn(value) for name, value in continuous(file, shared).items()}
+    chosen = {name: Drawn(one.place(shared[name]), one.options) for name, one in file.vary.items() if isinstance(one, Choice)}
+    return drawn | chosen
 
 
 def shares(file: CampaignFile, key: Key) -> dict[str, Number]:

@@ -41,8 +41,11 @@ class Flyer:
 
     def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
-        file, flights = self.campaign.file, np.arange(first, past)
-        drawn = draw(file, flights)
+        flights = np.arange(first, past)
+        return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
+
+    def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Progress | None = None) -> pa.Table:
+        """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
         for batch in self.planner.batches(flights, drawn):
@@ -65,11 +68,11 @@ class Flyer:
 
     def sweep(self, batch: Batch) -> Sweeper:
         """The sweep for a batch, kept for the next one like it."""
-        leaves = flatten((batch.start, batch.parameters))
+        leaves, varying = flatten((batch.start, batch.parameters)), set(batch.places)
         constants = tuple(
             tuple(leaf.values) if isinstance(leaf, Table) else leaf
             for place, leaf in enumerate(leaves)
-            if place not in set(batch.places)
+            if place not in varying
         )
         key = (batch.loop, batch.ticks, batch.places, constants)
         if key not in self.sweeps:

@@ -62,9 +62,14 @@ def fly_campaign(
             summary = summarise(store)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
-            kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
-            raise InterruptedRun(f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume") from None
+            raise interrupted(store) from None
     return Finished(campaign, summary, folder)
+
+
+def interrupted(store: Store) -> InterruptedRun:
+    """What is said on Ctrl-C."""
+    kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
+    return InterruptedRun(f"{kept} of {wanted} files of flights are kept in {store.folder}; continue with --resume")
 
 
 Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]

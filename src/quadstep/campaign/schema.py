@@ -17,9 +17,10 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
-from quadstep.mission.fields import Name, Positive, Section, as_tuple
+from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
+from quadstep.rare.section import RareSection
 from quadstep.user_code.installed import all_installed
 from quadstep.user_code.places import digest, place
 
@@ -40,23 +41,33 @@ NOT_FLOWN = {
 
 
 class CampaignFile(Section):
-    """A campaign file.
+    """A campaign file: which mission, how often, what varies, what counts as failure."""
 
-    mission: a file, looked up from this one's folder, or the whole of a mission as a table. flights: all combinations of the
-    grids once if left out. score_period: from sample to sample of the metrics [s]; the mission's log period if left out.
-    failure: limits of metrics above which a flight counts as failed; one that ends early always does.
-    """
-
-    name: Name = "Campaign"
-    mission: str | dict[str, Any]
-    flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None = None
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
-    precision: Literal["f32", "f64"] = "f64"
-    score_period: Positive | None = None
-    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK)] = CHUNK
-    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
-    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
-    failure: dict[str, Positive] = Field(default_factory=dict)
+    name: Annotated[Name, Quantity("", "of the campaign, in its results")] = "Campaign"
+    mission: Annotated[
+        str | dict[str, Any], Quantity("", "a mission file, looked up from this one's folder, or a whole mission as a table")
+    ]
+    flights: Annotated[
+        Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
+        Quantity("", "how many; every combination of the grids once if left out"),
+    ] = None
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
+    score_period: Annotated[
+        Positive | None, Quantity("s", "from sample to sample of the metrics; the mission's log period if left out")
+    ] = None
+    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights in one file of results")] = CHUNK
+    vary: Annotated[
+        dict[str, Distribution],
+        BeforeValidator(by_key),
+        Quantity("", "a distribution for each key of the mission that varies"),
+    ] = Field(default_factory=dict)
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary together")] = ()
+    failure: Annotated[
+        dict[str, Positive],
+        Quantity("", "greatest value of metrics; beyond, a flight has failed, as one that ends early always has"),
+    ] = Field(default_factory=dict)
+    rare: Annotated[RareSection, Quantity("", "for `--rare`")] = RareSection()
 
     @model_validator(mode="after")
     def _known(self) -> "CampaignFile":
@@ -144,7 +155,7 @@ class Campaign(NamedTuple):
     @property
     def fingerprint(self) -> str:
         """A digest of all that decides a flight's result; how many flights there are does not."""
-        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission"})
+        decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
         text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -201,13 +212,14 @@ def campaign_of(
 ) -> Campaign:
     """A campaign from what its files say. about: the campaign's own file.
 
-    Raises UserError for a mission that could not be flown by itself, and for a failure of an unknown metric.
+    Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
     """
     flown = check_mission(mission, source, folder)
     campaign = Campaign(file, text, mission, flown.model_dump(), source, folder, flown.scores)
-    unknown = [name for name in file.failure if name not in campaign.thresholds]
-    if unknown:
-        raise UserError(
-            f"{about or source}: failure.{unknown[0]}: unknown key; allowed here: {', '.join(campaign.thresholds)}"
-        )
+    for name in file.failure:
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: failure.{name}: unknown key; allowed here: {', '.join(campaign.thresholds)}")
+    for name in file.rare.score or ():
+        if name not in campaign.thresholds:
+            raise UserError(f"{about or source}: rare.score: {name!r:.60}: allowed here: {', '.join(campaign.thresholds)}")
     return campaign

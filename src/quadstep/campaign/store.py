@@ -155,6 +155,13 @@ def opened(
     Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
     file, a folder that another run is writing into.
     """
+    with held(folder, resume):
+        yield prepared(folder, campaign, flights, engine, resume, overwrite)
+
+
+@contextlib.contextmanager
+def held(folder: Path, resume: bool) -> Iterator[None]:
+    """A folder that is made where it is absent, and locked while the block runs. Raises UserError."""
     try:
         if folder.exists() and not folder.is_dir():
             raise UserError(f"{folder}: is a file; --out needs a folder")
@@ -169,9 +176,8 @@ def opened(
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise UserError(f"{folder}: another campaign is being flown into this folder; choose another --out") from None
-        store = prepared(folder, campaign, flights, engine, resume, overwrite)
         try:
-            yield store
+            yield
         finally:
             sweep_up(folder)  # Ctrl-C may have come between making a file and guarding it
     finally:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from quadstep import __version__
+from quadstep.campaign import until
 from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.replay import replay_command
 from quadstep.campaign.run import REPORT, Finished
@@ -12,11 +13,15 @@ from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
 
 
-def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | None) -> Verdict:
-    """Judge a finished campaign. least: share of flights that must succeed; None if nothing is required."""
+def verdict(
+    done: Finished, file: Path, engine: CampaignEngine, least: float | None, decided: until.Decided | None = None
+) -> Verdict:
+    """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
+    `--until` has shown, where it was asked.
+    """
     summary, name = done.summary, done.campaign.file.name
     judged = None if least is None else Judged(least, summary.success, summary.flights)
-    cases = (Case("flown"), *([judged.case] if judged else []))
+    cases = (Case("flown"), *([judged.case] if judged else []), *([asked(decided)] if decided else []))
     measured = as_json(summary)
     worst = [{**one, "replay": replay_command(file, one["flight"], done.folder)} for one in measured["worst"]]
     content = {
@@ -29,5 +34,13 @@ def verdict(done: Finished, file: Path, engine: CampaignEngine, least: float | N
         **measured,
         "worst": worst,
         "requirement": judged.as_json() if judged else None,
+        **({"until": until.as_json(decided)} if decided else {}),
     }
-    return Verdict("campaign", name, cases, content, UNMET if judged and not judged.met else 0)
+    return Verdict("campaign", name, cases, content, UNMET if any(case.failure for case in cases) else 0)
+
+
+def asked(decided: until.Decided) -> Case:
+    """What `--until` was to show."""
+    low, high = decided.seen[-1].rate[1:]
+    name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"
+    return Case(name, None if decided.below else f"{name}: not shown; known is a probability from {low:.3g} to {high:.3g}")

@@ -10,6 +10,7 @@ from quadstep import __version__
 from quadstep.certify.arrays import Array, lengths
 from quadstep.certify.certificate import Certificate, certify_plan
 from quadstep.certify.record import record, table
+from quadstep.certify.report import write_report
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.mission.read import plan_mission, read_mission
@@ -44,6 +45,7 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
         about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}
         write_json(out / MANIFEST, {**about, "mission": json.loads(mission.model_dump_json())})
         figure.result()
+        write_report(out / "report.html", found, mission.name, full["verdict"], "certificate")
     return CertifiedFlight(mission.name, table(found), full["verdict"], found.outcome is Outcome.COMPLETED)
 
 

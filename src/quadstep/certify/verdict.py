@@ -7,14 +7,14 @@ from quadstep.flight.closed_loop import Outcome
 
 
 def kind(c: Certificate) -> str:
-    """diverged, conditions broken, untested, certified or contradicted."""
+    """diverged, conditions broken, untested, sign consistent or contradicted."""
     if c.outcome is not Outcome.COMPLETED:
         return "diverged"
     if c.conditions.broken():
         return "conditions broken"
     if not c.outside.any():
         return "untested"
-    return "certified" if (c.lyapunov.rate[c.outside] < 0.0).all() else "contradicted"
+    return "sign consistent" if (c.lyapunov.rate[c.outside] < 0.0).all() else "contradicted"
 
 
 def margins(c: Certificate) -> str:
@@ -26,6 +26,19 @@ def margins(c: Certificate) -> str:
     )
 
 
+def after(c: Certificate) -> str:
+    """What |r| did once it had come inside b_r."""
+    if c.entered is None:
+        return "|r| never came inside"
+    time, most = c.history.t, c.r[c.entered :].max()
+    came = f"|r| came inside at {time[c.entered]:.4g} s"
+    left = np.flatnonzero(c.outside & (np.arange(len(c.r)) > c.entered))
+    if not len(left):
+        return f"{came} and stayed, <= {most:.4g}"
+    last = f"was outside for the last time at {time[left[-1]]:.4g} s" if left[-1] < len(c.r) - 1 else "ended outside"
+    return f"{came}, left again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
+
+
 def verdict(c: Certificate) -> str:
     """The verdict line."""
     what, k = kind(c), c.conditions
@@ -34,7 +47,7 @@ def verdict(c: Certificate) -> str:
         said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
         found = k.broken()
         rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected ones: {margins(c)}"
-        return f"not certified: the flight diverged at {c.ended:.4g} s; {said}{rest}; numbers up to {c.until:.4g} s"
+        return f"diverged: the flight ended at {c.ended:.4g} s; {said}{rest}; numbers up to {c.until:.4g} s"
     if what == "conditions broken":
         return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"
     if what == "untested":
@@ -43,9 +56,8 @@ def verdict(c: Certificate) -> str:
             "so the sign of L_dot outside was never tested"
         )
     count = int(c.outside.sum())
-    if what == "certified":
-        settled = c.r[c.entered :].max() if c.entered is not None else None
-        after = "it never came inside" if settled is None else f"|r| <= {settled:.4g} once inside"
-        return f"certified on this flight: {margins(c)}; L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}; {after}"
+    if what == "sign consistent":
+        falls = f"L_dot < 0 on all {count} samples outside b_r = {c.b_r:.4g}"
+        return f"sign consistent on this flight: {margins(c)}; {falls}; {after(c)}"
     rising = 100.0 * float(np.mean(c.lyapunov.rate[c.outside] >= 0.0))
     return f"conditions hold ({margins(c)}), but L_dot >= 0 on {rising:.3g} % of the {count} samples outside b_r = {c.b_r:.4g}"

@@ -11,13 +11,14 @@ from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, St
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.judging.deliver import check_junit, deliver
-from quadstep.report.sheet import SCREEN, USUAL, sheet
+from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import say, say_whole
 from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.campaign.summary import Summary
+    from quadstep.rare.run import Found
 
 
 def campaign(
@@ -29,6 +30,17 @@ def campaign(
     resume: Annotated[bool, typer.Option("--resume", help="Resume the campaign in the folder.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<campaign's name>.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the campaign in the folder.")] = False,
+    rare: Annotated[
+        bool, typer.Option("--rare", help="Estimate a small probability of failure instead of flying flights one by one.")
+    ] = False,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="P",
+            help="Fly until fewer than P of the flights are known to fail, or not; --flights: the most.",
+            show_default=False,
+        ),
+    ] = None,
     require: Annotated[
         str | None,
         typer.Option(
@@ -45,12 +57,13 @@ def campaign(
 ) -> None:
     """Fly a mission many times, varying what the file says; how often, and how well, does it succeed?
 
-    Writes flights/*.parquet as they finish, campaign.json and report.html.
+    Writes flights/*.parquet as they finish, campaign.json and report.html; --rare writes rare.json and report.html.
 
-    Exit code 0: flown. 2: bad input. 4: flown, but --require is not met. 130: interrupted; continue with --resume.
+    Exit code 0: flown. 2: bad input. 4: flown, but --require or --until is not met. 130: interrupted; continue with --resume.
     """
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
+        from quadstep.campaign import until as limit
         from quadstep.campaign.run import fly_campaign
         from quadstep.campaign.verdict import verdict
         from quadstep.judging import share
@@ -60,16 +73,68 @@ def campaign(
     least = None if require is None else share.parsed(require)
     if junit:
         check_junit(junit)
-    folder = out or Path("out") / file.stem
     drawn_on = sheet(figures, width, style)
+    if rare:
+        given = {
+            "--until": until is not None,
+            "--flights": flights is not None,
+            "--engine": engine is not CampaignEngine.LANES,
+        }
+        refused = [name for name, was in given.items() if was]
+        if refused:
+            raise UserError(f"{refused[0]}: cannot be used with --rare, whose settings are in [rare] of the campaign file")
+        estimate_rare(file, out or Path("out") / f"{file.stem}-rare", resume, overwrite, drawn_on, least, as_json, junit)
+        return
+    folder, target = out or Path("out") / file.stem, None if until is None else limit.parsed(until)
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
-        done = fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
-    judged = verdict(done, file, engine, least)
+        decided = None
+        if target is not None:
+            decided = limit.fly_until(file, folder, target, flights, engine, resume, overwrite, shown.to, drawn_on)
+        done = decided.done if decided else fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
+    judged = verdict(done, file, engine, least, decided)
     if not as_json:
+        for sentence in limit.sentences(decided, file) if decided else ():
+            say(sentence)
         show(done.summary, file, folder)
         if least is not None:
             say(judged.cases[-1].sentence)
     deliver(judged, as_json, junit, time.perf_counter() - started)
+
+
+def estimate_rare(
+    file: Path, folder: Path, resume: bool, overwrite: bool, drawn_on: Sheet, least: float | None, as_json: bool,
+    junit: Path | None,
+) -> None:  # fmt: skip
+    """`--rare`."""
+    started = time.perf_counter()
+    with needed_by("`quadstep campaign`"):
+        from quadstep.rare.run import estimate
+        from quadstep.rare.verdict import verdict
+
+    with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
+        found = estimate(file, folder, resume, overwrite, lambda over, note: shown.to(over, note=note), drawn_on)
+    judged = verdict(found, file, least)
+    if not as_json:
+        show_rare(found)
+        if least is not None:
+            say(judged.cases[-1].sentence)
+    deliver(judged, as_json, junit, time.perf_counter() - started)
+
+
+def show_rare(found: "Found") -> None:
+    """Print the estimate, what speaks against it, and the most likely failure."""
+    from quadstep.rare.report import REPORT, nearest_rows
+    from quadstep.rare.summary import sentences
+
+    summary = found.summary
+    for sentence in sentences(summary, found.campaign.file.rare.method):
+        say(sentence)
+    for warning in summary.warnings:
+        say(f"Warning: {warning}")
+    if summary.nearest:
+        title = f"The most likely failure found, {summary.nearest.deviations:.3g} deviations from the middle"
+        show_table(title, ("key", "value", "deviations"), nearest_rows(summary))
+    say_whole(f"Report: {found.folder / REPORT}")
 
 
 def show(summary: "Summary", file: Path, folder: Path) -> None:

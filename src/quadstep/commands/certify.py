@@ -22,7 +22,10 @@ def certify(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
-    """Measure on one flight what Theorem 5.1 requires and promises: writes certificate.json, a figure and metrics.json.
+    """Measure on one flight what Theorem 5.1 requires and promises.
+
+    Writes report.html, certificate.json, a figure and metrics.json.
+
 
     Exit code 0: a certificate was computed, whatever it says. 2: bad input, or nothing to certify. 3: the flight diverged; the
     certificate covers it up to then.

@@ -97,13 +97,15 @@ def how_of(shown: Bar, engine: CompareEngine, overwrite: bool, keep_going: bool,
 
 def show(done: "Finished") -> None:
     """Print tables and sentences. Raises typer.Exit where something could not be flown."""
-    from quadstep.comparison import tables, words
+    from quadstep.comparison import linear, tables, words
 
     found = done.found
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = tables.matrix(found, vehicle)
         said = f"{vehicle}: " if vehicle else ""
         show_table(f"{said}{words.title(found.metrics[found.metric])}, median (95 % quantile)", header, rows)
+    if found.linear:
+        show_table("Linear loop at rest, the least margins of all channels", linear.HEADER, linear.rows(found.linear))
     if found.margins:
         show_table("Margins, 95 % intervals", tables.MARGIN_HEADER, tables.margin_rows(found))
     show_table("Gains and cost", tables.WHO_HEADER, tables.who_rows(found))

@@ -40,7 +40,7 @@ def envelope(
 ) -> None:
     """Map, over two keys of a mission, where it can be flown, and how well.
 
-    Writes envelope.png, envelope.svg, envelope.parquet (one row per cell) and metrics.json.
+    Writes report.html, envelope.png, envelope.svg, envelope.parquet (one row per cell) and metrics.json.
     """
     with needed_by("`quadstep envelope`"):
         from quadstep.envelope.request import request
@@ -52,3 +52,4 @@ def envelope(
             found = fly_envelope(asked, folder, engine, overwrite, shown.to, drawn_on)
     say(sentence(found))
     say_whole(f"Map: {folder / f'envelope.{drawn_on.formats[0]}'}")
+    say_whole(f"Report: {folder / 'report.html'}")

@@ -70,7 +70,9 @@ def fly(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
-    """Fly a mission: writes flight.csv, metrics.json, figures/ and, for backstepping, weights.json; prints a summary.
+    """Fly a mission and print a summary.
+
+    Writes report.html, page.html, flight.csv, metrics.json, figures/ and, for backstepping, weights.json.
 
     Exit code 0: completed. 2: bad input. 3: the flight diverged; its log up to then is kept. 4: it completed, but a
     --require is not met.

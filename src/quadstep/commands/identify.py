@@ -32,12 +32,20 @@ def identify(
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
     ] = True,
+    residual: Annotated[
+        bool,
+        typer.Option("--residual", help="Train a small network on what is left over; in the vehicle it is off."),
+    ] = False,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Write a page beside the vehicle: fits, residuals, spectra (HTML).")
+    ] = True,
 ) -> None:
     """Fit a vehicle to logs of its flights: thrust, torque, lag, delay, inertia, drag, with an interval for each number.
 
     The mass is that of --vehicle, or --mass: a flight cannot tell it.
     """
     from quadstep.atomic import write_beside
+    from quadstep.identify.report import write as write_report
     from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
     from quadstep.logs.read import read_log
@@ -54,8 +62,11 @@ def identify(
         section = section.model_copy(update={"mass": mass})
     flights = [read_log(log, mapping) for log in logs]
     check_logs(flights, section, trust)
-    result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"))
+    result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual)
     write_beside(out, as_toml(result.vehicle))
+    if report:
+        complain("drawing: the report")
+        write_report(out.with_suffix(".html"), result, flights, section)
     rows = []
     for key, one in result.found.fitted.items():
         reason = result.found.kept.get(key)
@@ -66,13 +77,29 @@ def identify(
             say(f"{key} stays as in {vehicle}: {reason}")
     say(f"mass = {section.mass:g} kg: {source}")
     names = ", ".join(result.held_out)
-    for found, knows in ((result.commands, "commands alone"), (result.guided, "commands and setpoints")):
+    for found, knows in (
+        (result.commands, "commands alone"),
+        (result.guided, "commands and setpoints"),
+        (result.commands_residual, "commands alone, with the learned residual"),
+        (result.guided_residual, "commands and setpoints, with the learned residual"),
+    ):
         if found:
             show_compared(f"Before they were fitted: {names}, predicted from {knows}", found)
+    if result.shares:
+        say(said_of_residual(result.shares, result.residual is not None))
     if not result.held_out:
         say("No flight was held out: the intervals are all that is known of how well this holds for others.")
     say(f"{len(flights)} flights in {time.monotonic() - begun:.0f} s")
-    say_whole(f"wrote {out}")
+    pages = f" and {out.with_suffix('.html')}" if report else ""
+    say_whole(f"wrote {out}{pages}")
+
+
+def said_of_residual(shares: tuple[float, ...], kept: bool) -> str:
+    """What held-out flights say of the residual."""
+    much = " and ".join(f"{share:.3f}" for share in shares)
+    if kept:
+        return f"With the residual errors are {much} times as large; the vehicle has it, switched off (effects.residual)."
+    return f"With the residual errors are {much} times as large on flights held out, so it is left out of the vehicle."
 
 
 def check_logs(flights: "list[FlightRecord]", vehicle: "AirframeSection", trust: bool) -> None:

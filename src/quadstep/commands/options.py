@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 
 EngineOption = Annotated[
@@ -15,9 +16,21 @@ EngineOption = Annotated[
 ]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
 FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]
+
+
+def millimetres(text: str) -> float:
+    """88, 88mm or 88 mm."""
+    try:
+        return float(text.strip().removesuffix("mm"))
+    except ValueError:
+        raise UserError(f"--width: should be millimetres, like 88 or 88mm, not {text!r:.40}") from None
+
+
 WidthOption = Annotated[
     float | None,
-    typer.Option("--width", metavar="MM", help="Figure width: 88 for one column, 180 for two.", show_default=False),
+    typer.Option(
+        "--width", metavar="MM", parser=millimetres, help="Figure width: 88 for one column, 180 for two.", show_default=False
+    ),
 ]
 StyleOption = Annotated[
     str, typer.Option("--style", help="screen; paper: serif, no titles; or a Matplotlib style file (.mplstyle).")

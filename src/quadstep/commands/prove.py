@@ -5,22 +5,52 @@ from typing import Annotated
 
 import typer
 
-from quadstep.terminal.screen import say
+from quadstep.errors import UserError
+from quadstep.terminal.screen import say, say_whole
 from quadstep.terminal.tables import show_table
 
 
 def prove(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).", show_default=False)],
+    mission: Annotated[Path | None, typer.Argument(help="Mission file (TOML).", show_default=False)] = None,
+    force: Annotated[
+        float | None,
+        typer.Option(help="Unknown force on each axis, at most [N]; 2.3e-4 on the paper's plant, else 0.", show_default=False),
+    ] = None,
+    torque: Annotated[
+        float | None,
+        typer.Option(
+            help="Unknown torque on each axis, at most [N m]; 2.3e-4 on the paper's plant, else 0.", show_default=False
+        ),
+    ] = None,
+    mass: Annotated[float, typer.Option(help="The mass is unknown within this share; 0.01: 1 %.")] = 0.0,
+    inertia: Annotated[float, typer.Option(help="So is each inertia.")] = 0.0,
+    start: Annotated[float, typer.Option(help="The start is unknown within this on each axis [m].")] = 0.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Certificate of a tube; default: out/<mission's name>-proof.json.", show_default=False)
+    ] = None,
+    check: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.", show_default=False)
+    ] = None,
 ) -> None:
-    """Prove how far a flight stays from its path, or that it cannot: by enclosures of the laws that fly, rounding included.
+    """Prove how far every flight stays from its path, or that it does not: by enclosures of the laws that fly.
 
-    Exit code 0: proved. 1: open; what was not closed is said. 2: bad input. 3: disproved.
+    Exit code 0: proved. 1: open (what was not closed is said), or a certificate that is not confirmed. 2: bad input. 3:
+    disproved.
     """
-    from quadstep.prove.run import prove_mission
+    from quadstep.prove import run
 
-    verdict = prove_mission(mission)
-    show_table(verdict.name, ("axis", "verdict", "distance"), verdict.rows)
+    if (mission is None) == (check is None):
+        raise UserError("name a mission, or a certificate with --check")
+    if check is not None:
+        verdict = run.check(check)
+    else:
+        assert mission is not None
+        file = out or Path("out") / f"{mission.stem}-proof.json"
+        verdict = run.prove_mission(mission, force, torque, mass, inertia, start, file)
+    show_table(verdict.name, ("axis", "verdict", "from the flight", "from the path"), verdict.rows)
     for sentence in verdict.says:
         say(sentence)
+    if verdict.written:
+        say_whole(f"Certificate: {verdict.written}")
     if verdict.kind:
         raise typer.Exit(int(verdict.kind))

@@ -34,6 +34,7 @@ def replay(
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
     commands_only: Annotated[bool, typer.Option("--commands-only", help="Do not look at setpoints.")] = False,
+    residual: Annotated[bool, typer.Option("--residual", help="Also with the residual that the vehicle has learned.")] = False,
     starts: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).', show_default=False),
@@ -57,6 +58,8 @@ def replay(
         raise UserError("--page belongs to --controller: it shows what that flies beside the real flight")
     check_names(logs)
     section = vehicle_of(vehicle)
+    if residual and not section.residual:
+        raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
     flights = [read_log(log, mapping) for log in logs]
     for flight in flights:
         for one in judge(flight, section.geometry()):
@@ -78,6 +81,10 @@ def replay(
     found = compare(flights, section, numbers, guided)
     knows = "commands and setpoints" if guided else "commands alone"
     show_compared(f"{found.starts} predictions of {found.predicted.shape[2]} flights from {knows}", found)
+    if residual:
+        effects = section.effects.model_copy(update={"residual": True})
+        numbers, guided = ready(flights, section.model_copy(update={"effects": effects}), commands_only)
+        show_compared(f"The same with the learned residual, from {knows}", compare(flights, section, numbers, guided))
     ratios = [one for one in (hover_ratio(flight, section) for flight in flights) if math.isfinite(one)]
     if ratios:
         mean = sum(ratios) / len(ratios)

@@ -7,7 +7,8 @@ import typer
 
 from quadstep.commands.options import OpenOption
 from quadstep.commands.page import open_in_browser
-from quadstep.terminal.screen import say, say_whole
+from quadstep.errors import UserError
+from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.user_code.loading import refuse
 
 PORT = 8765
@@ -15,20 +16,34 @@ PORT = 8765
 
 def serve(
     folder: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("out"),
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 picks a free one.")] = PORT,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 picks a free one.")] = PORT,
+    host: Annotated[
+        str, typer.Option(help="Address of this machine for others in its network, who need the link's token; 0.0.0.0: all.")
+    ] = "127.0.0.1",
     show: OpenOption = False,
 ) -> None:
-    """Show results under a folder in the browser, for this machine only. Ctrl-C ends it, with exit code 0."""
+    """Show results under a folder in the browser: sort, filter, compare two. Ctrl-C ends it, with exit code 0.
+
+    Only this machine can see them, unless --host says otherwise.
+    """
     from quadstep.page.serve import serve as run
+    from quadstep.page.sharing import access, qr_text
 
     refuse("`quadstep serve` only shows results")
+    allowed = access(host)
 
-    def ready(address: str) -> None:
-        say_whole(f"Results in {folder}: {address} (Ctrl-C ends)")
+    def ready(link: str) -> None:
+        say_whole(f"Results in {folder}: {link} (Ctrl-C ends)")
+        if allowed.shared:
+            complain("warning: everyone who has this link and reaches this machine can read the folder, unencrypted")
+            try:
+                say_whole(qr_text(link))
+            except UserError as error:
+                say(f"{error}.")
         if show:
-            open_in_browser(address)
+            open_in_browser(link)
 
     try:
-        run(folder, port, ready)
+        run(folder, port, allowed, ready)
     except KeyboardInterrupt:
         say("Stopped.")

@@ -39,6 +39,30 @@ def completion(
         raise typer.Exit(FAILED)
 
 
+def region(
+    force: Annotated[float, typer.Option(min=0.0, help="Bound of the unknown force [N].")] = 0.0,
+    torque: Annotated[float, typer.Option(min=0.0, help="Bound of the unknown torque [N m].")] = 0.0,
+    bias: Annotated[float, typer.Option(min=0.0, help="Bound of a constant unknown force [N], as of a wrong mass.")] = 0.0,
+) -> None:
+    """Certify the region of Theorem B (docs/theory.md) for the completed law's defaults in exact rationals; fly from its edge.
+
+    Exit code 1 if it does not hold, or if a flight without nets exceeds what it allows.
+    """
+    from quadstep.theory.edge import default_region, fly_edge, least_frequency
+    from quadstep.theory.words import edge_rows, region_rows
+
+    found = default_region(force, torque, bias)
+    if found is None:
+        say("No region is certified for these bounds of force and torque.")
+        raise typer.Exit(FAILED)
+    show_table("What L <= level implies, for ever", ("quantity", "at most"), region_rows(found, least_frequency(found)))
+    flights = fly_edge(found)
+    header = ("start off the path", "by", "|r1|", "|e1|", "|r2|", "with nets")
+    show_table("Flights from the edge: largest norm over its bound", header, edge_rows(flights))
+    if any(max(flight.returned) > 1.0 for flight in flights):
+        raise typer.Exit(FAILED)
+
+
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
     seeds: SeedsOption = None,

@@ -32,8 +32,8 @@ def tune(
 ) -> None:
     """Find better gains by flying: CMA-ES over many flights at once, compared at the end on flights it has not seen.
 
-    Writes tuned.toml, history.csv, a picture and metrics.json. The mission's table [tune] says what may change, and what is
-    better (docs/tuning.md).
+    Writes tuned.toml, report.html, history.csv, a picture and metrics.json. The mission's table [tune] says
+    what may change, and what is better (docs/tuning.md).
     """
     if not 0 <= seed < 2**63:
         raise UserError(f"--seed: should be from 0 to 2^63 - 1, not {seed}")

@@ -7,6 +7,7 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.comparison import ranking
 from quadstep.comparison.cost import Cost
 from quadstep.comparison.entrants import Entrant, Problem
+from quadstep.comparison.linear import Linear
 from quadstep.comparison.margins import Margin
 from quadstep.comparison.ranking import Ranked
 from quadstep.comparison.schema import MarginEntry
@@ -27,8 +28,8 @@ class Result(NamedTuple):
 
 class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
-    their name, vehicle and controller. costs: by vehicle and controller. problems: what could not take part, or went
-    wrong. notes: of whoever wrote the study, on its limits.
+    their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
+    take part, or went wrong. notes: of whoever wrote the study, on its limits.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Comparison(NamedTuple):
     raised: dict[str, MarginEntry]
     costs: dict[tuple[str, str], Cost]
     problems: tuple[Problem, ...]
+    linear: Mapping[tuple[str, str], Linear] = {}
     notes: tuple[str, ...] = ()
 
     @property

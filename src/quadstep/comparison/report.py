@@ -4,19 +4,24 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from quadstep import __version__
-from quadstep.comparison import tables, words
+from quadstep.comparison import linear, tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
 from quadstep.comparison.jobs import Fly
 from quadstep.comparison.markdown import markdown
 from quadstep.comparison.picture import draw_vehicle
 from quadstep.errors import UserError
+from quadstep.linear.analysis import Analysis
+from quadstep.linear.metrics import of_analysis as metrics_of
 from quadstep.page.identity import identity
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.sheet import Sheet
 
 REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
+
+IN_SUMMARY = 3
+"""Figures."""
 
 
 def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
@@ -32,7 +37,7 @@ def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: S
         )
     links, missing = write_ghosts(out, found, flights)
     write_json(out / MANIFEST, as_json(found, flights))
-    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing))
+    page.write_page(out / REPORT, found.name, sections(out, found, drawn, links, missing), "Comparison")
 
 
 def write_ghosts(out: Path, found: Comparison, flights: Sequence[Fly]) -> tuple[list[tuple[str, str]], str]:
@@ -49,18 +54,27 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     """The body of report.html."""
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
-    body = [page.paragraph(first), page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    figures = {
+        vehicle: page.figure(
+            out / name,
+            f"{metric} of every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
+        )
+        for vehicle, name in drawn.items()
+    }
+    shown = list(figures)[:IN_SUMMARY]
+    body = [page.summary(first, facts(found), [figures[one] for one in shown])]
+    body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
     body += [page.heading("Limits", "limits"), page.listing(found.notes)] if found.notes else []
     if links:
         body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
     else:
         body += [page.paragraph(f"There is no page of flights: {missing}.")]
-    for vehicle, name in drawn.items():
+    for vehicle in drawn:
         label = vehicle or "Missions"
         header, rows = tables.matrix(found, vehicle)
         body += [
             page.heading(label, identity(label, ())),
-            page.figure(out / f"{name}.svg", f"{metric} of every situation and controller, {label}"),
+            *([] if vehicle in shown else [figures[vehicle]]),
             page.paragraph(
                 f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."
             ),
@@ -89,6 +103,16 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         page.paragraph("What else differs between controllers; all else is the same for all:"),
         page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
     ]
+    if found.linear:
+        body += [
+            page.heading("Linear margins", "linear"),
+            page.paragraph(
+                "The sampled loop at rest where the path begins, without noise: one loop is opened at a time, and the least "
+                "margin of all channels stands here. `quadstep linear` says more of each."
+            ),
+            page.table(linear.HEADER, linear.rows(found.linear)),
+            page.listing(linear.refused(found.linear)),
+        ]
     if found.margins:
         body += [
             page.heading("Margins", "margins"),
@@ -104,6 +128,20 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         body += [page.heading(f"All numbers: {label}", f"all-{identity(label, ())}"), page.table(header, rows)]
         body += [page.table(tables.EFFORT_HEADER, tables.effort_rows(found, vehicle))]
     return body
+
+
+def facts(found: Comparison) -> list[page.Fact]:
+    """Who is best, and how much is decided."""
+    flown = page.Fact(
+        "flights", f"{found.seeds} each", f"{len(found.controllers)} controllers in {len(found.ranked)} situations"
+    )
+    if len(found.controllers) < 2:
+        return [flown]
+    (best, rank), *_ = found.overall().items()
+    decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
+    first = page.Fact("best mean rank", best, f"{rank:.2f} of 0, the best, to 1", page.Span("", rank, rank, rank))
+    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them together")
+    return [first, pairs, flown]
 
 
 def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
@@ -134,6 +172,14 @@ def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
         "margins": [
             {"margin": row[0], "vehicle": row[1], "controller": row[2], "half": row[3], "few": row[4], "checked": row[5]}
             for row in tables.margin_rows(found)
+        ],
+        "linear": [
+            {
+                "vehicle": vehicle,
+                "controller": controller,
+                **(metrics_of(one) if isinstance(one, Analysis) else {"refused": one}),
+            }
+            for (vehicle, controller), one in found.linear.items()
         ],
         "difference_unit": unit,
         "flights": files,

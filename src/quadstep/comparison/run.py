@@ -15,6 +15,7 @@ from quadstep.comparison.entrants import Entrant, Problem, entrants, with_gains,
 from quadstep.comparison.found import Comparison, ranks, result
 from quadstep.comparison.jobs import Bear, Fly, Job, Tune, Worked
 from quadstep.comparison.kept import Kept, key
+from quadstep.comparison.linear import Linear, loops_of
 from quadstep.comparison.report import write_results
 from quadstep.comparison.schema import EFFORTS, MarginEntry
 from quadstep.comparison.spread import Flown, flown_of
@@ -143,6 +144,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             },
             raised=study.file.margins or {},
             costs=costs(run, [job.cell for job in flights]),
+            linear=linearised(run, [job.cell for job in flights]),
             problems=tuple(run.problems),
             notes=study.file.notes,
         )
@@ -239,6 +241,12 @@ def costs(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], cost.Cost]:
     return found
 
 
+def linearised(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], Linear]:
+    """The loop of each controller at rest, or why it has none."""
+    run.how.doing("linearising")
+    return loops_of(wanted)
+
+
 def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
     """The metrics to report, with units. Raises UserError for one that not all flights have."""
     known = [cell.campaign.thresholds for cell in flown]
@@ -293,6 +301,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
             margins={},
             raised=dict[str, MarginEntry](),
             costs=costs(run, [job.cell for job in flights]),
+            linear=linearised(run, [job.cell for job in flights]),
             problems=tuple(run.problems),
         )
         write_results(out, found, flights, how.sheet)

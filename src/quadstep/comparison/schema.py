@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, by_key
-from quadstep.mission.fields import Finite, Name, Positive, Section, as_tuple, printable
+from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_ranges, ranges_by_key
 
 Content: TypeAlias = dict[str, Any]
@@ -37,7 +37,7 @@ Names = Annotated[tuple[Name, ...], BeforeValidator(as_tuple), Field(min_length=
 class Limited(Section):
     """Something that is flown by some vehicles only, if it says which."""
 
-    vehicles: Names | None = None
+    vehicles: Annotated[Names | None, Quantity("", "those that fly it; all if left out")] = None
 
     def suits(self, vehicle: str) -> bool:
         """Whether a vehicle flies it."""
@@ -58,9 +58,9 @@ Keys = Annotated[Content, AfterValidator(of_a_mission)]
 
 
 class PathEntry(Limited):
-    """A path. mission: keys of a mission, among them `path`. vehicles: those that fly it; all if left out."""
+    """A path."""
 
-    mission: Keys
+    mission: Annotated[Keys, Quantity("", "keys of a mission, among them path")]
 
     @model_validator(mode="after")
     def _with_a_path(self) -> "PathEntry":
@@ -70,24 +70,31 @@ class PathEntry(Limited):
 
 
 class ScenarioEntry(Limited):
-    """Conditions. mission: keys of a mission on top of the path's. vary, correlated: what differs from flight to flight, as in
-    a campaign. paths: those flown in it; all if left out.
-    """
+    """Conditions."""
 
-    mission: Keys = Field(default_factory=dict)
-    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
-    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
-    paths: Names | None = None
+    mission: Annotated[Keys, Quantity("", "keys of a mission on top of the path's")] = Field(default_factory=dict)
+    vary: Annotated[
+        dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
+    ] = Field(default_factory=dict)
+    correlated: Annotated[
+        tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")
+    ] = ()
+    paths: Annotated[Names | None, Quantity("", "those flown in it; all if left out")] = None
 
 
 class ControllerEntry(Limited):
-    """A controller. controller: its table as in a mission, or its type. frozen: why its gains are not tuned ("as shipped").
-    ranges: of gains that are tuned, {} for the declared one; all that declare a range if left out.
-    """
+    """A controller. Its gains are tuned, or frozen for a reason ("as shipped")."""
 
-    controller: Annotated[Content, BeforeValidator(lambda one: {"type": one} if isinstance(one, str) else one)]
-    frozen: Name | None = None
-    ranges: Annotated[Content, BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None = None
+    controller: Annotated[
+        Content,
+        BeforeValidator(lambda one: {"type": one} if isinstance(one, str) else one),
+        Quantity("", "its table as in a mission, or its type"),
+    ]
+    frozen: Annotated[Name | None, Quantity("", "why its gains are not tuned")] = None
+    ranges: Annotated[
+        Annotated[Content, BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None,
+        Quantity("", "of gains that are tuned, {} for the declared one; all that declare a range if left out"),
+    ] = None
 
     @model_validator(mode="after")
     def _one_of_both(self) -> "ControllerEntry":
@@ -101,42 +108,44 @@ class ControllerEntry(Limited):
 class Place(Section):
     """A path and a scenario."""
 
-    path: Name
-    scenario: Name
+    path: Annotated[Name, Quantity("", "name of a path")]
+    scenario: Annotated[Name, Quantity("", "name of a scenario")]
 
 
 class TuningSection(Section):
-    """How gains are found, the same for every controller.
+    """How gains are found, the same for every controller; those of a file `gains` are taken as they are."""
 
-    flown: the paths and scenarios that are tuned on. seeds: flights of each candidate on each of these. budget: flights a
-    controller and vehicle. objective, aggregate: as in a mission's [tune]; what is minimised is the mean of the aggregates
-    over `flown`. gains: a file of gains that an earlier run found, which are taken as they are.
-    """
-
-    flown: Annotated[tuple[Place, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_NAMES)]
-    seeds: Annotated[int, Field(ge=FEWEST_TUNED, le=MOST_SEEDS)] = FEWEST_TUNED
-    budget: Annotated[int, Field(ge=1, le=10**9)]
-    objective: Annotated[dict[str, Positive], Field(min_length=1)] = Field(default_factory=lambda: {"position_rmse": 1.0})
-    aggregate: Literal["mean", "p95", "worst"] = "p95"
-    gains: str | None = None
+    flown: Annotated[
+        tuple[Place, ...],
+        BeforeValidator(as_tuple),
+        Field(min_length=1, max_length=MOST_NAMES),
+        Quantity("", "paths and scenarios that are tuned on"),
+    ]
+    seeds: Annotated[
+        int, Field(ge=FEWEST_TUNED, le=MOST_SEEDS), Quantity("", "flights of each candidate on each of these")
+    ] = FEWEST_TUNED
+    budget: Annotated[int, Field(ge=1, le=10**9), Quantity("", "flights of a controller on a vehicle")]
+    objective: Annotated[
+        dict[str, Positive], Field(min_length=1), Quantity("", "weight of each metric in the cost of a flight")
+    ] = Field(default_factory=lambda: {"position_rmse": 1.0})
+    aggregate: Annotated[
+        Literal["mean", "p95", "worst"], Quantity("", "of the flights' costs; its mean over flown is minimised")
+    ] = "p95"
+    gains: Annotated[str | None, Quantity("", "a file of gains that an earlier run found")] = None
 
 
 class MarginEntry(Limited):
-    """Something that is raised until flights fail. keys: of the mission, raised together.
+    """Something that is raised until flights fail; in steps where it must be, as a latency is a whole number of samples."""
 
-    path, scenario: where. low, high: between which values. step: where given, only multiples of it are flown, as a latency has
-    to be a whole number of samples. flights: of each controller. error: [m], beyond which a flight counts as failed too.
-    """
-
-    keys: Names
-    path: Name
-    scenario: Name
-    low: Finite = 0.0
-    high: Finite
-    step: Positive | None = None
-    unit: Name = ""
-    flights: Annotated[int, Field(ge=20, le=10_000)] = 200
-    error: Positive = 1.0
+    keys: Annotated[Names, Quantity("", "of the mission, raised together")]
+    path: Annotated[Name, Quantity("", "on which")]
+    scenario: Annotated[Name, Quantity("", "in which")]
+    low: Annotated[Finite, Quantity("", "from here; in the key's unit")] = 0.0
+    high: Annotated[Finite, Quantity("", "to here")]
+    step: Annotated[Positive | None, Quantity("", "only multiples of it are flown")] = None
+    unit: Annotated[Name, Quantity("", "to be shown")] = ""
+    flights: Annotated[int, Field(ge=20, le=10_000), Quantity("", "of each controller")] = 200
+    error: Annotated[Positive, Quantity("m", "beyond which a flight has failed too")] = 1.0
 
     @model_validator(mode="after")
     def _ordered(self) -> "MarginEntry":
@@ -159,26 +168,30 @@ def named(table: object) -> object:
 
 
 class StudyFile(Section):
-    """A study. common: keys of a mission that all flights have; first of them what sensors there are.
+    """A study: which vehicles fly which paths in which scenarios, under which controllers."""
 
-    seeds: flights of a cell. metrics: what is reported of each flight beside its outcome, the first of which ranks. notes:
-    what the report says of the limits of the study.
-    """
-
-    name: Name = "Study"
-    vehicles: Names
-    common: Keys = Field(default_factory=dict)
-    paths: Annotated[dict[str, PathEntry], BeforeValidator(named)]
-    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(named)]
-    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(named)]
+    name: Annotated[Name, Quantity("", "of the study, in its report")] = "Study"
+    vehicles: Annotated[Names, Quantity("", "presets, or vehicle files")]
+    common: Annotated[Keys, Quantity("", "keys of a mission that all flights have")] = Field(default_factory=dict)
+    paths: Annotated[dict[str, PathEntry], BeforeValidator(named), Quantity("", "by name")]
+    scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(named), Quantity("", "by name")]
+    controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(named), Quantity("", "by name")]
     tuning: TuningSection | None = None
-    margins: Annotated[dict[str, MarginEntry], BeforeValidator(named)] | None = None
-    seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS)] = 500
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
-    precision: Literal["f32", "f64"] = "f64"
-    score_period: Positive | None = None
-    metrics: Names = ("position_rmse", "largest_error")
-    notes: Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)] = ()
+    margins: Annotated[Annotated[dict[str, MarginEntry], BeforeValidator(named)] | None, Quantity("", "by name")] = None
+    seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights of a cell")] = 500
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
+    score_period: Annotated[
+        Positive | None, Quantity("s", "from sample to sample of the metrics; the log period if left out")
+    ] = None
+    metrics: Annotated[Names, Quantity("", "what is reported of each flight; the first ranks")] = (
+        "position_rmse",
+        "largest_error",
+    )
+    notes: Annotated[
+        Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)],
+        Quantity("", "on the limits of the study, for its report"),
+    ] = ()
 
     @model_validator(mode="after")
     def _names_what_is_there(self) -> "StudyFile":

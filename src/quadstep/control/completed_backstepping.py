@@ -145,8 +145,8 @@ class CompletedBackstepping(Controller):
         estimate_2 = on * output(before.weights_2, mu_2)
         following = following_memory(paper, before, outer, mu_2, r2, period, on)
 
-        # mean rates over the sample: what the held torque has to make
-        acceleration = with_yaw(0.0, (following.filtered.rate - before.filtered.rate) / period)
+        # of tilt and counter the mean rates over the sample: what the held torque has to make
+        acceleration = with_yaw(reference.yaw_acceleration, (following.filtered.rate - before.filtered.rate) / period)
         c_dot = with_yaw(0.0, (counter.value - memory.counter.value) / period)
         rates = with_yaw(reference.yaw_rate, before.filtered.rate) + paper.slope_2 * e2 + c
         j = effective_inertia(measured.attitude, gains.inertia, self.kinematics)

@@ -7,19 +7,21 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.documents import read_toml
 from quadstep.mission.check import check
-from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple, Section, as_tuple
+from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple, Quantity, Section, as_tuple
 
 Column = Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple), Field(max_length=1000)]
 FEWEST_POINTS = 3
 
 
 class PropellerSection(Section):
-    """diameter, pitch [m], or `inches = [diameter, pitch]`. mass of one [kg]."""
+    """The propeller, in metres or in inches."""
 
-    diameter: Positive | None = None
-    pitch: Positive | None = None
-    inches: Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] | None = None
-    mass: Positive | None = None
+    diameter: Annotated[Positive | None, Quantity("m", "of the propeller")] = None
+    pitch: Annotated[Positive | None, Quantity("m", "of the propeller")] = None
+    inches: Annotated[
+        Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] | None, Quantity("in", "[diameter, pitch] instead")
+    ] = None
+    mass: Annotated[Positive | None, Quantity("kg", "of one")] = None
 
     @model_validator(mode="after")
     def _sized(self) -> "PropellerSection":
@@ -34,17 +36,14 @@ class PropellerSection(Section):
 
 
 class StandSection(Section):
-    """Points of a thrust stand with one motor, columns of equal length.
+    """Points of a thrust stand with one motor, columns of equal length."""
 
-    throttle: share of the full one. voltage [V], thrust [N], current [A], speed [rad/s], torque [N m].
-    """
-
-    throttle: Column
-    thrust: Column
-    voltage: Column = ()
-    current: Column = ()
-    speed: Column = ()
-    torque: Column = ()
+    throttle: Annotated[Column, Quantity("", "share of the full one, one for each point")]
+    thrust: Annotated[Column, Quantity("N", "of one motor")]
+    voltage: Annotated[Column, Quantity("V", "at the battery")] = ()
+    current: Annotated[Column, Quantity("A", "of one motor")] = ()
+    speed: Annotated[Column, Quantity("rad/s", "of the propeller")] = ()
+    torque: Annotated[Column, Quantity("N m", "of one motor")] = ()
 
     @model_validator(mode="after")
     def _even(self) -> "StandSection":
@@ -65,21 +64,20 @@ class StandSection(Section):
 
 
 class Datasheet(Section):
-    """mass [kg], with all that flies. wheelbase: from motor to motor across [m]. kv: of the motors [rpm/V]. cells: in series.
+    """A data sheet: what is known of a vehicle before it has flown."""
 
-    capacity [Ah]. motor_mass: of one motor [kg]. inertia [kg m^2], rise_time [s]: where they were measured.
-    """
-
-    name: Name = "My vehicle"
-    mass: Positive
-    wheelbase: Positive
-    layout: Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] = "x"
-    kv: Positive
-    cells: Annotated[int, Field(ge=1, le=24)]
-    capacity: Positive | None = None
-    motor_mass: Positive | None = None
-    inertia: PositiveTriple | None = None
-    rise_time: Positive | None = None
+    name: Annotated[Name, Quantity("", "of the vehicle")] = "My vehicle"
+    mass: Annotated[Positive, Quantity("kg", "with all that flies")]
+    wheelbase: Annotated[Positive, Quantity("m", "from motor to motor across")]
+    layout: Annotated[
+        Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"], Quantity("", "where the rotors are")
+    ] = "x"
+    kv: Annotated[Positive, Quantity("rpm/V", "of the motors")]
+    cells: Annotated[int, Field(ge=1, le=24), Quantity("", "of the battery, in series")]
+    capacity: Annotated[Positive | None, Quantity("A h", "of the battery")] = None
+    motor_mass: Annotated[Positive | None, Quantity("kg", "of one motor")] = None
+    inertia: Annotated[PositiveTriple | None, Quantity("kg m^2", "where it was measured")] = None
+    rise_time: Annotated[Positive | None, Quantity("s", "of a rotor's speed, where it was measured")] = None
     propeller: PropellerSection
     stand: StandSection | None = None
 

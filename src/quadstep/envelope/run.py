@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from quadstep import __version__
 from quadstep.campaign.flown import Flyer
@@ -12,34 +12,13 @@ from quadstep.campaign.store import parquet
 from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
 from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.envelope.found import Envelope, Panel
+from quadstep.envelope.report import write_report
 from quadstep.envelope.request import Request
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 
-DATA, PICTURE = "envelope.parquet", "envelope"
-
-
-class Panel(NamedTuple):
-    """A panel of the map in numbers. name: the value of --by, empty without it.
-
-    flyable: cells of so many. success: share of all flights. causes: flights that did not succeed, by why. rmse: the
-    least and the largest of the flyable cells [m], None if there is none.
-    """
-
-    name: str
-    cells: int
-    flyable: int
-    success: float
-    causes: dict[str, int]
-    rmse: tuple[float, float] | None
-
-
-class Envelope(NamedTuple):
-    """A map that was flown."""
-
-    asked: Request
-    cells: Cells
-    panels: list[Panel]
+DATA, PICTURE, REPORT = "envelope.parquet", "envelope", "report.html"
 
 
 def fly_envelope(
@@ -50,7 +29,7 @@ def fly_envelope(
     progress: Callable[[int, int], None] | None = None,
     sheet: Sheet | None = None,
 ) -> Envelope:
-    """Fly the map and write `folder`: envelope.parquet, envelope.png, envelope.svg, metrics.json; all of it or nothing.
+    """Fly the map and write `folder`: report.html, envelope.parquet, the map, metrics.json; all of it or nothing.
 
     progress: told flights over and flights in all. sheet: what the map is drawn on. Raises UserError.
     """
@@ -70,6 +49,7 @@ def fly_envelope(
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
         draw_map(out / PICTURE, asked, cells, sheet or Sheet())
+        write_report(out / REPORT, found, PICTURE)
         write_json(out / MANIFEST, as_json(found, engine))
     return found
 

@@ -16,6 +16,7 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
 from quadstep.numbers.repeated import repeated
+from quadstep.sensing.delay import filled, passed
 from quadstep.sensing.suite import Suite
 
 STILL = vector(0.0, 0.0, 0.0)
@@ -25,7 +26,7 @@ class Cycle(NamedTuple):
     """What lives from step to step.
 
     state: the plant's. air: of the turbulence. sensed: of the sensors and the estimator. memory: the controller's. command:
-    as it was asked for. held: what the actuators are told.
+    as it was asked for. held: what the actuators are told. waiting: what they will be told, oldest first.
     """
 
     state: Structure
@@ -34,6 +35,7 @@ class Cycle(NamedTuple):
     memory: Structure
     command: Structure
     held: Structure
+    waiting: tuple[Structure, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,8 @@ class Loop:
     """The structure of a flight: which laws are composed. Its numbers are a NamedTuple of the plant's, `p`.
 
     p has `path`, `gains`, `limits`; with air `wind`; with noise `key`; with sensing `sensors`. guided: whether there is a task
-    for the controller's `guide` even if it has none, so that another may take its place.
+    for the controller's `guide` even if it has none, so that another may take its place. late: samples of the law until the
+    actuators are told.
     """
 
     plant: Plant
@@ -50,6 +53,7 @@ class Loop:
     air: Air | None = None
     sensing: Suite | None = None
     guided: bool = False
+    late: int = 0
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -77,7 +81,8 @@ class Loop:
         sensed: Structure = self.sensing.start(truth, p.sensors, p.key) if self.sensing else ()
         command, held = self.plant.rest(start, p)
         memory = self.controller.start(self.measured(start, sensed, held, p), p.gains)
-        return Cycle(start, self.air.start() if self.air else (), sensed, memory, command, held)
+        air: Structure = self.air.start() if self.air else ()
+        return Cycle(start, air, sensed, memory, command, held, filled(held, self.late))
 
     def stir(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
         """The air one period later."""
@@ -102,7 +107,7 @@ class Loop:
 
     def told(self, cycle: Cycle, p: Structure) -> Structure:
         """What the controller gets to know now."""
-        return self.measured(cycle.state, cycle.sensed, cycle.held, p)
+        return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
         """The same, before there is a cycle."""
@@ -144,7 +149,8 @@ class Loop:
         asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         command = self.plant.asked(p, asked)
         code = self.plant.outcome(p, cycle.state, command, reference)
-        return cycle._replace(memory=memory, command=command, held=self.plant.actuate(p, asked)), code
+        waiting, held = passed(cycle.waiting, self.plant.actuate(p, asked))
+        return cycle._replace(memory=memory, command=command, held=held, waiting=waiting), code
 
     def wind(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""

@@ -19,13 +19,14 @@ class Rotor(NamedTuple):
 class Drawn(NamedTuple):
     """How a vehicle is drawn. thrust, attitude: columns, three of the paper's angles or four of a quaternion.
 
-    ground: its height [m], if the vehicle knows one.
+    ground: its height [m], radius: of a rotor [m], if the vehicle knows them.
     """
 
     rotors: tuple[Rotor, ...] = ()
     thrust: str | None = None
     attitude: tuple[str, ...] = ("psi", "theta", "phi")
     ground: float | None = None
+    radius: float | None = None
 
 
 class Plant(Protocol):

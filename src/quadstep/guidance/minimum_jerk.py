@@ -72,4 +72,5 @@ class MinimumJerk:
             yaw_rate=rate * turn,
             jerk=third * way,
             snap=fourth * way,
+            yaw_acceleration=change * turn,
         )

@@ -82,4 +82,5 @@ class Orbit:
             + (6.0 * rate * rate * change) * back
             + (3.0 * change * change + 4.0 * rate * third) * bend
             + fourth * along,
+            yaw_acceleration=parameters.yaw_rate * change,
         )

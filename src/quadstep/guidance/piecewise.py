@@ -72,11 +72,11 @@ class Piecewise:
         tables = [[table.at(index) for table in axis] for axis in parameters.coefficients]
         axes = [taylor(c, s) for c in tables]
         bends = [taylor_bend(c, s) for c in tables[:3]]
-        (yaw, yaw_rate, _) = axes[3]
+        yaw, yaw_rate, yaw_acceleration = axes[3]
         position, velocity, acceleration = (Vector(axis[order] for axis in axes[:3]) for order in range(3))
         begun = where(t < 0.0, 0.0, 1.0)
         jerk, snap = (Vector(begun * bend[order] for bend in bends) for order in range(2))
-        return Reference(position, velocity, acceleration, yaw, yaw_rate, jerk, snap)
+        return Reference(position, velocity, acceleration, yaw, yaw_rate, jerk, snap, yaw_acceleration)
 
 
 def taylor(c: list[Number], s: Number) -> tuple[Number, Number, Number]:

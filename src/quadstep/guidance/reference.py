@@ -10,8 +10,9 @@ class Reference(NamedTuple):
 
     position: xi_d [m]. velocity: xi_d_dot [m/s]. acceleration: xi_d_dd [m/s^2].
     yaw: psi_d [rad], any number of turns. yaw_rate: psi_d_dot [rad/s].
-    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; zero where a path does not know them. Vectors have
-    length 3. ahead: the wanted motion at the instants that a controller's `preview` names; paths leave it out.
+    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; yaw_acceleration: psi_d_dd [rad/s^2]. Zero where a
+    path does not know them. Vectors have length 3. ahead: the wanted motion at the instants that a controller's `preview`
+    names; paths leave it out.
 
     >>> from quadstep.guidance import Reference
     >>> from quadstep.numbers import vector
@@ -27,6 +28,7 @@ class Reference(NamedTuple):
     yaw_rate: Number
     jerk: Vector = vector(0.0, 0.0, 0.0)
     snap: Vector = vector(0.0, 0.0, 0.0)
+    yaw_acceleration: Number = 0.0
     ahead: "tuple[Reference, ...]" = ()
 
 

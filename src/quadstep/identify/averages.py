@@ -35,12 +35,14 @@ class Told(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Half seconds of flight, n of them, with their samples. flight (n,): index. gain (n, 3): mean acceleration less gravity,
-    world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors), volts (n,). velocity (n,
-    samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration [rad/s^2].
+    """Half seconds of flight, n of them, with their samples. flight, row (n,): index, and first row. gain (n, 3): mean
+    acceleration less gravity, world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors),
+    volts (n,). velocity (n, samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration
+    [rad/s^2].
     """
 
     flight: Floats
+    row: Floats
     gain: Floats
     axes: Floats
     commands: Floats
@@ -94,7 +96,7 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
             twist = (rates[last] - rates[first]) / (count * flight.period)
             volt = volts[first : last + 1].mean()
             told = 0.5 * (motors[first:last] + motors[first + 1 : last + 1])
-            found.append((np.array(number), gain, middles, told, volt, body, rates[inner], twist))
+            found.append((np.array(number), np.array(first), gain, middles, told, volt, body, rates[inner], twist))
     if len(found) < FEWEST:
         return None
     return Block(*(np.array(column) for column in zip(*found, strict=True)))
@@ -139,8 +141,10 @@ def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> 
     return free, why
 
 
-def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool) -> tuple[dict[str, Told], dict[str, str]]:
-    """Thrust curve, tilt and drag from mean forces, all at once; what cannot be told, with the reason.
+def forces(
+    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+) -> tuple[dict[str, Told], dict[str, str]]:
+    """Thrust curve, tilt and drag from mean forces, all at once, in so many rounds; what cannot be told, with the reason.
 
     m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
     w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
@@ -156,7 +160,7 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
     levels = np.full(count, math.log(p.curve.speed))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
     air = hubs(block, geometry)
-    for _ in range(10):
+    for _ in range(rounds):
         turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[:, None, None])
         thrusts, flow = factor * turning**2, (turning[..., None] * air).sum(axis=2) / float(p.airframe.mass)
         level = block.axes * flow[:, :, None, :]
@@ -194,14 +198,6 @@ def forces(block: Block, p: PredictorParameters, geometry: Geometry, speeds: boo
     known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
     known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), float(error["axial"]), clusters)
     return known, why
-
-
-def mean_speed(levels: Floats, errors: Floats, clusters: int) -> Told:
-    """The mean of the flights' speeds from their logarithms, how sure these are, and how they scatter."""
-    count, middle = len(levels), math.exp(float(levels.mean()))
-    scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
-    own = float(np.sqrt((errors**2).mean() / count))
-    return Told(middle, middle * math.hypot(scatter, own), clusters if count < 3 else count)
 
 
 def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:

@@ -118,7 +118,6 @@ def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str
             "vehicle": listed(content),
             "path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": duration},
             "controller": gains,
-            "sensors": {"imu_latency": round(vehicle.command.delay / 0.002) * 0.002} if vehicle.command else {},
             "simulation": {"duration": duration, "log_period": 0.01},
         }
     )

@@ -7,24 +7,21 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.airframe.geometry import Effects
-from quadstep.analysis.statistics import student_quantile
 from quadstep.errors import UserError
-from quadstep.identify.averages import Told, blocks, forces, torques
+from quadstep.identify.averages import Block, Told, blocks
+from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, averaged, parts, spread, with_values
 from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
     GUIDANCE,
-    VEHICLE,
     Free,
-    leaves_of,
     numbers_of,
-    placed,
     point_of,
     values_at,
 )
 from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
-from quadstep.identify.search import Curvature, Prior, Weights, curvature, search
+from quadstep.identify.search import Prior, Weights, curvature, search
 from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
@@ -45,14 +42,9 @@ VAGUE = 1.0
 UNSURE = 0.6
 """Standard error of a logarithm from which a number counts as not told."""
 
-FROM_AVERAGES = {
-    "command.speed": "curve.speed", "command.exponent": "curve.exponent", "command.voltage_exponent": "curve.voltage_exponent",
-    "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
-}  # fmt: skip
 SURE = ("drag.rotor[0]",)
 """What averages tell so well that predictions only refine it; axial drag and flapping suffer there from errors in lag."""
 
-DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 EXPLAINED = {
     "command.speed": "mean thrust over half a second",
     "command.exponent": "mean thrust over half a second, within flights",
@@ -114,22 +106,12 @@ def problem_of(
 
 def from_averages(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
-) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
-    """Numbers that averages tell, put into p; and why the others stay."""
+) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], Block | None]:
+    """Numbers that averages tell, put into p; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
-        return p, {}, dict.fromkeys(FROM_AVERAGES, "too little flight without a gap")
-    known, why = forces(block, p, vehicle.geometry(), flights[0].speeds)
-    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
-    more = torques(block, p, vehicle.geometry())
-    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
-    return p, {**known, **more}, why
-
-
-def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
-    """The parameters with some leaves replaced."""
-    free = [Free(name, (name,), "", False) for name in values]
-    return placed(p, free, np.array(list(values.values())))
+        return p, {}, dict.fromkeys(FROM_AVERAGES, "too little flight without a gap"), None
+    return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
 
 
 def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) -> Prior:
@@ -184,7 +166,7 @@ def identify(
     start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
     p = start or numbers_of(vehicle, laid_out(flights[:1]).rows)
     fresh = start is None
-    p, told, why = from_averages(flights, vehicle, p)
+    p, told, why, block = from_averages(flights, vehicle, p)
     if fresh and "drag.rotor[0]" in told:
         p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
         p = with_values(p, {"airframe.drag.flapping": max(told["drag.flapping"].value, 1e-12)})
@@ -198,13 +180,12 @@ def identify(
     say("vehicle")
     point = search(short, point, SHORT_WEIGHTS, 14 if fresh else 2, prior)
     if fresh:  # the lag is known now, so the averages are better
-        p, told, why = from_averages(flights, vehicle, short.at(point))
+        p, told, why, block = from_averages(flights, vehicle, short.at(point))
         short = problem_of(flights, vehicle, p, SHORT, free)
         prior = priors(free, p, told)
-        point = search(short, point, SHORT_WEIGHTS, 5, prior)
-    around = curvature(short, point, SHORT_WEIGHTS, prior)
+        point = search(short, point, SHORT_WEIGHTS, 8, prior)
     p = short.at(point)
-    fitted, kept = told_numbers(short, point, around, prior, told, p)
+    fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block)
     kept.update(why)
     if not predictors:
         return Identified(p, None, fitted, kept)
@@ -236,41 +217,28 @@ def vehicle_alone(observer: Observer) -> Observer:
 
 
 def told_numbers(
-    problem: Problem, point: Floats, around: Curvature, prior: Prior, told: dict[str, Told], p: PredictorParameters
-) -> tuple[dict[str, Fitted], dict[str, str]]:
-    """Every number of the vehicle that the flights tell, with its interval; and those that they do not, with the reason.
-
-    The covariance is robust to clusters, whole flights where there are six or more, else stretches of two seconds: what a
-    bootstrap over them would give after one step of Newton each.
-    """
-    free, starts = problem.batch.free, problem.starts
-    flights = len(problem.flights)
-    names = starts.flight if flights >= 6 else starts.flight * 10**6 + starts.row // max(1, round(2.0 / problem.period))
-    groups = np.unique(names)
-    scores = np.array([around.gradients[names == name].sum(axis=0) for name in groups])
-    inverse = np.linalg.pinv(around.hessian)
-    count = len(groups)
-    middle = scores.T @ scores * (count / max(count - 1, 1))
-    middle[prior.places, prior.places] += 1.0 / prior.deviation**2
-    spread = inverse @ middle @ inverse
-    errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    reach = student_quantile(0.975, max(count - 1, 1))
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
+    told: dict[str, Told], block: Block | None,
+) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
+    """Every number of the vehicle that the flights tell, with its interval; and those that they do not, with the reason."""
+    every = (*free, *AVERAGED)
+    problem = problem_of(flights, vehicle, p, SHORT, every)
+    point, starts, period = point_of(p, every), problem.starts, problem.period
+    around = curvature(problem, point, SHORT_WEIGHTS, prior)
+    sure = [(place, free[place].key) for place in prior.places if free[place].key in SURE and free[place].key in told]
+    here = parts(starts.flight, starts.row, period)
+    there = parts(block.flight, block.row, period) if block is not None else here
+    found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     fitted: dict[str, Fitted] = {}
     kept: dict[str, str] = {}
-    for one, x, value, error in zip(free, point, values_at(point, free), errors, strict=True):
-        if one.key.startswith("prediction."):
+    for one, x, value, error in zip(every, point, values_at(point, every), found.errors, strict=True):
+        averages = one.key in FROM_AVERAGES
+        if one.key.startswith("prediction.") or (averages and one.key not in told):
             continue
-        low, high = x - reach * error, x + reach * error
+        low, high = x - found.reach * error, x + found.reach * error
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
-        fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, "predictions of 1 and 3 samples")
+        source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
+        fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
         if one.logarithmic and error > UNSURE:
             kept[one.key] = f"the flights do not tell it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
-    leaves = leaves_of(p)
-    for key, leaf in FROM_AVERAGES.items():
-        if key in told:
-            reach = student_quantile(0.975, max(told[key].clusters - 1, 1))
-            unit = next((one.unit for one in VEHICLE if one.key == key), "")
-            source = EXPLAINED[key.partition("[")[0]]
-            value, half = leaves[leaf], reach * told[key].error
-            fitted[key] = Fitted(value, value - half, value + half, unit, source)
     return fitted, kept

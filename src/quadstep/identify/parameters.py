@@ -31,10 +31,12 @@ class Free(NamedTuple):
 
 
 SPEED = Free("command.speed", ("curve.speed",), "rad/s", scale=0.02)
+EXPONENT = Free("command.exponent", ("curve.exponent",), "", scale=0.02, low=0.05, high=3.0)
 VOLTAGE = Free("command.voltage_exponent", ("curve.voltage_exponent",), "", scale=0.1, low=0.05, high=3.0)
 
 VEHICLE = (
     SPEED,
+    EXPONENT,
     VOLTAGE,
     Free("rotor.rise_time", ("airframe.rotor.rise", "airframe.rotor.fall"), "s", low=2e-3, high=0.5),
     Free("command.delay", ("curve.delay",), "s", False, 2e-3, 0.0, 0.1),

@@ -124,12 +124,37 @@ class Prediction(NamedTuple):
     unexplained: Unexplained
 
 
+class Wanted(NamedTuple):
+    """Rotor speeds [rad/s] that the commands ask for when a step begins, in its middle and at its end; a parabola between."""
+
+    first: Vector
+    middle: Vector
+    last: Vector
+
+    def at(self, share: Number) -> Vector:
+        """The speeds after this share of the step."""
+        bend = 2.0 * (self.first - 2.0 * self.middle + self.last)
+        return self.first + share * (self.last - self.first - bend) + share * share * bend
+
+
+class Moving(NamedTuple):
+    """What is integrated over a step: the parts of an `AirframeState`, and the share of the step that has passed."""
+
+    position: Vector
+    velocity: Vector
+    attitude: Vector
+    rates: Vector
+    speeds: Vector
+    charge: Number
+    passed: Number
+
+
 class Predicting(NamedTuple):
-    """The cycle. wanted: rotor speeds [rad/s] of the step to come. goal: setpoint in x and y [m], and whether there is one."""
+    """The cycle. wanted: for the step to come. goal: setpoint in x and y [m], and whether there is one."""
 
     state: AirframeState
     unexplained: Unexplained
-    wanted: Vector
+    wanted: Wanted
     goal: Vector
     score: Prediction
 
@@ -165,7 +190,8 @@ class Predictor:
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
         none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
         kept = Vector([0.0 * p.first] * 13)
-        return Predicting(whole, none, speeds, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
+        still = Wanted(speeds, speeds, speeds)
+        return Predicting(whole, none, still, self.goal(p, p.first), Prediction((kept,) * len(self.horizons), none))
 
     def measured(self, p: PredictorParameters, row: Number) -> tuple[Vector, Vector, Vector, Vector]:
         """Position, velocity, attitude and rates as measured in a row, in the rotors' axes."""
@@ -221,7 +247,8 @@ class Predictor:
                 for now, kept in zip(unexplained, cycle.score.unexplained, strict=True)
             )
         )
-        wanted = self.told(p, row, 0.5 - (p.curve.delay + p.observer.delay) / clock.period)
+        late = (p.curve.delay + p.observer.delay) / clock.period
+        wanted = Wanted(*(self.told(p, row, share - late) for share in (0.0, 0.5, 1.0)))
         return Predicting(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
@@ -270,8 +297,9 @@ class Predictor:
         shares = Vector([1.0] * len(self.geometry.mounts))
         push = unexplained.torque + unexplained.trend
 
-        def rate(state: AirframeState) -> AirframeState:
-            change = derivative(self.geometry, airframe, properties, shares, state, cycle.wanted, STILL, self.effects)
+        def rate(moving: Moving) -> Moving:
+            state, wanted = AirframeState(*moving[:-1]), cycle.wanted.at(moving.passed)
+            change = derivative(self.geometry, airframe, properties, shares, state, wanted, STILL, self.effects)
             rotation = rotation_matrix(state.attitude)
             up = rotation.T @ leaning(state, cycle.goal, gains, airframe.gravity)
             turning = (
@@ -281,9 +309,11 @@ class Predictor:
                 + gains.spring * vector(-up[1], up[0], 0.0)
             )
             force: Vector = rotation @ unexplained.force
-            return change._replace(rates=turning, velocity=change.velocity + force)
+            changed = change._replace(rates=turning, velocity=change.velocity + force)
+            return Moving(*changed, 1.0 / clock.period)
 
-        state = renormalised(runge_kutta_4(rate, cycle.state, clock.period))
+        moved = runge_kutta_4(rate, Moving(*cycle.state, passed=0.0), clock.period)
+        state = renormalised(AirframeState(*moved[:-1]))
         torque_kept, force_kept = (fading(fade, clock.period) for fade in (gains.torque_fade, gains.force_fade))
         after = Unexplained(
             torque_kept * unexplained.torque,

@@ -17,7 +17,7 @@ DIGITS = 6
 def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
     """The vehicle that was fitted. Rotors are placed from its centre of gravity; what flights cannot tell stays."""
     leaves = leaves_of(found.numbers)
-    content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file", "layout", "arm", "rotors"})
+    content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file", "layout", "arm", "rotors", "residual"})
     offset = [leaves[f"offset.{axis}"] for axis in range(3)]
     content["rotors"] = [
         {
@@ -116,7 +116,7 @@ def as_toml(vehicle: AirframeSection) -> str:
         lines += ["", *(f"{key} = {literal(content[key])}{note(units, key)}" for key in ("layout", "arm"))]
     if "ground" in content:
         lines += ["", f"ground = {literal(content['ground'])}{note(units, 'ground')}"]
-    for table in ("rotor", "drag", "battery", "command", "imu", "prediction", "guided_prediction", "effects"):
+    for table in ("rotor", "drag", "battery", "command", "imu", "prediction", "guided_prediction", "residual", "effects"):
         if content.get(table):
             lines += ["", f"[{table}]"]
             lines += [f"{key} = {literal(value)}{note(units, f'{table}.{key}')}" for key, value in content[table].items()]

@@ -1,5 +1,8 @@
 """ArduPilot's .BIN."""
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +12,30 @@ from quadstep.logs.series import Columns, Series, by_topic
 
 
 def read(path: Path, wanted: list[str]) -> Columns:
-    """Columns of an ArduPilot log, of the first instance of each message (I, or C for the filter's core, is 0)."""
+    """Columns of an ArduPilot log, of the first instance of each message (I, or C for the filter's core, is 0).
+
+    The reader prints a line for every byte that it skips; what is wrong with a log is said once, by who asks.
+    """
+    with errors_unprinted():
+        return columns(path, wanted)
+
+
+@contextmanager
+def errors_unprinted() -> Iterator[None]:
+    """Nothing reaches the standard error in this block, not from compiled code either."""
+    kept = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def columns(path: Path, wanted: list[str]) -> Columns:
+    """The same, with what the reader prints."""
     topics = by_topic(wanted)
     rows: dict[str, list[list[float]]] = {topic: [] for topic in topics}
     log = DFReader_binary(str(path))
@@ -22,6 +48,6 @@ def read(path: Path, wanted: list[str]) -> Columns:
     found: Columns = {}
     for topic, fields in topics.items():
         if rows[topic]:
-            time, *columns = np.array(rows[topic]).T
-            found.update({f"{topic}.{field}": Series(time, column) for field, column in zip(fields, columns, strict=True)})
+            time, *values_of = np.array(rows[topic]).T
+            found.update({f"{topic}.{field}": Series(time, column) for field, column in zip(fields, values_of, strict=True)})
     return found

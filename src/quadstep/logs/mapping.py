@@ -13,7 +13,7 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.logs.flight import WIDTHS, Floats
 from quadstep.mission.check import check
-from quadstep.mission.fields import Positive, Section, as_tuple
+from quadstep.mission.fields import Positive, Quantity, Section, as_tuple
 
 UNITS = {
     "position": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
@@ -41,22 +41,20 @@ Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1
 class TimeSection(Section):
     """The column of the time, and its unit."""
 
-    column: str
-    unit: Literal["s", "ms", "us", "ns"] = "s"
+    column: Annotated[str, Quantity("", "name of the column")]
+    unit: Annotated[Literal["s", "ms", "us", "ns"], Quantity("", "as logged")] = "s"
 
 
 class ChannelSection(Section):
-    """columns: one for each number. unit: as logged. signs: 1 or -1 for each, to reach the axes said. order: of an attitude.
+    """A quantity of the log, of one or more columns."""
 
-    axes: of a velocity, world or body. felt: of an acceleration, whether gravity is in it (an accelerometer at rest reads +g);
-    else it is the acceleration along world axes. on: rows of other columns are left out unless this column is not zero.
-    """
-
-    columns: Names
-    unit: str | None = None
-    signs: Annotated[tuple[Literal[1, -1], ...], BeforeValidator(as_tuple)] = ()
-    order: Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"] = "wxyz"
-    axes: Literal["world", "body"] = "world"
+    columns: Annotated[Names, Quantity("", "one for each number")]
+    unit: Annotated[str | None, Quantity("", "as logged; the channel's first unit if left out")] = None
+    signs: Annotated[
+        tuple[Literal[1, -1], ...], BeforeValidator(as_tuple), Quantity("", "1 or -1 for each, to reach the axes said")
+    ] = ()
+    order: Annotated[Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"], Quantity("", "of an attitude")] = "wxyz"
+    axes: Annotated[Literal["world", "body"], Quantity("", "of a velocity")] = "world"
 
     @model_validator(mode="after")
     def _signs(self) -> "ChannelSection":
@@ -66,26 +64,23 @@ class ChannelSection(Section):
 
 
 class MotorsSection(Section):
-    """columns: one for each rotor of the vehicle, in its order. unit: share of the full command, or speed.
+    """Commands to the rotors. A value above the full one (65535 for a 16-bit ratio) marks a row whose command was lost."""
 
-    full: what counts as the full command (65535 for a 16-bit ratio). A value above it marks a row whose command was lost.
-    """
-
-    columns: Names
-    unit: Literal["share", "rad/s", "rpm"] = "share"
-    zero: float = 0.0
-    full: Positive = 1.0
+    columns: Annotated[Names, Quantity("", "one for each rotor of the vehicle, in its order")]
+    unit: Annotated[Literal["share", "rad/s", "rpm"], Quantity("", "share of the full command, or speed")] = "share"
+    zero: Annotated[float, Quantity("", "what counts as no command, in the logged unit")] = 0.0
+    full: Annotated[Positive, Quantity("", "what counts as the full command, in the logged unit")] = 1.0
 
 
 class Mapping(Section):
-    """A mapping file. world: z-up, or z-down (north, east, down). body: forward, left, up; or forward, right, down."""
+    """A mapping file: which column of a log holds what."""
 
-    description: str = ""
-    world: Literal["z-up", "z-down"] = "z-up"
-    body: Literal["forward-left-up", "forward-right-down"] = "forward-left-up"
+    description: Annotated[str, Quantity("", "in one line")] = ""
+    world: Annotated[Literal["z-up", "z-down"], Quantity("", "z-down: north, east, down")] = "z-up"
+    body: Annotated[Literal["forward-left-up", "forward-right-down"], Quantity("", "axes of the body")] = "forward-left-up"
     time: TimeSection
     motors: MotorsSection
-    columns: dict[str, ChannelSection]
+    columns: Annotated[dict[str, ChannelSection], Quantity("", "channels by name")]
 
     @model_validator(mode="after")
     def _known(self) -> "Mapping":

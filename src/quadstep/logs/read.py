@@ -80,7 +80,7 @@ def check_time(path: Path, time: Floats, column: str) -> float:
     back = np.flatnonzero(steps < 0.0)
     if len(back):
         place = int(back[0])
-        step = f"{time[place]:.9g} s, then {time[place + 1]:.9g} s"
+        step = f"{time[place]:.6f} s, then {time[place + 1]:.6f} s"
         raise UserError(f"{path}: row {place + 2}: time goes backward ({step}); a log must be in order")
     period = float(np.median(steps))
     if not period > 0.0:

@@ -36,6 +36,19 @@ def smooth(x: Floats, period: float, span: float = 0.08) -> Floats:
     return result
 
 
+def spectrum(x: Floats, period: float, count: int = 256) -> tuple[Floats, Floats]:
+    """Frequencies [Hz] and amplitude densities, per sqrt(Hz), of the columns of x (n, columns), shape (frequencies, columns):
+    means over Hann windows of `count` rows that overlap by half (Welch 1967).
+    """
+    count = min(count, len(x))
+    window = np.hanning(count)[:, None]
+    pieces = [x[first : first + count] for first in range(0, len(x) - count + 1, max(1, count // 2))]
+    powers = [np.abs(np.fft.rfft((piece - piece.mean(axis=0)) * window, axis=0)) ** 2 for piece in pieces]
+    density: Floats = np.sqrt(2.0 * period * np.mean(powers, axis=0) / float((window**2).sum()))
+    frequencies: Floats = np.arange(len(density)) / (count * period)
+    return frequencies[1:], density[1:]
+
+
 def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:
     """For each column of y: its slope on the same column of x, and on that which explains it best; means taken off."""
     found = []

@@ -1,14 +1,17 @@
 """Metrics of any flight, computed from its log."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import Seen
 from quadstep.metrics.registry import OTHER, PAPER, REAL, REPORTED
 
+Metrics: TypeAlias = dict[str, Any]
+"""Numbers and texts by name with unit, nested as in `metrics.json`."""
 
-def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str] | None = None) -> dict[str, Any]:
+
+def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str] | None = None) -> Metrics:
     """Everything reported of a flight of any plant, with units in the keys; `quadstep.metrics.registry` says what each means.
 
     Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]", and what the
@@ -24,7 +27,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     >>> flight_metrics(flight)["largest_error[m]"], flight_metrics(flight, since=3.5)["largest_error[m]"] < 0.1
     (0.5, True)
     """
-    result: dict[str, Any] = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
+    result: Metrics = {"outcome": log.outcome.name.lower(), "ended[s]": log.ended}
     t = log.column("t")
     if len(t) < 2 or t[-1] <= since:
         return result
@@ -38,7 +41,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     return result
 
 
-def place(result: dict[str, Any], name: str, value: float | None) -> None:
+def place(result: Metrics, name: str, value: float | None) -> None:
     """Put a number where its dotted name says."""
     *levels, last = name.split(".")
     for level in levels:

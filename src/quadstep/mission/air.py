@@ -6,7 +6,7 @@ from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
 from quadstep.air.declared import DeclaredAir
 from quadstep.air.wind import Dryden, MovingAir, Wind
-from quadstep.mission.fields import Duration, NonNegative, Positive, Section, Triple
+from quadstep.mission.fields import Duration, NonNegative, Positive, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Vector
 from quadstep.user_code.installed import WINDS
@@ -20,25 +20,26 @@ STILL = (0.0, 0.0, 0.0)
 
 
 class GustSection(Section):
-    """A 1-cosine gust: `velocity` [m/s] at its peak, from `start` [s] for `length` [s]."""
+    """A 1-cosine gust."""
 
-    velocity: Triple
-    start: NonNegative
-    length: Duration
+    velocity: Annotated[Triple, Quantity("m/s", "at the gust's peak")]
+    start: Annotated[NonNegative, Quantity("s", "when it begins")]
+    length: Annotated[Duration, Quantity("s", "how long it lasts")]
 
 
 class TurbulenceSection(Section):
     """Dryden turbulence at low altitude (MIL-F-8785C), seeded by the flight's noise.
 
-    Its strength is either `wind_20`, the wind speed at 20 ft [m/s], or `intensity`. height [m] above the ground sets its
-    lengths; airspeed [m/s] is how fast the frozen field of gusts passes the vehicle, that of the mean wind if left out. In
+    Its strength is either `wind_20` or `intensity`. airspeed is how fast the frozen field of gusts passes the vehicle. In
     still air that is zero: the field stands, and one gust blows all the time.
     """
 
-    wind_20: NonNegative | None = None
-    intensity: Literal["light", "moderate", "severe"] | None = None
-    height: Annotated[float, Field(ge=3.0, le=305.0, allow_inf_nan=False)] = 6.096
-    airspeed: Positive | None = None
+    wind_20: Annotated[NonNegative | None, Quantity("m/s", "wind speed at 20 ft, which sets the strength")] = None
+    intensity: Annotated[Literal["light", "moderate", "severe"] | None, Quantity("", "the same in words")] = None
+    height: Annotated[
+        float, Field(ge=3.0, le=305.0, allow_inf_nan=False), Quantity("m", "above the ground; sets the lengths of the gusts")
+    ] = 6.096
+    airspeed: Annotated[Positive | None, Quantity("m/s", "how fast the gusts pass; the mean wind if left out")] = None
 
     @model_validator(mode="after")
     def _one_strength(self) -> "TurbulenceSection":
@@ -53,11 +54,11 @@ class TurbulenceSection(Section):
 
 
 class WindSection(Section):
-    """Wind in world axes [m/s]: mean + swing * sin(swing_frequency t), a gust, turbulence. swing_frequency [rad/s]."""
+    """Wind in world axes: mean + swing * sin(swing_frequency t), a gust, turbulence."""
 
-    mean: Triple = STILL
-    swing: Triple = STILL
-    swing_frequency: NonNegative = 0.0
+    mean: Annotated[Triple, Quantity("m/s", "steady part")] = STILL
+    swing: Annotated[Triple, Quantity("m/s", "amplitude of a sine")] = STILL
+    swing_frequency: Annotated[NonNegative, Quantity("rad/s", "of the sine")] = 0.0
     gust: GustSection | None = None
     turbulence: TurbulenceSection | None = None
 

@@ -13,6 +13,7 @@ from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.plant import Airframe
+from quadstep.airframe.residual import INPUTS, OUTPUTS, Residual
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
 from quadstep.identify.predictor import Observer
@@ -32,7 +33,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector, cos, maximum, sin, total
+from quadstep.numbers import Vector, cos, matrix, maximum, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -52,11 +53,11 @@ LAYOUTS = {
 
 
 class MountSection(Section):
-    """Where a rotor sits in body axes [m], which way it pushes (a unit vector), and which way it turns, seen against that."""
+    """Where a rotor sits, which way it pushes and turns."""
 
-    position: Triple
-    axis: Triple = (0.0, 0.0, 1.0)
-    spin: Literal["ccw", "cw"]
+    position: Annotated[Triple, Quantity("m", "in body axes")]
+    axis: Annotated[Triple, Quantity("", "unit vector along which it pushes")] = (0.0, 0.0, 1.0)
+    spin: Annotated[Literal["ccw", "cw"], Quantity("", "seen from above")]
 
     @model_validator(mode="after")
     def _unit(self) -> "MountSection":
@@ -147,21 +148,26 @@ class BatterySection(Section):
 
 
 class EffectsSection(Section):
-    """Which effects act. battery: sag, discharge. ground: lift near it. gyroscopic: of rotors, and their spin-up torque."""
+    """Which effects act."""
 
-    battery: bool = False
-    ground: bool = False
-    gyroscopic: bool = True
-    drag: bool = True
+    battery: Annotated[bool, Quantity("", "sag and discharge")] = False
+    ground: Annotated[bool, Quantity("", "lift near the ground")] = False
+    gyroscopic: Annotated[bool, Quantity("", "of rotors, and their spin-up torque")] = True
+    drag: Annotated[bool, Quantity("", "everything in the table drag")] = True
+    residual: Annotated[bool, Quantity("", "what was learned beside the laws, if the vehicle has that")] = False
 
     def build(self) -> Effects:
         """The effects as structure."""
         return Effects(battery=self.battery, ground=self.ground, gyroscopic=self.gyroscopic, drag=self.drag)
 
 
+MOST_LATE = 250
+"""Commands on their way to the rotors."""
+
+
 class CommandSection(Section):
-    """What a rotor makes of a motor command c, as share of the full one, for logs: after `delay` it is told to turn at
-    speed c^exponent (V / nominal_voltage)^voltage_exponent.
+    """What a rotor makes of a motor command c, as share of the full one, in logs: after `delay` it is told to turn at
+    speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
     """
 
     speed: Annotated[Positive, Quantity("rad/s", "of a rotor at the full command and the nominal voltage")]
@@ -201,6 +207,39 @@ class PredictionSection(Section):
         return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
 
 
+def as_nested(value: object) -> object:
+    """Lists of lists as tuples of tuples."""
+    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
+
+
+class ResidualSection(Section):
+    """Weights of a small network for accelerations that the laws do not explain (`quadstep.airframe.residual`).
+
+    Shapes: (hidden, 7), (hidden), (6, hidden), (6).
+    """
+
+    inputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    biases: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64)]
+    outputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
+    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> "ResidualSection":
+        hidden = len(self.biases)
+        for name, rows, count, width in (
+            ("inputs", self.inputs, hidden, INPUTS),
+            ("outputs", self.outputs, OUTPUTS, hidden),
+            ("offsets", (self.offsets,), 1, OUTPUTS),
+        ):
+            if len(rows) != count or any(len(row) != width for row in rows):
+                raise ValueError(f"{name}: should have {count} rows of {width} numbers, as biases has {hidden}")
+        return self
+
+    def build(self) -> Residual:
+        """The network as numbers."""
+        return Residual(matrix(*self.inputs), Vector(self.biases), matrix(*self.outputs), Vector(self.offsets))
+
+
 class BuiltAirframe(NamedTuple):
     """A vehicle for a flight: structure, and numbers."""
 
@@ -234,17 +273,21 @@ class BuiltAirframe(NamedTuple):
 class AirframeSection(Section):
     """A real airframe. `preset` or `file` names what it starts from; every key beside replaces one of that.
 
-    Its rotors are placed by `layout` and `arm`, or one by one by `rotors`. ground: height of the ground [m], none if left out.
-    sources: where numbers are from, by key.
+    Its rotors are placed by `layout` and `arm`, or one by one by `rotors`.
     """
 
-    preset: str | None = None
-    file: str | None = None
-    description: str = ""
+    preset: Annotated[str | None, Quantity("", "a vehicle of the package to start from; `quadstep vehicles` lists them")] = (
+        None
+    )
+    file: Annotated[str | None, Quantity("", "a vehicle file to start from")] = None
+    description: Annotated[str, Quantity("", "in one line")] = ""
     mass: Annotated[Positive, Quantity("kg", "all of it")]
     inertia: Annotated[PositiveTriple, Quantity("kg m^2", "about body x, y, z through the centre of gravity")]
-    gravity: Annotated[Positive, Quantity("m/s^2", "")] = 9.81
-    layout: Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None = None
+    gravity: Annotated[Positive, Quantity("m/s^2", "pull of the Earth")] = 9.81
+    layout: Annotated[
+        Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None,
+        Quantity("", "where the rotors are, with arm; or a list of rotors"),
+    ] = None
     arm: Annotated[Positive | None, Quantity("m", "from the centre of gravity to each rotor")] = None
     rotors: Annotated[tuple[MountSection, ...], BeforeValidator(as_tuple)] = ()
     rotor: RotorSection
@@ -254,9 +297,10 @@ class AirframeSection(Section):
     imu: ImuSection | None = None
     prediction: PredictionSection | None = None
     guided_prediction: PredictionSection | None = None
-    ground: Annotated[Finite | None, Quantity("m", "height of the ground")] = None
+    residual: ResidualSection | None = None
+    ground: Annotated[Finite | None, Quantity("m", "height of the ground; none if left out")] = None
     effects: EffectsSection = EffectsSection()
-    sources: dict[str, str] = Field(default_factory=dict)
+    sources: Annotated[dict[str, str], Quantity("", "where numbers are from, by key")] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -334,6 +378,18 @@ class AirframeSection(Section):
             if not allocated.least <= thrust <= allocated.most
         ]
 
+    def samples_late(self, period: float) -> int:
+        """Samples of the law, every `period` [s], until the rotors are told: a command is held for a period, half of which is
+        delay already. Raises ValueError where there are too many.
+        """
+        delay = self.command.delay if self.command else 0.0
+        count = round(max(delay - 0.5 * period, 0.0) / period)
+        if count > MOST_LATE:
+            raise ValueError(
+                f"vehicle.command.delay = {delay:g} s is {count} times simulation.control_period; allowed: at most {MOST_LATE}"
+            )
+        return count
+
     def check_step(self, step: float) -> None:
         """Raises ValueError if a rotor is too quick for steps of `step` [s]: Runge-Kutta 4 bears 2.78 time constants."""
         quickest = min(self.rotor.rise_time, self.rotor.fall_time)
@@ -358,6 +414,7 @@ class AirframeSection(Section):
             drag=self.drag.build(),
             battery=(self.battery or UNUSED_BATTERY).build(),
             ground=NO_GROUND if self.ground is None else self.ground,
+            residual=self.residual.build() if self.residual and self.effects.residual else (),
         )
         return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
 

@@ -1,12 +1,13 @@
 """The clock of a mission: how long, in which steps, and how often each sampled law runs."""
 
 from collections.abc import Sequence
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
-from quadstep.mission.fields import Positive, Section
+from quadstep.mission.fields import Positive, Quantity, Section
 
 PERIODS = {"law": "control_period", "guide": "guidance_period"}
 """Keys that say how often a method of a controller runs, where a kind of mission has them."""
@@ -16,15 +17,14 @@ MOST_STEPS = 200_000_000
 
 
 class ClockSection(Section):
-    """Clock of the flight [s]; every `..._period` is a whole multiple of step. duration: the path's own length if left out.
+    """Clock of the flight; every `..._period` is a whole multiple of step."""
 
-    loop_periods: of a controller's loops that have no key of their own, by name; as the controller declares if left out.
-    """
-
-    duration: Positive | None = None
-    step: Positive = 0.002
-    log_period: Positive = 0.01
-    loop_periods: dict[str, Positive] = Field(default={}, max_length=16)
+    duration: Annotated[Positive | None, Quantity("s", "of the flight; the path's own length if left out")] = None
+    step: Annotated[Positive, Quantity("s", "of the integrator (RK4); every period is a multiple of it")] = 0.002
+    log_period: Annotated[Positive, Quantity("s", "from row to row of the log")] = 0.01
+    loop_periods: Annotated[
+        dict[str, Positive], Quantity("s", "of a controller's further loops, by name; as it declares if left out")
+    ] = Field(default={}, max_length=16)
 
     @model_validator(mode="after")
     def _whole(self) -> "ClockSection":

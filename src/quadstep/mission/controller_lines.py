@@ -52,7 +52,7 @@ def net_lines(nets: NetsSection, derived: Mapping[str, float]) -> Iterator[str]:
     for key, field in type(nets).model_fields.items():
         value = getattr(nets, key)
         for note in field.metadata:
-            if isinstance(note, Quantity):
+            if isinstance(note, Quantity) and (value is not None or key in derived):
                 shown = rounded(derived[key]) if value is None else value
                 yield commented(f"# {key} = {written(shown)}", note.unit, note.meaning)
     yield commented('# weights = "weights.json"', "", "example: warm start from an earlier flight")

@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import create_model
 
@@ -11,11 +11,11 @@ from quadstep.control.model import Model
 from quadstep.control.registry import controller, names
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
-from quadstep.mission.fields import Name, Positive
+from quadstep.mission.fields import Name, Positive, Quantity
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
@@ -49,8 +49,8 @@ class OwnVehicleSection(NumbersSection):
 class DeclaredSimulation(ClockSection):
     """Clock of the flight [s]: of the controller's law and of its slower loop, if it has one."""
 
-    control_period: Positive = 0.002
-    guidance_period: Positive = 0.01
+    control_period: Annotated[Positive, Quantity("s", "of the controller's law")] = 0.002
+    guidance_period: Annotated[Positive, Quantity("s", "of its slower loop, if it has one")] = 0.01
 
 
 class DeclaredMission(Mission):
@@ -65,7 +65,7 @@ class DeclaredMission(Mission):
     def plant(self) -> Any:
         return self.vehicle.plant
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         return flight_metrics(log, efforts=self.plant.efforts), []
 
     def build(self, path: BuiltPath) -> Built:
@@ -89,11 +89,12 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     limits = numbers_section(f"{name}Limits", plant.Limits)
     first = controller(plant.measures, known[0]) if known else None
     usual: Any = section_of(first)(type=known[0]) if first else ...
+    called: Any = Annotated[Name, Quantity("", "of the flight, in its results")]
     made: Any = create_model(
         f"{name}Mission",
         __base__=DeclaredMission,
         __module__=__name__,
-        name=(Name, "Flight"),
+        name=(called, "Flight"),
         vehicle=(vehicle, ...),
         path=(AnyPath, ...),
         controller=(any_controller(plant.measures), usual),

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import SerializeAsAny, WrapValidator
 
-from quadstep.mission.fields import Finite, Section, Triple
+from quadstep.mission.fields import Finite, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.numbers import Structure, Vector
 from quadstep.user_code.installed import DISTURBANCES
@@ -13,11 +13,11 @@ from quadstep.vehicle.own_disturbance import DeclaredDisturbance
 
 
 class DisturbanceSection(Section):
-    """The paper's disturbance (Eq. 67) times `scale`, plus constant force [N] and generalised torque [N m]."""
+    """The paper's disturbance (Eq. 67), plus constant force and generalised torque."""
 
-    scale: Finite = 1.0
-    force: Triple = (0.0, 0.0, 0.0)
-    torque: Triple = (0.0, 0.0, 0.0)
+    scale: Annotated[Finite, Quantity("times Eq. 67", "of the paper's disturbance; 0 for none")] = 1.0
+    force: Annotated[Triple, Quantity("N", "constant, in the world's axes")] = (0.0, 0.0, 0.0)
+    torque: Annotated[Triple, Quantity("N m", "constant, on psi, theta, phi")] = (0.0, 0.0, 0.0)
 
     thing: ClassVar[None] = None
     """No law but the paper's."""

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from quadstep.airframe.events import Events, Payload, RotorFault
-from quadstep.mission.fields import NonNegative, Positive, Section, Share, Triple
+from quadstep.mission.fields import NonNegative, Positive, Quantity, Section, Share, Triple
 from quadstep.numbers import Vector
 
 NEVER = 1e9
@@ -14,10 +14,10 @@ NEVER = 1e9
 
 
 class LastingSection(Section):
-    """Something that starts at `time` [s] and lasts until `until` [s], or to the end of the flight."""
+    """Something that lasts for a time."""
 
-    time: NonNegative
-    until: Positive | None = None
+    time: Annotated[NonNegative, Quantity("s", "when it begins")]
+    until: Annotated[Positive | None, Quantity("s", "when it ends; never if left out")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "LastingSection":
@@ -32,11 +32,11 @@ class LastingSection(Section):
 
 
 class PayloadSection(LastingSection):
-    """A point mass [kg] fixed at `position` [m] in body axes: it adds weight, inertia, and moves the centre of gravity."""
+    """A point mass: it adds weight and inertia, and moves the centre of gravity."""
 
     type: Literal["payload"]
-    mass: Positive
-    position: Triple = (0.0, 0.0, 0.0)
+    mass: Annotated[Positive, Quantity("kg", "of a point")]
+    position: Annotated[Triple, Quantity("m", "in body axes")] = (0.0, 0.0, 0.0)
 
     def payloads(self, mass: float) -> list[Payload]:
         """The payload, on a vehicle of `mass` [kg]."""
@@ -44,13 +44,13 @@ class PayloadSection(LastingSection):
 
 
 class CentreSection(LastingSection):
-    """The centre of gravity moves by `shift` [m] in body axes; the mass and the inertia about it stay the same.
+    """The centre of gravity moves; the mass and the inertia about it stay the same.
 
     It is as if the whole vehicle but its rotors were moved: its mass is taken from the body's origin and put at `shift`.
     """
 
     type: Literal["centre-of-gravity"]
-    shift: Triple
+    shift: Annotated[Triple, Quantity("m", "of the centre of gravity, in body axes")]
 
     def payloads(self, mass: float) -> list[Payload]:
         """Two payloads that move `mass` [kg]."""
@@ -61,12 +61,12 @@ class CentreSection(LastingSection):
 
 
 class RotorFaultSection(Section):
-    """From `time` [s] on a rotor (counted from 1) makes `efficiency` times the thrust and torque that its speed would."""
+    """A rotor that makes less thrust and torque than its speed should."""
 
     type: Literal["rotor"]
-    time: NonNegative
-    rotor: Annotated[int, Field(ge=1)]
-    efficiency: Share
+    time: Annotated[NonNegative, Quantity("s", "from when on")]
+    rotor: Annotated[int, Field(ge=1), Quantity("", "which, counted from 1")]
+    efficiency: Annotated[Share, Quantity("", "thrust and torque left, as a share")]
 
 
 AnyEvent = Annotated[PayloadSection | CentreSection | RotorFaultSection, Field(discriminator="type")]

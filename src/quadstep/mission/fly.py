@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,12 +24,16 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.report import write_report
 from quadstep.mission.schema import Mission
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
+
+REPORT = "report.html"
 
 Told: TypeAlias = Callable[[str, int, int], None]
 """Told a stage of the work, how much of it is done, and how much there is."""
@@ -45,10 +49,10 @@ class Summary(NamedTuple):
     ending: str
     completed: bool
     warnings: tuple[str, ...]
-    metrics: dict[str, Any]
+    metrics: Metrics
     judged: list[Judged]
 
-    def verdict(self, about: dict[str, Any]) -> Verdict:
+    def verdict(self, about: Metrics) -> Verdict:
         """The verdict for machines. about: the run, as text."""
         cases = (Case("completed", None if self.completed else self.ending), *(one.case for one in self.judged))
         unmet = any(one.failure for one in self.judged)
@@ -118,7 +122,7 @@ def write_results(
     beside: Path,
     told: Told = lambda *_: None,
     sheet: Sheet | None = None,
-) -> tuple[dict[str, Any], tuple[str, ...]]:
+) -> tuple[Metrics, tuple[str, ...]]:
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are."""
     metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
@@ -138,6 +142,8 @@ def write_results(
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
+    captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
+    write_report(out / REPORT, mission, log, metrics, warnings, captions)
     return metrics, warnings
 
 
@@ -192,7 +198,7 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
     write_json(path, {"neurons": nets["neurons"], "seed": nets["seed"], **weights})
 
 
-def summarise(name: str, log: FlightLog, metrics: dict[str, Any], warnings: tuple[str, ...], judged: list[Judged]) -> Summary:
+def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[Judged]) -> Summary:
     """The table of errors, how close the vehicle came to its limits, and the closing line."""
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]

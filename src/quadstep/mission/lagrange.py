@@ -2,19 +2,19 @@
 
 import math
 from functools import partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at_limits
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
-from quadstep.mission.fields import Name, Positive, Section, Triple
+from quadstep.mission.fields import Name, Positive, Quantity, Section, Triple
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -29,10 +29,10 @@ from quadstep.vehicle.state import State
 class StartSection(Section):
     """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
 
-    position: Triple | None = None
-    velocity: Triple | None = None
-    attitude: Triple | None = None
-    rates: Triple = (0.0, 0.0, 0.0)
+    position: Annotated[Triple | None, Quantity("m", "the path's if left out")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "the path's if left out")] = None
+    attitude: Annotated[Triple | None, Quantity("rad", "psi, theta, phi; the path's yaw and level if left out")] = None
+    rates: Annotated[Triple, Quantity("rad/s", "of psi, theta, phi")] = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _upright(self) -> "StartSection":
@@ -42,23 +42,23 @@ class StartSection(Section):
 
 
 class SimulationSection(ClockSection):
-    """Clock of the flight [s]."""
+    """Clock of the flight."""
 
-    control_period: Positive = 0.002
+    control_period: Annotated[Positive, Quantity("s", "from sample to sample of the controller")] = 0.002
 
 
 class LimitsSection(Section):
-    """When a flight counts as diverged: distance from the path [m], Euler rate [rad/s], |theta| short of 90 deg [rad]."""
+    """Beyond which a flight counts as diverged."""
 
-    distance: Positive = 100.0
-    rate: Positive = 100.0
-    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0)] = 1.57
+    distance: Annotated[Positive, Quantity("m", "from the path")] = 100.0
+    rate: Annotated[Positive, Quantity("rad/s", "of an Euler angle")] = 100.0
+    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0), Quantity("rad", "|theta|")] = 1.57
 
 
 class LagrangeMission(Mission):
     """A mission file for the paper's plant."""
 
-    name: Name = "Flight"
+    name: Annotated[Name, Quantity("", "of the flight, in its results")] = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = USUAL_CONTROLLER
@@ -75,7 +75,7 @@ class LagrangeMission(Mission):
     def plant(self) -> Lagrange:
         return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None, self.disturbance.thing)
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
         share = share_at_limits(log, *limits) if limits else 0.0
         if len(log.rows) > 1:

@@ -1,7 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 from functools import cached_property, partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field
 
@@ -13,14 +13,14 @@ from quadstep.flight.log import FlightLog
 from quadstep.flight.own_metric import Metric
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.effort import EffortMetric
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.metrics.quantities import rotor_thrusts
 from quadstep.mission.air import AnyWind, WindSection
 from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
-from quadstep.mission.fields import Name, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.fields import Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -33,39 +33,35 @@ from quadstep.plants.multirotor import AirframeLimits, AirframeParameters, Multi
 
 
 class AirframeStart(Section):
-    """State at t = 0; what is left out follows the path (position, velocity, heading) or is zero.
+    """State at t = 0; what is left out follows the path or is zero. Angles are right-handed."""
 
-    attitude: yaw, pitch, roll [rad], right-handed. rates: about the body's axes [rad/s]. The rotors turn as in hover, or
-    stand.
-    """
-
-    position: Triple | None = None
-    velocity: Triple | None = None
-    attitude: Triple | None = None
-    rates: Triple = (0.0, 0.0, 0.0)
-    hovering: bool = True
+    position: Annotated[Triple | None, Quantity("m", "the path's if left out")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "the path's if left out")] = None
+    attitude: Annotated[Triple | None, Quantity("rad", "yaw, pitch, roll; the path's heading and level if left out")] = None
+    rates: Annotated[Triple, Quantity("rad/s", "about the body's axes")] = (0.0, 0.0, 0.0)
+    hovering: Annotated[bool, Quantity("", "rotors turn as in hover; false: they idle")] = True
 
 
 class AirframeSimulation(ClockSection):
-    """Clock of the flight [s]: of the attitude loop, the position loop and the turbulence."""
+    """Clock of the flight."""
 
-    control_period: Positive = 0.002
-    guidance_period: Positive = 0.01
-    air_period: Positive = 0.01
+    control_period: Annotated[Positive, Quantity("s", "of the attitude loop")] = 0.002
+    guidance_period: Annotated[Positive, Quantity("s", "of the position loop")] = 0.01
+    air_period: Annotated[Positive, Quantity("s", "of the turbulence")] = 0.01
 
 
 class AirframeLimitsSection(Section):
-    """When a flight counts as lost: distance from the path [m], body rate [rad/s]."""
+    """Beyond which a flight counts as lost."""
 
-    distance: Positive = 100.0
-    rate: Positive = 100.0
+    distance: Annotated[Positive, Quantity("m", "from the path")] = 100.0
+    rate: Annotated[Positive, Quantity("rad/s", "about a body axis")] = 100.0
 
 
 class MultirotorMission(Mission):
     """A mission file for a real vehicle: `vehicle` names a preset or a file."""
 
-    name: Name = "Flight"
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    name: Annotated[Name, Quantity("", "of the flight, in its results")] = "Flight"
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all noise and turbulence")] = 1
     vehicle: AirframeSection
     path: AnyPath
     controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
@@ -75,7 +71,7 @@ class MultirotorMission(Mission):
     events: Annotated[tuple[AnyEvent, ...], BeforeValidator(as_tuple), Field(max_length=16)] = ()
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
-    score_from: NonNegative = 0.0
+    score_from: Annotated[NonNegative, Quantity("s", "errors count from here on")] = 0.0
     metrics: OwnMetrics = ()
     tune: TuneSection | None = None
 
@@ -106,7 +102,7 @@ class MultirotorMission(Mission):
     def scored_from(self) -> float:
         return self.score_from
 
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from)
         if len(log.rows) > 1:
             vehicle = self.modelled
@@ -127,6 +123,7 @@ class MultirotorMission(Mission):
             sensors = self.sensors.build(simulation.step, simulation.control_period, vehicle.airframe.gravity, asked)
             self.wind.check(duration)
             check_events(self.events, rotors, duration)
+            late = self.vehicle.samples_late(simulation.control_period)
         except ValueError as error:
             raise UserError(str(error)) from None
         return Built(
@@ -149,6 +146,7 @@ class MultirotorMission(Mission):
             air=self.wind.air,
             sensing=sensors.suite,
             guided=True,
+            late=late,
             fitted=partial(self.sensors.fitted, oldest=sensors.oldest, gravity=vehicle.airframe.gravity),
             warnings=partial(self.warnings, vehicle),
         )

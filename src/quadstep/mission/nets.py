@@ -19,7 +19,7 @@ class NetsSection(Section):
     start: Annotated[NonNegative, Quantity("s", "when they switch on")] = 0.0
     neurons: Annotated[int, Field(ge=1, le=64), Quantity("", "of each net")] = NEURONS
     seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of the fixed input weights")] = SEED
-    weights: str | None = None
+    weights: Annotated[str | None, Quantity("", "weights.json of an earlier flight to start from")] = None
 
     def learning(self, folder: Path | None) -> Learning:
         """What is said of the nets. folder: where the file with weights is looked up, None not to. Raises UserError."""

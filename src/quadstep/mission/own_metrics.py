@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 from quadstep.errors import UserError
 from quadstep.flight.own_metric import Metric
 from quadstep.metrics.effort import EFFORT
-from quadstep.mission.fields import as_tuple
+from quadstep.mission.fields import Quantity, as_tuple
 from quadstep.mission.own_thing import own_class, the_only
 from quadstep.user_code.installed import METRICS
 
@@ -69,5 +69,11 @@ def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, 
     return named
 
 
-OwnMetrics = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(max_length=32), AfterValidator(checked_metrics)]
+OwnMetrics = Annotated[
+    tuple[str, ...],
+    BeforeValidator(as_tuple),
+    Field(max_length=32),
+    AfterValidator(checked_metrics),
+    Quantity("", f"further metrics: {', '.join(EFFORT)}, or FILE.py:NAME of your own"),
+]
 """The key `metrics`."""

@@ -16,7 +16,7 @@ from quadstep.guidance.piecewise import Piecewise
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.guidance.spline import LEAST_SPAN, near_recording, through_waypoints
 from quadstep.guidance.step import Step, StepParameters
-from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Section, Triple, as_tuple
+from quadstep.mission.fields import MOST, Duration, Finite, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.own_thing import OwnSection, own_or
 from quadstep.mission.recording import ANGLE_UNITS, read_recording
 from quadstep.numbers import Vector, vector
@@ -35,11 +35,11 @@ class MinimumJerkPath(Section):
     """From rest to rest along a straight line with the least jerk (Eqs 68-75)."""
 
     type: Literal["minimum-jerk"]
-    start: Triple = (0.0, 0.0, 0.0)
-    end: Triple
-    duration: Duration
-    yaw_start: Finite = 0.0
-    yaw_end: Finite = 0.0
+    start: Annotated[Triple, Quantity("m", "where it begins")] = (0.0, 0.0, 0.0)
+    end: Annotated[Triple, Quantity("m", "where it ends")]
+    duration: Annotated[Duration, Quantity("s", "from start to end")]
+    yaw_start: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
+    yaw_end: Annotated[Finite, Quantity("rad", "yaw at the end")] = 0.0
 
     def build(self, folder: Path) -> BuiltPath:
         parameters = MinimumJerkParameters(Vector(self.start), Vector(self.end), self.yaw_start, self.yaw_end, self.duration)
@@ -49,9 +49,9 @@ class MinimumJerkPath(Section):
 class Waypoint(Section):
     """A place to be at a time [s]."""
 
-    t: NonNegative
-    position: Triple
-    yaw: Finite = 0.0
+    t: Annotated[NonNegative, Quantity("s", "when")]
+    position: Annotated[Triple, Quantity("m", "where")]
+    yaw: Annotated[Finite, Quantity("rad", "yaw there")] = 0.0
 
 
 class WaypointsPath(Section):
@@ -80,14 +80,14 @@ class CirclePath(Section):
     """A horizontal circle, entered from rest over `ramp` seconds."""
 
     type: Literal["circle"]
-    centre: Triple = (0.0, 0.0, 0.0)
-    radius: Positive
-    period: Duration
-    turns: Positive = 2.0
-    clockwise: bool = False
-    yaw: Finite = 0.0
-    yaw_rate: Finite = 0.0
-    ramp: NonNegative = 3.0
+    centre: Annotated[Triple, Quantity("m", "of the circle")] = (0.0, 0.0, 0.0)
+    radius: Annotated[Positive, Quantity("m", "of the circle")]
+    period: Annotated[Duration, Quantity("s", "of one turn")]
+    turns: Annotated[Positive, Quantity("", "how many")] = 2.0
+    clockwise: Annotated[bool, Quantity("", "seen from above")] = False
+    yaw: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
+    yaw_rate: Annotated[Finite, Quantity("rad/s", "how fast the yaw turns")] = 0.0
+    ramp: Annotated[NonNegative, Quantity("s", "from rest to full speed")] = 3.0
 
     def build(self, folder: Path) -> BuiltPath:
         rate = 2.0 * math.pi / self.period
@@ -107,15 +107,15 @@ class FigureEightPath(Section):
     """A figure eight, the second axis at twice the frequency of the first, entered from rest over `ramp` seconds."""
 
     type: Literal["figure-eight"]
-    centre: Triple = (0.0, 0.0, 0.0)
-    length: Positive
-    width: Positive
-    period: Duration
-    turns: Positive = 2.0
-    plane: Literal["horizontal", "vertical"] = "horizontal"
-    yaw: Finite = 0.0
-    yaw_rate: Finite = 0.0
-    ramp: NonNegative = 3.0
+    centre: Annotated[Triple, Quantity("m", "where the eight crosses itself")] = (0.0, 0.0, 0.0)
+    length: Annotated[Positive, Quantity("m", "along x")]
+    width: Annotated[Positive, Quantity("m", "along y, or z if vertical")]
+    period: Annotated[Duration, Quantity("s", "of one turn")]
+    turns: Annotated[Positive, Quantity("", "how many")] = 2.0
+    plane: Annotated[Literal["horizontal", "vertical"], Quantity("", "in which it lies")] = "horizontal"
+    yaw: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
+    yaw_rate: Annotated[Finite, Quantity("rad/s", "how fast the yaw turns")] = 0.0
+    ramp: Annotated[NonNegative, Quantity("s", "from rest to full speed")] = 3.0
 
     def build(self, folder: Path) -> BuiltPath:
         rate, second = 2.0 * math.pi / self.period, 0.5 * self.width
@@ -136,11 +136,11 @@ class StepPath(Section):
     """A jump from start to end at `time`, held until `duration`."""
 
     type: Literal["step"]
-    start: Triple = (0.0, 0.0, 0.0)
-    end: Triple
-    time: NonNegative = 1.0
-    duration: Duration = 10.0
-    yaw: Finite = 0.0
+    start: Annotated[Triple, Quantity("m", "before the jump")] = (0.0, 0.0, 0.0)
+    end: Annotated[Triple, Quantity("m", "after it")]
+    time: Annotated[NonNegative, Quantity("s", "of the jump")] = 1.0
+    duration: Annotated[Duration, Quantity("s", "of the whole")] = 10.0
+    yaw: Annotated[Finite, Quantity("rad", "throughout")] = 0.0
 
     @model_validator(mode="after")
     def _within(self) -> "StepPath":
@@ -155,21 +155,21 @@ class StepPath(Section):
 class Columns(Section):
     """Which columns of the recording hold what."""
 
-    t: str = "t"
-    x: str = "x"
-    y: str = "y"
-    z: str = "z"
-    psi: str | None = None
+    t: Annotated[str, Quantity("", "name of the column with the time")] = "t"
+    x: Annotated[str, Quantity("", "of x")] = "x"
+    y: Annotated[str, Quantity("", "of y")] = "y"
+    z: Annotated[str, Quantity("", "of z")] = "z"
+    psi: Annotated[str | None, Quantity("", "of the yaw, if there is one")] = None
 
 
 class RecordedPath(Section):
     """Positions as recorded, smoothed to the least jerk near them, at rest at both ends."""
 
     type: Literal["recorded"]
-    file: Annotated[str, Field(min_length=1)]
+    file: Annotated[str, Field(min_length=1), Quantity("", "a CSV, looked up from the mission's folder")]
     columns: Columns = Columns()
-    psi_unit: Literal["rad", "deg"] = "rad"
-    smoothing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.15
+    psi_unit: Annotated[Literal["rad", "deg"], Quantity("", "of the recorded yaw")] = "rad"
+    smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "faster motion is taken for noise")] = 0.15
 
     def build(self, folder: Path) -> BuiltPath:
         try:

@@ -24,7 +24,9 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import try_out
 from quadstep.guidance.reference import Reference
+from quadstep.linear.names import MARGINS, UNITS, is_margin
 from quadstep.metrics.effort import EFFORT
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import with_usual_rates
@@ -49,8 +51,8 @@ class Built(NamedTuple):
     """What a mission flies, as laws and numbers.
 
     numbers: the parameters, given path and gains. start: the state at t = 0, given the reference then. periods: of air and
-    sensors, as far as there are any, by their tasks' names [s]. fitted: the controller as it is flown, given the periods of
-    its loops. warnings: what speaks against it, a line each.
+    sensors, as far as there are any, by their tasks' names [s]. late: samples of the law until the actuators are told. fitted:
+    the controller as it is flown, given the periods of its loops. warnings: what speaks against it, a line each.
     """
 
     numbers: Callable[..., Any]
@@ -59,6 +61,7 @@ class Built(NamedTuple):
     air: Air | None = None
     sensing: Suite | None = None
     guided: bool = False
+    late: int = 0
     fitted: Callable[[Controller, Mapping[str, float]], Controller] = as_it_is
     warnings: Callable[[], list[str]] = list
 
@@ -178,10 +181,10 @@ class Mission(Section):
         """What is flown along a path. Raises UserError."""
 
     @abstractmethod
-    def plant_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         """What a flight of this plant was like, and warnings that only flying it could give."""
 
-    def flight_metrics(self, log: FlightLog) -> tuple[dict[str, Any], list[str]]:
+    def flight_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         """The same, with metrics of the user's own."""
         found, warnings = self.plant_metrics(log)
         half = 0.5 * self.simulation.step
@@ -215,9 +218,13 @@ class Mission(Section):
     @model_validator(mode="after")
     def _tunes_what_is_scored(self) -> Self:
         for table, names in (("objective", self.tune.objective), ("constraints", self.tune.constraints)) if self.tune else ():
-            unknown = [name for name in names if name not in bare(self.scores)]
+            unknown = [name for name in names if name not in bare(self.scores) and name not in MARGINS]
             if unknown:
-                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {', '.join(bare(self.scores))}")
+                allowed = f"{', '.join(bare(self.scores))}, and margins: {', '.join(UNITS)}, each with _roll and the like too"
+                raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
+            if table == "objective" and any(map(is_margin, names)):
+                margin = next(filter(is_margin, names))
+                raise ValueError(f"tune: objective.{margin}: more is better; make it a constraint, or weigh sensitivity_peak")
         return self
 
     @model_validator(mode="wrap")
@@ -251,7 +258,7 @@ class Mission(Section):
         path, vehicle = self.path.build(folder), self.modelled
         built = self.build(path)
         controller = self.controller.build(vehicle, folder)
-        loop = Loop(self.plant, path.law, controller.law, built.air, built.sensing, built.guided)
+        loop = Loop(self.plant, path.law, controller.law, built.air, built.sensing, built.guided, built.late)
         periods = {**built.periods, **{task.name: self.simulation.period_of(task.name) for task in loop.sampled}}
         ticks = self.simulation.clock(path.length, [periods[task.name] for task in loop.tasks])
         last = ticks.last // ticks.log * ticks.log * ticks.step

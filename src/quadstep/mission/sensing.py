@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from pydantic import model_validator
 
 from quadstep.control.controller import Controller
 from quadstep.control.predictor import NEEDS, predicting
 from quadstep.errors import UserError
-from quadstep.mission.fields import NonNegative, Positive, Section
+from quadstep.mission.fields import NonNegative, Positive, Quantity, Section
 from quadstep.sensing.sensors import Sensors
 from quadstep.sensing.suite import Suite
 
@@ -35,31 +35,25 @@ class BuiltSensors(NamedTuple):
 class SensorsSection(Section):
     """What a controller gets to know, and how well and how late. Without this table it knows the truth at once.
 
-    gyro_noise [rad/s/sqrt(Hz)], accelerometer_noise [m/s^2/sqrt(Hz)]: densities of their white noise; *_bias [rad/s], [m/s^2]:
-    standard deviations of what their biases start from; *_walk [rad/s^2/sqrt(Hz)], [m/s^3/sqrt(Hz)]: of how the biases wander.
-    position_noise [m], velocity_noise [m/s], attitude_noise [rad]: standard deviations in one fix, a sample of position,
-    velocity and attitude. imu_period, fix_period: between samples [s], multiples of simulation.step; the control period, and
-    imu_period, if left out. latency: how old a fix is when it arrives [s]; imu_latency: how late the controller gets to know
-    what is on board [s]; both a whole number of samples of the IMU. estimator: whether an error-state Kalman filter puts the
-    sensors together. predictor: whether what the controller is told of the past is carried forward to now, by gyro and
-    accelerometer; any controller can be given it.
+    A fix is a sample of position, velocity and attitude. Periods are multiples of simulation.step; latencies a whole number of
+    samples of the IMU. Any controller can be given the predictor.
     """
 
-    gyro_noise: NonNegative = 0.0
-    gyro_bias: NonNegative = 0.0
-    gyro_walk: NonNegative = 0.0
-    accelerometer_noise: NonNegative = 0.0
-    accelerometer_bias: NonNegative = 0.0
-    accelerometer_walk: NonNegative = 0.0
-    position_noise: NonNegative = 0.0
-    velocity_noise: NonNegative = 0.0
-    attitude_noise: NonNegative = 0.0
-    imu_period: Positive | None = None
-    fix_period: Positive | None = None
-    latency: NonNegative = 0.0
-    imu_latency: NonNegative = 0.0
-    estimator: bool = False
-    predictor: bool = False
+    gyro_noise: Annotated[NonNegative, Quantity("rad/s/sqrt(Hz)", "density of white noise")] = 0.0
+    gyro_bias: Annotated[NonNegative, Quantity("rad/s", "standard deviation of the bias at the start")] = 0.0
+    gyro_walk: Annotated[NonNegative, Quantity("rad/s^2/sqrt(Hz)", "how the bias wanders")] = 0.0
+    accelerometer_noise: Annotated[NonNegative, Quantity("m/s^2/sqrt(Hz)", "density of white noise")] = 0.0
+    accelerometer_bias: Annotated[NonNegative, Quantity("m/s^2", "standard deviation of the bias at the start")] = 0.0
+    accelerometer_walk: Annotated[NonNegative, Quantity("m/s^3/sqrt(Hz)", "how the bias wanders")] = 0.0
+    position_noise: Annotated[NonNegative, Quantity("m", "standard deviation in one fix")] = 0.0
+    velocity_noise: Annotated[NonNegative, Quantity("m/s", "standard deviation in one fix")] = 0.0
+    attitude_noise: Annotated[NonNegative, Quantity("rad", "standard deviation in one fix")] = 0.0
+    imu_period: Annotated[Positive | None, Quantity("s", "between samples on board; the control period if left out")] = None
+    fix_period: Annotated[Positive | None, Quantity("s", "between fixes; imu_period if left out")] = None
+    latency: Annotated[NonNegative, Quantity("s", "how old a fix is when it arrives")] = 0.0
+    imu_latency: Annotated[NonNegative, Quantity("s", "how late the controller gets what is on board")] = 0.0
+    estimator: Annotated[bool, Quantity("", "an error-state Kalman filter puts the sensors together")] = False
+    predictor: Annotated[bool, Quantity("", "late fixes are carried forward to now by gyro and accelerometer")] = False
 
     @model_validator(mode="after")
     def _whole(self) -> "SensorsSection":

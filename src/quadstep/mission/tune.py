@@ -1,14 +1,18 @@
 """The table `[tune]` of a mission: which gains `quadstep tune` may change, on which flights, and what counts as better."""
 
+import math
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, by_key
 from quadstep.campaign.keys import dotted
 from quadstep.errors import UserError
+from quadstep.linear.names import MARGINS, is_margin
 from quadstep.mission.check import Checked, check
-from quadstep.mission.fields import Finite, Positive, Section, as_tuple
+from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
 from quadstep.numbers import exp, log
 
 MOST_SEEDS = 100_000
@@ -17,9 +21,9 @@ MOST_SEEDS = 100_000
 class Range(Section):
     """Search interval and scale of a gain."""
 
-    low: Finite
-    high: Finite
-    scale: Literal["log", "linear"] = "log"
+    low: Annotated[Finite, Quantity("", "least value; the unit is the gain's")]
+    high: Annotated[Finite, Quantity("", "greatest value")]
+    scale: Annotated[Literal["log", "linear"], Quantity("", "in which it is searched")] = "log"
 
     @model_validator(mode="after")
     def _ordered(self) -> "Range":
@@ -43,10 +47,28 @@ class Range(Section):
 
 
 class Constraint(Section):
-    """A metric must be at most this in a share of the flights."""
+    """A metric must be at most this, or at least this, in a share of the flights."""
 
-    most: Positive
-    share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    most: Annotated[Positive | None, Quantity("", "of the metric, in its unit")] = None
+    least: Annotated[Positive | None, Quantity("", "or: least value, of a margin")] = None
+    share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "of the flights in which it must hold")] = 1.0
+
+    @model_validator(mode="after")
+    def _one_limit(self) -> "Constraint":
+        if (self.most is None) == (self.least is None):
+            raise ValueError("give either most or least")
+        return self
+
+    def keeps(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of these keep it."""
+        return values <= self.most if self.most is not None else values >= (self.least or 0.0)
+
+    def excess(self, values: NDArray[np.float64]) -> float:
+        """By what share of the limit it is missed, by the flight that is just to keep it; 0 where it is kept."""
+        place = math.ceil(self.share * len(values) - 1e-9) - 1
+        if self.most is not None:
+            return max(0.0, float(np.sort(values)[place]) / self.most - 1.0)
+        return max(0.0, 1.0 - float(np.sort(values)[::-1][place]) / (self.least or math.inf))
 
 
 def ranges_by_key(table: Any) -> Any:
@@ -60,11 +82,12 @@ def as_ranges(table: dict[str, Any]) -> dict[str, Range | None]:
 
 
 def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
-    """Constraints by metric; a number stands for the most in all flights."""
+    """Constraints by metric; a number stands for the most in all flights, of a margin for the least."""
     found = {}
     for key, one in table.items():
-        given = {"most": one} if isinstance(one, int | float) and not isinstance(one, bool) else one
-        found[key] = as_section(Constraint, given, key, "a number or { most = ..., share = ... }")
+        limit = "least" if is_margin(key) else "most"
+        given = {limit: one} if isinstance(one, int | float) and not isinstance(one, bool) else one
+        found[key] = as_section(Constraint, given, key, f"a number or {{ {limit} = ..., share = ... }}")
     return found
 
 
@@ -81,25 +104,41 @@ def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Check
 
 
 class TuneSection(Section):
-    """The task of `quadstep tune`; it affects no flight.
-
-    gains: keys of the controller and their ranges, {} for the declared one. vary, correlated: what differs from flight to
-    flight, as in a campaign. seeds: flights of each candidate. unseen: flights of each set of gains in the comparison at the
-    end. objective: weight of each metric in the cost of a flight. aggregate: what of the flights' costs is minimised.
-    constraints: of metrics. theorem: whether the controller's gain conditions must hold. score_period: from sample to sample
-    of the metrics [s]; the log period if left out.
-    """
+    """The task of `quadstep tune`; it affects no flight."""
 
     gains: Annotated[
-        dict[str, Any], BeforeValidator(ranges_by_key), Field(min_length=1, max_length=64), AfterValidator(as_ranges)
+        dict[str, Any],
+        BeforeValidator(ranges_by_key),
+        Field(min_length=1, max_length=64),
+        AfterValidator(as_ranges),
+        Quantity("", "keys of the controller and their ranges; {} for the declared one"),
     ]
-    vary: Annotated[dict[str, Distribution], BeforeValidator(by_key)] = Field(default_factory=dict)
-    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple)] = ()
-    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS)] = 16
-    unseen: Annotated[int, Field(ge=2, le=MOST_SEEDS)] = 200
-    objective: Annotated[dict[str, Positive], Field(min_length=1)] = Field(default_factory=lambda: {"position_rmse": 1.0})
-    aggregate: Literal["mean", "p95", "worst"] = "mean"
-    constraints: Annotated[dict[str, Any], AfterValidator(as_constraints)] = Field(default_factory=dict)
-    theorem: bool = True
-    precision: Literal["f32", "f64"] = "f64"
-    score_period: Positive | None = None
+    vary: Annotated[
+        dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
+    ] = Field(default_factory=dict)
+    correlated: Annotated[
+        tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")
+    ] = ()
+    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS), Quantity("", "flights of each candidate")] = 16
+    unseen: Annotated[
+        int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights of each set of gains in the comparison at the end")
+    ] = 200
+    objective: Annotated[
+        dict[str, Positive], Field(min_length=1), Quantity("", "weight of each metric in the cost of a flight")
+    ] = Field(default_factory=lambda: {"position_rmse": 1.0})
+    aggregate: Annotated[Literal["mean", "p95", "worst"], Quantity("", "of the flights' costs, minimised")] = "mean"
+    constraints: Annotated[
+        dict[str, Any],
+        AfterValidator(as_constraints),
+        Quantity("", "limits of metrics and margins: a number, or most or least, and share"),
+    ] = Field(default_factory=dict)
+    theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must hold")] = True
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
+    score_period: Annotated[
+        Positive | None, Quantity("s", "from sample to sample of the metrics; the log period if left out")
+    ] = None
+
+    @property
+    def margins(self) -> list[str]:
+        """The margins that it names."""
+        return [name for name in dict.fromkeys((*self.objective, *self.constraints)) if name in MARGINS]

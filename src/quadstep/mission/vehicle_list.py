@@ -68,13 +68,13 @@ def parameters(vehicle: AirframeSection) -> list[Parameter]:
 
 
 def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, Any, Quantity]]:
-    """The keys of a section that hold a quantity, with its value; what is left out is left out."""
+    """The keys of a section that hold a number, or several, with its value; what is left out is left out."""
     for name, field in type(section).model_fields.items():
         value = getattr(section, name)
         if isinstance(value, BaseModel):
             yield from numbers(value, f"{prefix}{name}.")
         for note in field.metadata:
-            if isinstance(note, Quantity) and value is not None:
+            if isinstance(note, Quantity) and isinstance(value, float | tuple):
                 yield f"{prefix}{name}", value, note
 
 

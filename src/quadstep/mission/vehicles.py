@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, model_validator
 
 from quadstep.control.model import MARGIN, Model
-from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Section, as_tuple
+from quadstep.mission.fields import NonNegative, Positive, PositiveDiagonal, Quantity, Section, as_tuple
 from quadstep.numbers import Vector, total
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle
@@ -14,11 +14,14 @@ from quadstep.vehicle.rotors import Rotors
 
 
 class RotorsSection(Section):
-    """arm l [m]; moment c, torque per thrust [m]; limits: least and greatest thrust of one rotor [N], none by default."""
+    """The four rotors of the paper's vehicle."""
 
-    arm: Positive = 0.25
-    moment: Positive = 0.05
-    limits: Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None = None
+    arm: Annotated[Positive, Quantity("m", "l, from the centre to a rotor")] = 0.25
+    moment: Annotated[Positive, Quantity("m", "c, torque per thrust")] = 0.05
+    limits: Annotated[
+        Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None,
+        Quantity("N", "least and greatest thrust of one rotor; none if left out"),
+    ] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "RotorsSection":
@@ -28,12 +31,15 @@ class RotorsSection(Section):
 
 
 class VehicleSection(Section):
-    """mass m [kg], inertia diag(Sigma) [kg m^2], gravity g [m/s^2], which T_eta, and the rotors."""
+    """The paper's vehicle."""
 
-    mass: Positive = 1.0
-    inertia: PositiveDiagonal = (5.0, 5.0, 5.0)
-    gravity: Positive = 9.81
-    kinematics: Literal["standard", "printed", "rigid"] = "standard"
+    mass: Annotated[Positive, Quantity("kg", "m")] = 1.0
+    inertia: Annotated[PositiveDiagonal, Quantity("kg m^2", "diagonal of Sigma")] = (5.0, 5.0, 5.0)
+    gravity: Annotated[Positive, Quantity("m/s^2", "g")] = 9.81
+    kinematics: Annotated[
+        Literal["standard", "printed", "rigid"],
+        Quantity("", "which T_eta: of Newton-Euler, the paper's, or the one that fits its thrust"),
+    ] = "standard"
     rotors: RotorsSection = RotorsSection()
 
     @model_validator(mode="after")

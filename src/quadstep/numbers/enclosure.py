@@ -1,306 +1,49 @@
-"""Enclosures: numbers that hold every value that a law gives while its inputs stay in a box, in f64 and in exact arithmetic.
-
-An affine form (Stolfi and de Figueiredo, "Self-validated numerical methods and applications", 1997): the value is
-
-    centre + sum of parts_i e_i + something of size `rest` at most,    each e_i in [-1, 1],
-
-where e_1, e_2 ... are the box's directions. What is linear in the inputs cancels as it does in the law; what is not, and every
-rounding, goes into `rest`: that of the flown operation, whose result in f64 the form holds as it holds the exact one, and that
-of the form itself. Without directions it is a ball. Arrays throughout: one operation encloses many samples.
-"""
+"""The functions of `quadstep.numbers` for enclosures: each with its slope at the centre, and how far it leaves that line."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-from typing import Any, TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
+from quadstep.numbers.affine import (
+    ELEMENTARY,
+    PLAIN,
+    ROUNDING,
+    TINY,
+    Array,
+    Enclosure,
+    Fresh,
+    Operand,
+    Truth,
+    UndefinedError,
+    added,
+    ball,
+    either,
+    finite,
+    inverse,
+    lifted,
+    merged,
+    of_its_own,
+    place,
+    straight,
+    without_fresh_error,
+    zeros_like,
+)
 from quadstep.numbers.functions import ARRAYS, sinc
-
-Operand: TypeAlias = Any
-"""A number of any kind, or what is given beside one."""
-
-Array: TypeAlias = NDArray[Operand]
-
-ROUNDING = 2.0**-49
-"""Sixteen half units in the last place: more than the flown operation and the few that make its form lose together."""
-
-CLEAR = 1.0 + 1e-6
-"""By so much a distance from zero must be larger than what may be taken from it, for their difference to be known well."""
-
-ELEMENTARY = 2.0**-48
-"""Sixteen units in the last place: what `elementary.py` may be off by. It is measured at 2.3 (docs/decisions/0012)."""
-
-TINY = 1e-300
-"""More than what underflows."""
-
-PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
-"""Numbers that are known, beside enclosures."""
-
-HERE = str(Path(__file__).parent)
-
-
-class UndefinedError(Exception):
-    """A law that has no bounded value on all of a box: what, and where."""
-
-
-def place() -> str:
-    """File and line of the law that is at work."""
-    frame = sys._getframe(1)
-    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
-        frame = frame.f_back
-    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
-
-
-class Fresh:
-    """Directions that functions may still take for what they are off a straight line by, so that it cancels too."""
-
-    def __init__(self, first: int, past: int) -> None:
-        self.next, self.past = first, past
-
-
-class Enclosure:
-    """centre, rest, reach: of one shape S; parts: (directions, *S), or None for a ball.
-
-    reach: how far a value may be from the centre, at most. square: whether it is a sum of squares, never below zero.
-    """
-
-    __slots__ = ("centre", "fresh", "known", "parts", "reach", "rest", "square")
-    __array_ufunc__ = None
-    functions: Enclosures
-
-    def __init__(
-        self, centre: Array, parts: Array | None, rest: Array, reach: Array, fresh: Fresh | None = None, square: bool = False
-    ) -> None:
-        self.centre, self.parts, self.rest, self.reach = centre, parts, rest, reach
-        self.fresh, self.square = fresh, square
-        self.known = parts is None
-
-    def __repr__(self) -> str:
-        return f"Enclosure({self.centre!r} +- {self.tight!r})"
-
-    @property
-    def tight(self) -> Array:
-        """How far a value may be from the centre, summed up from the parts."""
-        if not self.known:
-            assert self.parts is not None
-            summed = np.abs(self.parts).sum(axis=0)
-            self.reach = np.minimum(self.reach, (summed + self.rest) * (1.0 + 1e-13) + TINY)
-            self.known = True
-        return self.reach
-
-    @property
-    def low(self) -> Array:
-        """A lower bound."""
-        width = self.tight
-        return np.where(width == 0.0, self.centre, np.nextafter(self.centre - width, -np.inf))
-
-    @property
-    def high(self) -> Array:
-        """An upper bound."""
-        width = self.tight
-        return np.where(width == 0.0, self.centre, np.nextafter(self.centre + width, np.inf))
-
-    @property
-    def size(self) -> Array:
-        """A bound of its magnitude."""
-        return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
-
-    def made(
-        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, square: bool = False
-    ) -> Enclosure:
-        """The form whose operations have lost `lost` in rounding."""
-        return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, square)
-
-    def __add__(self, other: Operand) -> Operand:
-        if isinstance(other, Enclosure):
-            centre, reach = self.centre + other.centre, self.reach + other.reach
-            lost = ROUNDING * (np.abs(centre) + reach)
-            parts = added(self.parts, other.parts)
-            return self.made(centre, parts, self.rest + other.rest, reach, lost, self.square and other.square)
-        if not isinstance(other, PLAIN):
-            return NotImplemented
-        if isinstance(other, float | int) and other == 0.0:
-            return self
-        centre = self.centre + other
-        lost = ROUNDING * (np.abs(centre) + self.reach)
-        return self.made(centre, self.parts, self.rest, self.reach, lost)
-
-    __radd__ = __add__
-
-    def __neg__(self) -> Enclosure:
-        return Enclosure(-self.centre, None if self.parts is None else -self.parts, self.rest, self.reach, self.fresh)
-
-    def __pos__(self) -> Enclosure:
-        return self
-
-    def __sub__(self, other: Operand) -> Operand:
-        if isinstance(other, (Enclosure, PLAIN)):
-            return self + (-other)
-        return NotImplemented
-
-    def __rsub__(self, other: Operand) -> Operand:
-        return (-self) + other
-
-    def __mul__(self, other: Operand) -> Operand:
-        if isinstance(other, Enclosure):
-            return self.squared() if other is self else product(self, other)
-        if not isinstance(other, PLAIN):
-            return NotImplemented
-        if isinstance(other, float | int):
-            if other == 0.0:
-                return 0.0
-            if other == 1.0:
-                return self
-        size, centre = np.abs(other), self.centre * other
-        reach = size * self.reach
-        parts = None if self.parts is None else self.parts * other
-        lost = ROUNDING * (np.abs(centre) + reach) + underflow(self)
-        positive = self.square and bool(np.all(np.asarray(other) >= 0.0))
-        return self.made(centre, parts, size * self.rest, reach, lost, positive)
-
-    __rmul__ = __mul__
-
-    def squared(self) -> Enclosure:
-        """Its product with itself: centre^2 + 2 centre d + d^2, d^2 between 0 and the reach's square."""
-        size, half = np.abs(self.centre), 0.5 * self.tight * self.tight
-        centre = self.centre * self.centre + half
-        parts = None if self.parts is None else (2.0 * self.centre) * self.parts
-        reach = 2.0 * size * self.reach + half
-        return self.made(
-            centre, parts, 2.0 * size * self.rest + half, reach, ROUNDING * (centre + reach) + underflow(self), True
-        )
-
-    def __truediv__(self, other: Operand) -> Operand:
-        if isinstance(other, Enclosure):
-            return self * inverse(other)
-        if isinstance(other, PLAIN):
-            if np.any(np.asarray(other) == 0.0):
-                raise UndefinedError(f"a quotient by zero ({place()})")
-            size, centre = np.abs(other), self.centre / other
-            reach = self.reach / size
-            parts = None if self.parts is None else self.parts / other
-            return self.made(centre, parts, self.rest / size, reach, ROUNDING * (np.abs(centre) + reach) + underflow(self))
-        return NotImplemented
-
-    def __rtruediv__(self, other: Operand) -> Operand:
-        return inverse(self) * other
-
-    def __abs__(self) -> Enclosure:
-        below_zero = self < 0.0
-        chosen: Enclosure = Enclosure.functions.where(below_zero, -self, self)
-        return chosen
-
-    def __lt__(self, other: Operand) -> Truth:
-        gap = self - other
-        gap = gap if isinstance(gap, Enclosure) else ball(gap)
-        return Truth(gap.low < 0.0, gap.high >= 0.0)
-
-    def __le__(self, other: Operand) -> Truth:
-        gap = self - other
-        return Truth(gap.low <= 0.0, gap.high > 0.0)
-
-    def __gt__(self, other: Operand) -> Operand:
-        return -self < -other
-
-    def __ge__(self, other: Operand) -> Operand:
-        return -self <= -other
-
-
-class Truth:
-    """What comparing enclosures gives: sample by sample, whether it can hold, and whether it can fail."""
-
-    __slots__ = ("fails", "holds")
-    functions: Enclosures
-
-    def __init__(self, holds: Operand, fails: Operand) -> None:
-        self.holds, self.fails = np.asarray(holds), np.asarray(fails)
-
-    def __and__(self, other: Truth) -> Truth:
-        return Truth(self.holds & other.holds, self.fails | other.fails)
-
-    def __or__(self, other: Truth) -> Truth:
-        return Truth(self.holds | other.holds, self.fails & other.fails)
-
-    def __invert__(self) -> Truth:
-        return Truth(self.fails, self.holds)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a law chooses with `where`, never with `if`")
-
-
-def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
-    """What a product may lose at the lower end of the floats: nothing where a factor is exactly zero."""
-    may: Array = TINY * ((np.abs(a.centre) + a.reach) != 0.0)
-    return may if b is None else may * ((np.abs(b.centre) + b.reach) != 0.0)
-
-
-def ball(centre: Operand, rest: Operand = 0.0) -> Enclosure:
-    """An enclosure without directions."""
-    centre = np.asarray(centre, dtype=np.float64)
-    width = np.broadcast_to(np.asarray(rest, dtype=np.float64), centre.shape)
-    return Enclosure(centre, None, width, width)
-
-
-def added(a: Array | None, b: Array | None) -> Array | None:
-    """The sum of two forms' parts."""
-    if a is None or b is None:
-        return a if b is None else b
-    return a + b
-
-
-def product(a: Enclosure, b: Enclosure) -> Enclosure:
-    """centre_a centre_b + centre_a d_b + centre_b d_a + d_a d_b."""
-    size_a, size_b, bend = np.abs(a.centre), np.abs(b.centre), a.tight * b.tight
-    centre = a.centre * b.centre
-    parts = added(None if a.parts is None else a.parts * b.centre, None if b.parts is None else b.parts * a.centre)
-    reach = size_a * b.reach + size_b * a.reach + bend
-    rest = size_a * b.rest + size_b * a.rest + bend
-    return a.made(centre, parts, rest, reach, ROUNDING * (np.abs(centre) + reach) + underflow(a, b))
-
-
-def straight(x: Enclosure, value: Array, slope: Array, bend: Array, error: float = ROUNDING) -> Enclosure:
-    """A smooth function: its value and slope at the centre, and how far it leaves that line.
-
-    error: of value and slope, and of the flown function, beside 1 and their size.
-    """
-    size = np.abs(slope)
-    reach = size * x.reach + bend
-    lost = error * (np.abs(value) + reach + x.reach) + TINY
-    parts = None if x.parts is None else slope * x.parts
-    return of_its_own(x.made(value, parts, size * x.rest + bend, reach, lost))
-
-
-def of_its_own(x: Enclosure) -> Enclosure:
-    """The form with its rest as a direction of its own, where one is left."""
-    if x.fresh is None or x.parts is None or x.fresh.next >= x.fresh.past:
-        return x
-    parts = x.parts.copy()
-    parts[x.fresh.next] = x.rest
-    x.fresh.next += 1
-    return Enclosure(x.centre, parts, np.zeros_like(x.rest), x.reach, x.fresh, x.square)
-
-
-def inverse(x: Enclosure) -> Enclosure:
-    """1 / x: off its tangent by d^2 / (c^2 (c + d))."""
-    size, width = np.abs(x.centre), x.tight
-    if np.any(size <= width * CLEAR + TINY):
-        raise UndefinedError(f"a quotient by what may be zero ({place()})")
-    value = 1.0 / x.centre
-    square = value * value
-    bend = width * width * square / (size - width) * (1.0 + 1e-12)
-    return without_fresh(x, value, -square, bend)
-
-
-def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
-    """A smooth function that takes no direction of its own."""
-    size = np.abs(slope)
-    reach = size * x.reach + bend
-    lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
-    return x.made(value, None if x.parts is None else slope * x.parts, size * x.rest + bend, reach, lost)
+from quadstep.numbers.linear import Matrix, Vector
+
+__all__ = [
+    "ENCLOSURES",
+    "PLAIN",
+    "Array",
+    "Enclosure",
+    "Fresh",
+    "Operand",
+    "Truth",
+    "UndefinedError",
+    "ball",
+    "inverse",
+    "place",
+]
 
 
 class Enclosures:
@@ -395,6 +138,46 @@ class Enclosures:
         unsure = condition.holds & condition.fails
         return merged(~unsure, chosen, either(yes, no)) if np.any(unsure) else chosen
 
+    def solve_symmetric(self, m: Matrix, b: Vector) -> Vector:
+        """x of M x = b for a 3x3 M, without its cofactors: with C near the inverse of M's centre,
+
+        x = C b + (I - C M) x, so that the range of x counts once beside that of M, not once a cofactor.
+        """
+        like = next(one for one in (*(entry for row in m for entry in row), *b) if isinstance(one, Enclosure))
+        rows = [[lifted(entry, like) for entry in row] for row in m]
+        right = [lifted(one, like) for one in b]
+        middle, width = (np.array([[getattr(one, name) for one in row] for row in rows]) for name in ("centre", "tight"))
+        b0, moved = (np.array([getattr(one, name) for one in right]) for name in ("centre", "tight"))
+        size, (adjugate, determinant) = np.abs(middle) + width, cofactors(middle)
+        most_adjugate, most = cofactors(size, 1.0)
+        least = np.abs(determinant) - (most - cofactors(np.abs(middle), 1.0)[1]) - 1e-12 * most
+        if not np.all(least > 0.0):
+            raise UndefinedError(f"a system of equations that may be singular ({place()})")
+        c = adjugate / determinant
+        x0, c_size = np.einsum("ijs,js->is", c, b0), np.abs(c)
+        identity = np.abs(np.einsum("ijs,jks->iks", c, middle) - np.eye(3)[:, :, None])
+        off = identity + ROUNDING * np.einsum("ijs,jks->iks", c_size, np.abs(middle))
+        spread = np.einsum("ijs,jks->iks", c_size, width) + off
+        base = np.einsum("ijs,js->is", c_size, moved) + np.einsum("iks,ks->is", spread, np.abs(x0))
+        base = base + ROUNDING * np.einsum("ijs,js->is", c_size, np.abs(b0))
+        share = spread.sum(axis=1).max(axis=0)
+        if not np.all(share < 0.5):
+            raise UndefinedError(f"a system of equations that may be singular ({place()})")
+        reach = base + share / (1.0 - share) * base.max(axis=0)
+        flown = np.einsum("ijs,js->is", most_adjugate, np.abs(b0) + moved) / least + most / least * (np.abs(x0) + reach)
+        found = []
+        drawn = [
+            total_parts([(one.parts, 1.0)] + [(rows[j][k].parts, -x0[k]) for k in range(3)]) for j, one in enumerate(right)
+        ]
+        rests = [one.rest + sum(rows[j][k].rest * np.abs(x0[k]) for k in range(3)) for j, one in enumerate(right)]
+        for i in range(3):
+            parts = total_parts([(drawn[j], c[i, j]) for j in range(3)])
+            bend = np.einsum("ks,ks->s", spread[i], reach) + np.einsum("ks,ks->s", off[i], np.abs(x0))
+            rest = bend + sum(c_size[i, j] * rests[j] for j in range(3))
+            lost = ELEMENTARY * (flown[i] + base[i] + np.abs(x0[i])) + TINY
+            found.append(like.made(x0[i], parts, rest * (1.0 + 1e-12), reach[i] * (1.0 + 1e-12), lost))
+        return Vector(found)  # type: ignore[arg-type]
+
     def word(self, x: Enclosure) -> Operand:
         raise UndefinedError(f"the law works on the bits of a number ({place()})")
 
@@ -404,53 +187,21 @@ class Enclosures:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
-def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
-    """An elementary function: value and slope are off by what `elementary.py` may be."""
-    size = np.abs(slope)
-    reach = size * x.reach + bend * (1.0 + 1e-12)
-    lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + TINY
-    parts = None if x.parts is None else slope * x.parts
-    return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
+def cofactors(m: Array, sign: float = -1.0) -> tuple[Array, Array]:
+    """Adjugate and determinant of symmetric matrices (3, 3, samples). sign: 1 for bounds, of sizes."""
+    (m11, m12, m13), (_, m22, m23), (_, _, m33) = m
+    a11, a12, a13 = m22 * m33 + sign * m23 * m23, m13 * m23 + sign * m12 * m33, m12 * m23 + sign * m13 * m22
+    a22, a23, a33 = m11 * m33 + sign * m13 * m13, m12 * m13 + sign * m11 * m23, m11 * m22 + sign * m12 * m12
+    return np.array([[a11, a12, a13], [a12, a22, a23], [a13, a23, a33]]), m11 * a11 + m12 * a12 + m13 * a13
 
 
-def finite(x: Operand) -> Operand:
-    """The same. Raises UndefinedError."""
-    if not np.all(np.isfinite(x)):
-        raise UndefinedError(f"an angle or exponent beyond all bounds ({place()})")
-    return x
-
-
-def zeros_like(parts: Array | None) -> Array | None:
-    """No parts, of the same shape."""
-    return None if parts is None else np.zeros_like(parts)
-
-
-def lifted(x: Operand, like: Enclosure) -> Enclosure:
-    """A number as an enclosure of the same shape."""
-    if isinstance(x, Enclosure):
-        return x
-    centre = np.broadcast_to(np.asarray(x, dtype=np.float64), np.broadcast_shapes(np.shape(x), like.centre.shape))
-    nothing = np.zeros_like(centre)
-    return Enclosure(centre, None, nothing, nothing, like.fresh)
-
-
-def merged(choice: Array, yes: Enclosure, no: Enclosure) -> Enclosure:
-    """`yes` for some samples, `no` for the others."""
-    parts = None
-    if yes.parts is not None or no.parts is not None:
-        parts = np.where(choice, 0.0 if yes.parts is None else yes.parts, 0.0 if no.parts is None else no.parts)
-    fields = [np.where(choice, getattr(yes, name), getattr(no, name)) for name in ("centre", "rest", "reach")]
-    return Enclosure(fields[0], parts, fields[1], fields[2], yes.fresh or no.fresh, yes.square and no.square)
-
-
-def either(yes: Enclosure, no: Enclosure) -> Enclosure:
-    """What holds both: half of each, and as much as they are apart."""
-    apart = (0.5 * yes) - (0.5 * no)
-    middle: Enclosure = (0.5 * yes) + (0.5 * no)
-    far = apart.size
-    return Enclosure(
-        middle.centre, middle.parts, middle.rest + far, middle.reach + far, middle.fresh, yes.square and no.square
-    )
+def total_parts(terms: list[tuple[Array | None, Operand]]) -> Array | None:
+    """The sum of forms' parts, each times a number."""
+    total: Array | None = None
+    for parts, factor in terms:
+        if parts is not None:
+            total = added(total, parts * factor)
+    return total
 
 
 ENCLOSURES = Enclosures()

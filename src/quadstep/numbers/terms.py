@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias, cast
 
 from quadstep.numbers.functions import Number
 
@@ -21,20 +21,21 @@ TESTS = {"<": "Rlt_dec", "<=": "Rle_dec", ">": "Rgt_dec", ">=": "Rge_dec"}
 
 
 class Term:
-    """An operation on other terms; a leaf is a variable ("var", its name) or a constant ("const", its exact value)."""
+    """An operation on other terms; a leaf is a variable ("var") or a constant ("const"), with its name or exact value."""
 
-    __slots__ = ("op", "parts")
+    __slots__ = ("leaf", "op", "parts")
     op: str
-    parts: tuple[Any, ...]
+    parts: tuple[Term, ...]
+    leaf: str | Fraction
     functions: ClassVar[Functions]
-    known: ClassVar[dict[tuple[Any, ...], Term]] = {}
+    known: ClassVar[dict[tuple[object, ...], Term]] = {}
 
-    def __new__(cls, op: str, *parts: Any) -> Term:
-        key = (op, *(part if isinstance(part, str | Fraction) else id(part) for part in parts))
+    def __new__(cls, op: str, *parts: Term, leaf: str | Fraction = "") -> Term:
+        key = (op, leaf, *map(id, parts))
         found = cls.known.get(key)
         if found is None:
             found = object.__new__(cls)
-            found.op, found.parts = op, parts
+            found.op, found.parts, found.leaf = op, parts, leaf
             cls.known[key] = found
         return found
 
@@ -111,7 +112,7 @@ class Functions:
     def atan2(self, y: Operand, x: Operand) -> Term:
         return Term("atan2", term(y), term(x))
 
-    def where(self, condition: Term | bool, yes: Operand, no: Operand) -> Any:
+    def where(self, condition: Term | bool, yes: Operand, no: Operand) -> Operand:
         """Decided at once where the condition is known."""
         if isinstance(condition, bool):
             return yes if condition else no
@@ -123,7 +124,7 @@ Term.functions = Functions()
 
 def term(value: Operand | Number) -> Term:
     """A number as a term; a float is the fraction that it is."""
-    return value if isinstance(value, Term) else Term("const", Fraction(value))
+    return value if isinstance(value, Term) else Term("const", leaf=Fraction(value))
 
 
 def binary(op: str, left: Operand, right: Operand) -> Term:
@@ -135,7 +136,7 @@ def binary(op: str, left: Operand, right: Operand) -> Term:
 
 def variable(name: str) -> Number:
     """A variable, as a number that laws take."""
-    return Term("var", name)  # type: ignore[return-value]  # the type checker reads a law as if it were over floats
+    return cast(float, Term("var", leaf=name))  # the type checker reads a law as if it were over floats
 
 
 def generalised(root: Number | Term, names: Mapping[Term, Term], opaque: frozenset[str] = frozenset()) -> Term:
@@ -151,7 +152,7 @@ def generalised(root: Number | Term, names: Mapping[Term, Term], opaque: frozens
             if node.op in ("var", "const"):
                 found = node
             elif node.op in opaque:
-                found = Term("var", f"{node.op}_{len([key for key in OPAQUE if key[0] == node.op])}")
+                found = Term("var", leaf=f"{node.op}_{len([key for key in OPAQUE if key[0] == node.op])}")
                 found = OPAQUE.setdefault((node.op, *map(id, node.parts)), found)
             else:
                 found = Term(node.op, *map(replaced, node.parts))
@@ -161,7 +162,7 @@ def generalised(root: Number | Term, names: Mapping[Term, Term], opaque: frozens
     return replaced(term(root))
 
 
-OPAQUE: dict[tuple[Any, ...], Term] = {}
+OPAQUE: dict[tuple[object, ...], Term] = {}
 """The variable that stands for a call of an opaque function, everywhere the same."""
 
 
@@ -175,10 +176,9 @@ def variables(root: Term) -> list[str]:
             return
         seen.add(id(node))
         if node.op == "var":
-            yield node.parts[0]
-        elif node.op != "const":
-            for part in node.parts:
-                yield from walk(part)
+            yield str(node.leaf)
+        for part in node.parts:
+            yield from walk(part)
 
     for name in walk(root):
         found.setdefault(name)
@@ -195,7 +195,7 @@ def coq(root: Term) -> str:
     """The term in Coq's notation for reals."""
     op, parts = root.op, root.parts
     if op in ("var", "const"):
-        return str(parts[0]) if op == "var" else constant(parts[0])
+        return constant(root.leaf) if isinstance(root.leaf, Fraction) else root.leaf
     if op == "if":
         test, yes, no = parts
         return f"(if {decision(test)} then {coq(yes)} else {coq(no)})"
@@ -217,10 +217,8 @@ def gappa(root: Term, rounding: str, lines: list[str]) -> str:
     done: dict[int, str] = {}
 
     def written(node: Term) -> str:
-        if node.op == "var":
-            return str(node.parts[0])
-        if node.op == "const":
-            return decimal(node.parts[0])
+        if node.op in ("var", "const"):
+            return decimal(node.leaf) if isinstance(node.leaf, Fraction) else node.leaf
         if id(node) not in done:
             inside = [written(part) for part in node.parts]
             text = f"-{inside[0]}" if node.op == "neg" else f" {node.op} ".join(inside)

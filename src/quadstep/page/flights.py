@@ -14,7 +14,7 @@ from quadstep.numbers import flatten, leaf_names
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
 from quadstep.page.laws import Laws
-from quadstep.page.model import Control, Controller, Flight, Recorded, Summary, numbers_text
+from quadstep.page.model import Cell, Control, Controller, Flight, Recorded, Summary, numbers_text
 from quadstep.page.scenes import panels, scene
 from quadstep.page.sliders import declared_controls, known_sliders
 from quadstep.plants.declared import DeclaredPlant
@@ -31,7 +31,7 @@ class Flown(NamedTuple):
 
     folder: where the mission's files are. why_not: why it cannot be flown live, if that is known beforehand. called: what its
     controller is called, if not by its kind. rivals: controllers to be offered beside it, by what they are called; the
-    package's if there are none.
+    package's if there are none. cell: its place where its group is a table.
     """
 
     id: str
@@ -48,6 +48,7 @@ class Flown(NamedTuple):
     why_not: str = ""
     called: str = ""
     rivals: Mapping[str, ControllerSection] = {}
+    cell: Cell | None = None
 
 
 def outcomes() -> list[dict[str, Any]]:
@@ -96,6 +97,7 @@ def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
         ticks=plan.ticks._asdict() if plan else {"step": 0.01, "every": [1], "log": 1, "last": max(1, len(log.rows) - 1)},
         scene=scene(plan, log),
         panels=panels(log.columns),
+        cell=flown.cell,
     )
 
 

@@ -4,7 +4,7 @@ import contextlib
 import csv
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,8 +40,9 @@ REPORTS = (
 class Result(NamedTuple):
     """A folder with results.
 
-    place: below the folder that is served. ending: how the flight ended, and how exactly it was flown. changed: when its
-    newest file was written, seconds since 1970. files: names of what can be opened, the best first.
+    place: below the folder that is served. ending: how the flight ended. changed: when its newest file was written, seconds
+    since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a PNG of it, from there.
+    rmse: of the position [m].
     """
 
     place: Path
@@ -49,6 +50,22 @@ class Result(NamedTuple):
     ending: str
     changed: float
     files: tuple[str, ...]
+    kind: str = "Report"
+    picture: str | None = None
+    rmse: float | None = None
+
+
+KINDS = {
+    "campaign.json": "Campaign", "claims.json": "Reproduction", "certificate.json": "Certificate",
+    "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
+}  # fmt: skip
+"""What a result is of, by a file that it has."""
+
+PICTURES = (
+    "figures/position.png", "fig04.png", "envelope.png", "convergence.png", "certificate.png", "figures/outcomes.png",
+    "completion.png",
+)  # fmt: skip
+"""What a result is seen by, the first that there is."""
 
 
 def results(root: Path) -> list[Result]:
@@ -79,18 +96,31 @@ def result_in(root: Path, folder: Path) -> Result | None:
     content = manifest(folder)
     name = content.get("name")
     title = name if isinstance(name, str) else folder.name
-    return Result(folder.relative_to(root), title, ending(content), max(found[name] for name in shown), tuple(shown))
+    kind = next((kind for name, kind in KINDS.items() if name in found), "Report")
+    rmse = content.get("position_rmse[m]")
+    known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
+    return Result(
+        folder.relative_to(root), title, ending(content), max(found[name] for name in shown), tuple(shown), kind,
+        picture(folder, found), known_rmse,
+    )  # fmt: skip
+
+
+def picture(folder: Path, found: Iterable[str]) -> str | None:
+    """A PNG of a result: one of `PICTURES`, or the first that it has, there or among its figures."""
+    try:
+        figures = sorted(one.name for one in os.scandir(folder / "figures") if one.is_file(follow_symlinks=False))
+    except OSError:
+        figures = []
+    there = [name for name in (*sorted(found), *(f"figures/{name}" for name in figures)) if name.endswith(".png")]
+    return next((name for name in (*PICTURES, *there) if name in there), None)
 
 
 def ending(content: dict[str, Any]) -> str:
-    """How a flight ended and how exactly it was flown, from its metrics.json, as far as that says so."""
-    time, outcome, rmse = (content.get(key) for key in ("ended[s]", "outcome", "position_rmse[m]"))
-    told = []
+    """How a flight ended, from its metrics.json, as far as that says so."""
+    time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
     if isinstance(outcome, str) and isinstance(time, int | float):
-        told.append(f"{outcome.replace('_', ' ')} at {time:g} s")
-    if isinstance(rmse, int | float):
-        told.append(f"RMSE {1e3 * rmse:.3g} mm")
-    return ", ".join(told)
+        return f"{outcome.replace('_', ' ')} at {time:g} s"
+    return ""
 
 
 def manifest(folder: Path) -> dict[str, Any]:

@@ -148,8 +148,18 @@ class Summary(NamedTuple):
     filed: dict[str, float]
 
 
+class Cell(NamedTuple):
+    """Where a flight stands in the table of its group; the names of the axes with it."""
+
+    block: str
+    row: str
+    column: str
+    rowAxis: str  # noqa: N815
+    columnAxis: str  # noqa: N815
+
+
 class Flight(NamedTuple):
-    """One flight of the page."""
+    """One flight of the page. cell: in its group's table, if that is one."""
 
     id: str
     name: str
@@ -167,6 +177,7 @@ class Flight(NamedTuple):
     ticks: dict[str, Any]
     scene: Scene
     panels: tuple[Panel, ...]
+    cell: Cell | None
 
 
 class ClaimView(NamedTuple):

@@ -25,6 +25,19 @@ class Planned(NamedTuple):
 
 def open_result(folder: Path, links: tuple[Link, ...] = ()) -> str:
     """The page of the flight in `folder`. Raises UserError where there is none."""
+    one = flown_in(folder)
+    return build_page(one.name, "", [one], links=links)
+
+
+def open_two(folders: tuple[Path, Path], links: tuple[Link, ...] = ()) -> str:
+    """The page of two flights. Raises UserError where there is none."""
+    first = flown_in(folders[0])
+    second = flown_in(folders[1], (first.id,))
+    return build_page(f"{first.name} and {second.name}", "", [first, second], links=links)
+
+
+def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> Flown:
+    """The flight in `folder`. taken: names that others on the page have. Raises UserError where there is none."""
     content = manifest(folder)
     log = read_log(folder / "flight.csv", outcome(content), ended(content))
     planned = plan_again(content.get("mission"))
@@ -32,9 +45,8 @@ def open_result(folder: Path, links: tuple[Link, ...] = ()) -> str:
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
     metrics = metrics_of(content)
-    flown = Flown(identity(name, ()), name, GROUP, planned.mission, planned.plan, log, metrics,
+    return Flown(identity(name, taken), name, GROUP, planned.mission, planned.plan, log, metrics,
                   warnings=warnings, why_not=planned.why_not)  # fmt: skip
-    return build_page(name, "", [flown], links=links)
 
 
 def plan_again(content: Any) -> Planned:

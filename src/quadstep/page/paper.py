@@ -11,15 +11,16 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
 from quadstep.page.missions import with_walk
-from quadstep.page.model import ClaimView, Link
+from quadstep.page.model import Cell, ClaimView, Link
 from quadstep.page.story import OWN, Story, read_story
 from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, further_flights, main_cases, stress_flights
 from quadstep.study.claims import Claim, Verdict, check_claims
-from quadstep.study.study import Metrics, Study, StudyPlans, fly_study, plan_study
+from quadstep.study.study import Study, StudyPlans, fly_study, plan_study
 
 TITLE = "The paper, flown"
 INTRO = (
@@ -163,6 +164,8 @@ def flown_study(study: Study, plans: StudyPlans, claims: Sequence[ClaimView]) ->
         title = f"{duration:g} s, disturbance x {scale:g}, nets {'on' if nets else 'off'}"
         case = (duration, scale, nets)
         add(stress_id(*case), title, STRESS, mission, plans.stress[case], study.stress[case], None)
+        cell = Cell(f"Nets {'on' if nets else 'off'}", f"× {scale:g}", f"{duration:g} s", "disturbance", "time t_f")
+        found[-1] = found[-1]._replace(cell=cell)
     return found
 
 

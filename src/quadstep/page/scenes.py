@@ -32,7 +32,7 @@ def scene(plan: FlightPlan | None, log: FlightLog) -> Scene:
     wind = Arrow("wind", "m/s", "wind", ("wind_x", "wind_y", "wind_z"), None)
     return Scene(
         arm=arm,
-        radius=0.6 * arm,
+        radius=found.radius or 0.6 * arm,
         rotors=rotors,
         hover=weight / len(rotors),
         position=AXES,

@@ -1,27 +1,27 @@
-"""`quadstep serve`: results under a folder in the browser, for this machine only.
+"""`quadstep serve`: results under a folder in the browser, for this machine, or with a token for others.
 
 Whatever is requested, only regular files below the folder are sent: every part of the way is opened from the one before it,
 and links are not followed.
 """
 
-import html
 import os
+import socket
 import stat
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
-from urllib.parse import quote, unquote, urlsplit
+from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from quadstep.errors import UserError
-from quadstep.page.folder import Result, results
+from quadstep.page.cards import list_page
+from quadstep.page.compared import compared_page
+from quadstep.page.folder import manifest, result_in, results
 from quadstep.page.model import Link
-from quadstep.page.opened import open_result
-from quadstep.report.page import style
+from quadstep.page.opened import open_result, open_two
+from quadstep.page.sharing import COOKIE, LOCAL, Access, qr_drawing
 
-HOST = "127.0.0.1"
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' blob:; worker-src blob:; style-src 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -38,7 +38,7 @@ KINDS = {
 }
 OTHER_KIND = "application/octet-stream"
 CHUNK = 1 << 16
-LIST_STYLE = "a { color: LinkText; } td:first-child { font-weight: 600; } td:nth-child(n+2) { color: GrayText; }"
+BACK = (Link("All results", "/"),)
 
 
 class Answer(NamedTuple):
@@ -48,6 +48,7 @@ class Answer(NamedTuple):
     kind: str
     text: str = ""
     handle: int | None = None
+    headers: Mapping[str, str] = {}
 
 
 class NotFound(Exception):  # noqa: N818 (an answer, not an error)
@@ -86,24 +87,49 @@ def open_file(root: Path, path: str) -> int:
     return handle
 
 
-def folder_below(root: Path, path: str) -> Path:
-    """The folder at `path` of a request. Raises NotFound."""
+def folder_below(root: Path, path: str, needed: str = "flight.csv") -> Path:
+    """The folder at `path` of a request, which has such a file. Raises NotFound."""
     parts = parts_of(path)
     handle = open_below(root, parts)
     directory = stat.S_ISDIR(os.fstat(handle).st_mode)
     os.close(handle)
     if not directory:
         raise NotFound
-    os.close(open_file(root, quote("/".join([*parts, "flight.csv"]))))
+    if needed:
+        os.close(open_file(root, quote("/".join([*parts, needed]))))
     return root.joinpath(*parts)
 
 
-def answer(root: Path, target: str) -> Answer:
-    """The answer to a GET of `target`."""
+def two_below(root: Path, query: str, needed: str = "") -> tuple[Path, Path]:
+    """The two folders that a request compares. Raises NotFound."""
+    asked = parse_qs(query)
+    first, second = (
+        folder_below(root, quote(asked[key][0]), needed) if asked.get(key, ["."])[0] != "." else root for key in ("a", "b")
+    )
+    return first, second
+
+
+def compare(root: Path, query: str) -> str:
+    """Two results beside each other. Raises NotFound."""
+    folders = two_below(root, query)
+    first, second = (result_in(root, folder) for folder in folders)
+    if first is None or second is None:
+        raise NotFound
+    return compared_page((first, second), (manifest(folders[0]), manifest(folders[1])))
+
+
+def answer(root: Path, target: str, share: str = "") -> Answer:
+    """The answer to a GET of `target`. share: what the list says of who may see it."""
     try:
-        path = urlsplit(target).path
-        if path == "/":
-            return Answer(HTTPStatus.OK, KINDS[".html"], list_page(root, results(root)))
+        asked = urlsplit(target)
+        path = asked.path
+        pages: dict[str, Callable[[], str]] = {
+            "/": lambda: list_page(root, results(root), share),
+            "/compare": lambda: compare(root, asked.query),
+            "/both": lambda: open_two(two_below(root, asked.query, "flight.csv"), BACK),
+        }
+        if path in pages:
+            return Answer(HTTPStatus.OK, KINDS[".html"], pages[path]())
         if path == "/favicon.ico":  # what browsers ask for of themselves
             return Answer(HTTPStatus.NO_CONTENT, KINDS[".txt"])
         if path.startswith("/files/"):
@@ -111,7 +137,7 @@ def answer(root: Path, target: str) -> Answer:
             return Answer(HTTPStatus.OK, kind, handle=open_file(root, path.removeprefix("/files/")))
         if path.startswith("/fly/"):
             folder = folder_below(root, path.removeprefix("/fly/"))
-            return Answer(HTTPStatus.OK, KINDS[".html"], open_result(folder, (Link("All results", "/"),)))
+            return Answer(HTTPStatus.OK, KINDS[".html"], open_result(folder, BACK))
     except (NotFound, UnicodeDecodeError, ValueError):
         pass
     except UserError as error:
@@ -119,41 +145,11 @@ def answer(root: Path, target: str) -> Answer:
     return Answer(HTTPStatus.NOT_FOUND, KINDS[".txt"], "There is nothing here. The list is at /\n")
 
 
-def list_page(root: Path, found: list[Result]) -> str:
-    """The list of results as HTML, every text escaped."""
-    rows = "\n".join(row(result) for result in found)
-    header = "<tr><th>result</th><th>folder</th><th>written</th><th>ended</th><th>files</th></tr>"
-    body = f'<div class="scroll"><table><thead>{header}</thead><tbody>{rows}</tbody></table></div>'
-    if not found:
-        body = "<p>No results yet. `quadstep fly` and `quadstep reproduce` write some.</p>"
-    title = html.escape(f"Results in {root.name or root}")
-    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-    head += f"<title>{title}</title><style>{style()}{LIST_STYLE}</style>"
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body><h1>{title}</h1>\n{body}\n</body></html>\n'
-
-
-def row(result: Result) -> str:
-    """One result: a link to its page or report, then to every file."""
-    place = result.place.as_posix()
-    base = "" if place == "." else quote(place) + "/"
-    files = [(name, f"/files/{base}{quote(name)}") for name in result.files]
-    best = files[0][1]
-    if "flight.csv" in result.files and "page.html" not in result.files:
-        best = f"/fly/{base}"
-    links = " ".join(f'<a href="{html.escape(href)}">{html.escape(name)}</a>' for name, href in files)
-    name = f'<a href="{html.escape(best)}">{html.escape(result.name)}</a>'
-    try:
-        written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
-    except (ValueError, OverflowError):  # a time that no calendar has
-        written = ""
-    cells = [name, html.escape(place), written, html.escape(result.ending), links]
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-
-
 class Handler(BaseHTTPRequestHandler):
-    """Answers GET and HEAD of this machine's browser."""
+    """Answers GET and HEAD of this machine's browser, or of those who have the token."""
 
     root: Path
+    access: Access
     timeout = 60
     server_version = "quadstep"
     sys_version = ""
@@ -167,12 +163,31 @@ class Handler(BaseHTTPRequestHandler):
     def answer(self) -> Answer:
         """The answer to this request; a page of another host that calls itself by ours gets none (DNS rebinding)."""
         port = self.connection.getsockname()[1]
-        hosts = {f"{name}:{port}" for name in (HOST, "localhost")} | ({HOST, "localhost"} if port == 80 else set())
+        if self.access.shared:
+            return self.shared_answer(port)
+        hosts = {f"{name}:{port}" for name in (LOCAL, "localhost")} | ({LOCAL, "localhost"} if port == 80 else set())
         if self.headers.get_all("Host") is None or any(host.lower() not in hosts for host in self.headers.get_all("Host", [])):
             return Answer(
                 HTTPStatus.MISDIRECTED_REQUEST, KINDS[".txt"], "This server answers to 127.0.0.1 and localhost only.\n"
             )
         return answer(self.root, self.path)
+
+    def shared_answer(self, port: int) -> Answer:
+        """The answer to one of those who were given the link: its token becomes a cookie, which the rest needs."""
+        try:
+            given = parse_qs(urlsplit(self.path).query).get("token", [""])[0]
+        except ValueError:  # an address that is none
+            given = ""
+        name = f"{COOKIE}-{port}"
+        if given and self.access.opens(given):
+            cookie = f"{name}={self.access.token}; Path=/; HttpOnly; SameSite=Lax"
+            return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], headers={"Location": "/", "Set-Cookie": cookie})
+        kept = [part.strip().partition("=") for part in self.headers.get("Cookie", "").split(";")]
+        if not any(key == name and self.access.opens(value) for key, _, value in kept):
+            return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], "This needs the whole link, with its token.\n")
+        drawing = qr_drawing(self.access.link(port))
+        said = "Everyone who has the link, and can reach this machine, sees these results."
+        return answer(self.root, self.path, f'<div class="qr">{drawing}<p>{said}</p></div>' if drawing else f"<p>{said}</p>")
 
     def reply(self, answer: Answer, body: bool = True) -> None:
         """Send an answer."""
@@ -187,6 +202,7 @@ class Handler(BaseHTTPRequestHandler):
             "Referrer-Policy": "no-referrer",
             "Cross-Origin-Resource-Policy": "same-origin",
             "Content-Security-Policy": POLICY,
+            **answer.headers,
         }.items():
             self.send_header(name, value)
         self.end_headers()
@@ -217,21 +233,27 @@ class Server(ThreadingHTTPServer):
     allow_reuse_address = True
 
 
-def server(folder: Path, port: int) -> Server:
+class SixServer(Server):
+    """On an address of IPv6."""
+
+    address_family = socket.AF_INET6
+
+
+def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noqa: B008 (frozen)
     """A server of the results under `folder`. Raises UserError where that is impossible."""
     if not folder.is_dir():
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
-    kind = type("FolderHandler", (Handler,), {"root": folder.resolve()})
+    kind = type("FolderHandler", (Handler,), {"root": folder.resolve(), "access": access})
     try:
-        return Server((HOST, port), kind)
+        return (SixServer if ":" in access.host else Server)((access.host, port), kind)
     except OSError as error:
-        raise UserError(f"port {port} of {HOST} cannot be used: {error.strerror}; choose another --port") from None
+        raise UserError(f"port {port} of {access.host} cannot be used: {error.strerror}; choose another --port") from None
     except OverflowError:
         raise UserError(f"port {port}: should be from 0 to 65535") from None
 
 
-def serve(folder: Path, port: int, ready: Callable[[str], None]) -> None:
-    """Serve until interrupted. ready: told the address. Raises UserError."""
-    with server(folder, port) as running:
-        ready(f"http://{HOST}:{running.server_address[1]}/")
+def serve(folder: Path, port: int, access: Access, ready: Callable[[str], None]) -> None:
+    """Serve until interrupted. ready: told the link. Raises UserError."""
+    with server(folder, port, access) as running:
+        ready(access.link(running.server_address[1]))
         running.serve_forever(poll_interval=0.2)

@@ -140,7 +140,8 @@ class Multirotor(InSpace):
             Rotor((mount.position[0], mount.position[1], mount.position[2]), 1 if mount.spin > 0 else -1, f"f{i + 1}")
             for i, mount in enumerate(mounts)
         )
-        return Drawn(rotors, "u_a", ("q_w", "q_x", "q_y", "q_z"), ground if math.isfinite(ground) else None)
+        attitude, radius = ("q_w", "q_x", "q_y", "q_z"), float(p.airframe.rotor.radius)
+        return Drawn(rotors, "u_a", attitude, ground if math.isfinite(ground) else None, radius)
 
     def row(
         self, p: AirframeParameters, state: AirframeState, told: Measured, command: Command, held: Spun,

@@ -1,22 +1,35 @@
-"""`quadstep prove`: one mission from file to verdict."""
+"""`quadstep prove`: one mission from file to verdict, and certificates from file to verdict."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from quadstep import files
 from quadstep.control.backstepping import Backstepping, BacksteppingGains, largest_inertia
+from quadstep.documents import parse_toml
+from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, FAILED
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
-from quadstep.mission.read import plan_mission, read_mission
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers.enclosure import UndefinedError
+from quadstep.plants.lagrange import Parameters
+from quadstep.prove.certificate import Certificate, write_certificate
+from quadstep.prove.check import check_certificate
 from quadstep.prove.hover import Hover, Instability, hover, instability
-from quadstep.prove.sampled import Sampled
+from quadstep.prove.linear import Coordinates, block, coordinates
+from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.tube import SAMPLES, Open, tube
+from quadstep.prove.unknown import Unknown, check_unknown
+from quadstep.terminal.bars import bar
+from quadstep.vehicle.disturbance import Disturbance
 
 
 class Kind(IntEnum):
@@ -28,24 +41,155 @@ class Kind(IntEnum):
 
 
 class Verdict(NamedTuple):
-    """What is certain. rows: axis, verdict, and in millimetres what it is about. says: sentences, the verdict first."""
+    """What is certain. rows: axis, verdict, and in millimetres what it is about. says: sentences. written: its certificate."""
 
     name: str
     kind: Kind
     rows: list[list[str]]
     says: list[str]
+    written: Path | None = None
 
 
-def prove_mission(path: Path) -> Verdict:
-    """The verdict on the mission in `path`. Raises UserError."""
-    mission = read_mission(path)
+DENSE = 10
+"""Blocks in which all numbers are summed up at every stride where only forces and torques are unknown."""
+
+PUSH = 2.3e-4
+"""The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""
+
+
+def usual(plan: FlightPlan, force: float | None, torque: float | None, mass: float, inertia: float, start: float) -> Unknown:
+    """The unknowns, with those of the paper's plant where nothing is said of them."""
+    push = PUSH if isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance) else 0.0
+    return Unknown(push if force is None else force, push if torque is None else torque, mass, inertia, start)
+
+
+def prove_mission(
+    path: Path,
+    force: float | None = None,
+    torque: float | None = None,
+    mass: float = 0.0,
+    inertia: float = 0.0,
+    start: float = 0.0,
+    out: Path | None = None,
+) -> Verdict:
+    """The verdict on the mission in `path`; a tube that closes is written to `out`. Raises UserError."""
+    text = files.read_text(path, files.TOML)
+    mission = check_mission(parse_toml(text, str(path)), str(path), path.parent)
     plan = plan_mission(mission, path)
-    loop = Sampled(plan)
-    at = hover(mission, plan, loop)
+    unknown = usual(plan, force, torque, mass, inertia, start)
+    try:
+        check_unknown(plan, unknown)
+        loop = Sampled(plan)
+        at = hover(mission, plan, loop)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
     found = instability(loop, at) if at else None
     if at and found:
         return unstable(mission.name, plan, at, found)
-    return Verdict(mission.name, Kind.OPEN, [[axis, "open", "-"] for axis in plan.loop.plant.axes], ["open: not tried"])
+    flown, log = loop.flown()
+    if log.outcome is not Outcome.COMPLETED:
+        ended = fly(plan)
+        return Verdict(mission.name, Kind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
+    chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
+    refuse_singular(path, loop, flown, unknown, chosen)
+    dense = loop.samples // SAMPLES + 1 if any(unknown[2:]) else DENSE
+    with bar("proving", "samples", loop.samples) as progress:
+        shown = counted(progress.to)
+        result = tube(loop, flown, unknown, chosen, axes, dense, shown)
+    off = np.abs(flown[:, :axes] - wanted(loop, len(flown)))
+    if isinstance(result, Open):
+        return still_open(mission.name, plan, loop, unknown, result, off)
+    position = result.position.max(axis=0) * 1.001
+    if out is not None:
+        names = tuple(loop.names)
+        write_certificate(out, Certificate(text, unknown, names, flown, SAMPLES, dense, chosen.spread, result.boxes, position))
+    return Verdict(
+        mission.name,
+        Kind.PROVED,
+        [
+            [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(float((o + q).max()))} mm"]
+            for axis, p, o, q in zip(plan.loop.plant.axes, position, off.T, 1.001 * result.position.T, strict=True)
+        ],
+        [
+            f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays as near as this at all "
+            f"{len(flown)} samples."
+        ],
+        out,
+    )
+
+
+def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
+    """Raises UserError where the law has no bounded value on the starts asked for."""
+    start = np.zeros(flown.shape[1])
+    start[: len(loop.loop.plant.axes)] = unknown.start
+    try:
+        block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into) @ start, 1e-12), 0, 1)
+    except UndefinedError as error:
+        raise UserError(f"{path}: the starts and unknowns asked for hold a singularity at t = 0 s: {error}") from None
+
+
+def check(path: Path) -> Verdict:
+    """The verdict on a certificate. Raises UserError."""
+    found = check_certificate(path)
+    if found.failed:
+        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
+        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"])
+    rows = [
+        [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
+        for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
+    ]
+    says = f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays as near as this at all its samples."
+    return Verdict(found.name, Kind.PROVED, rows, [says])
+
+
+def counted(to: Callable[[int], None]) -> Callable[[int], None]:
+    """Progress by how much more, told how much there is."""
+    done = 0
+
+    def more(samples: int) -> None:
+        nonlocal done
+        done += samples
+        to(done)
+
+    return more
+
+
+def wanted(loop: Sampled, count: int) -> Array:
+    """The path at every sample, (samples, axes) [m]."""
+    time = np.arange(count) * float(loop.span) * loop.ticks.step
+    position = loop.loop.path.reference(time, loop.parameters.path).position  # type: ignore[arg-type]
+    return np.stack([np.broadcast_to(one, count) for one in position], axis=1)
+
+
+def millimetres(metres: float) -> str:
+    """Rounded up."""
+    return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
+
+
+def under(unknown: Unknown) -> str:
+    """The unknowns in words."""
+    said = [
+        f"any force within {unknown.force:g} N" if unknown.force else "",
+        f"any torque within {unknown.torque:g} N m an axis, new at every sample" if unknown.torque else "",
+        f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
+        f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
+        f"a start within {1e3 * unknown.start:g} mm of the mission's on each axis" if unknown.start else "",
+    ]
+    words = [one for one in said if one]
+    return "under " + ", ".join(words) if words else "from this start"
+
+
+def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array) -> Verdict:
+    """What was closed, and what was not."""
+    closed = len(result.position)
+    position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
+    rows = [
+        [axis, f"open after {seconds:g} s", f"{millimetres(p)} mm until then", f"{millimetres(o)} mm until then"]
+        for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
+    ]
+    return Verdict(
+        name, Kind.OPEN, rows, [f"open: {under(unknown)} the tube is closed until {seconds:g} s, not beyond: {result.why}."]
+    )
 
 
 def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
@@ -105,4 +249,4 @@ def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
     """Axis by axis, how far the flight was off its path."""
     axes = plan.loop.plant.axes
     off = np.abs(log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))).max(axis=0)
-    return [[axis, "disproved", f"{1e3 * one:.6g} mm off the path flown"] for axis, one in zip(axes, off, strict=True)]
+    return [[axis, "disproved", "-", f"{1e3 * one:.6g} mm flown"] for axis, one in zip(axes, off, strict=True)]

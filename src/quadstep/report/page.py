@@ -60,9 +60,9 @@ def style() -> str:
     return files("quadstep.report").joinpath("report.css").read_text(encoding="utf-8")
 
 
-def heading(text: str, anchor: str) -> str:
-    """A section heading."""
-    return f'<h2 id="{escape(anchor)}">{rich(text)}</h2>'
+def heading(text: str, anchor: str, set_as: Callable[[str], str] = rich) -> str:
+    """A section heading. set_as: `escape` for text in which nothing is a symbol."""
+    return f'<h2 id="{escape(anchor)}">{set_as(text)}</h2>'
 
 
 def subheading(text: str) -> str:
@@ -120,7 +120,7 @@ def drawn_interval(span: Span) -> str:
     )
 
 
-def summary(answer: str, facts: Iterable[Fact] = (), figures: Iterable[str] = ()) -> str:
+def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()) -> str:
     """What a report begins with: the answer in one sentence, the numbers that say it, and up to three figures that show it.
 
     figures: of `figure`.
@@ -137,17 +137,21 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Iterable[str] = ()
 def figure(path: Path, caption: str) -> str:
     """A figure drawn inline: from its SVG file, or from the PNG beside it where there is none.
 
-    The ids of an SVG get the file's name in front, so that several can stand on one page.
+    path: of either, its ending may be left out. Where there is only a PDF, it is named. The ids of an SVG get the file's name
+    in front, so that several can stand on one page.
     """
-    if path.with_suffix(".svg").is_file():
-        text = path.with_suffix(".svg").read_text(encoding="utf-8")
+    name = path.name.removesuffix(".svg").removesuffix(".png")
+    svg, png = (path.with_name(f"{name}.{ending}") for ending in ("svg", "png"))
+    if svg.is_file():
+        text = svg.read_text(encoding="utf-8")
         drawing = text[text.index("<svg") :]
         for mark in ('id="', 'href="#', "url(#"):
-            drawing = drawing.replace(mark, f"{mark}{path.stem}-")
-    else:
-        data = base64.b64encode(path.with_suffix(".png").read_bytes()).decode()
-        drawing = f'<img alt="" src="data:image/png;base64,{data}">'
-    return inline_figure(drawing, caption)
+            drawing = drawing.replace(mark, f"{mark}{name}-")
+        return inline_figure(drawing, caption)
+    if png.is_file():
+        data = base64.b64encode(png.read_bytes()).decode()
+        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption)
+    return note(f"{caption}: drawn in {name}.pdf.")
 
 
 def inline_figure(drawing: str, caption: str) -> str:

@@ -86,14 +86,18 @@ def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
     """A share, with its interval if there is one; as many digits as it takes to tell it from 0 and from 100 %."""
     shares = [100.0 * one for one in (value, low, high)]
     rest = min(100.0 - shares[0], shares[0]) if math.isfinite(shares[0]) else 0.0
-    places = 0 if rest >= 10.0 else min(6, 1 - math.floor(math.log10(rest))) if rest > 1e-9 else 1
+    places = 1 if rest >= 1.0 else min(6, 1 - math.floor(math.log10(rest))) if rest > 1e-9 else 1
     if math.isfinite(low) and math.isfinite(high) and high > low:
         places = max(places, min(6, 1 - math.floor(math.log10(100.0 * (high - low)))))
 
     def text(one: float) -> str:
-        return f"{one:.{max(0, places)}f}" if one not in (0.0, 100.0) else f"{one:g}"
+        return f"{one:.{places}f}" if one not in (0.0, 100.0) else f"{one:g}"
 
-    return f"{text(shares[0])} %" if math.isnan(low) else f"{text(shares[0])} [{text(shares[1])}, {text(shares[2])}] %"
+    return (
+        f"{text(shares[0]).removesuffix('.0')} %"
+        if math.isnan(low)
+        else f"{text(shares[0])} [{text(shares[1])}, {text(shares[2])}] %"
+    )
 
 
 def metric(full: str) -> tuple[str, str]:

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from quadstep.metrics.of_log import Metrics
 from quadstep.study.claim import Claim, Verdict, judge
-from quadstep.study.study import Metrics, Study, completed
+from quadstep.study.study import Study, completed
 
 
 def by_start(study: Study, ours: Any, smaller: bool = True) -> dict[str, str]:

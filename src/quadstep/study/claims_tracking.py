@@ -3,9 +3,10 @@
 import numpy as np
 
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.study.cases import STRESS_TIMES, case_1
 from quadstep.study.claim import Claim, Verdict, judge
-from quadstep.study.study import Metrics, Study, completed
+from quadstep.study.study import Study, completed
 
 
 def largest(metrics: Metrics, group: str, unit: str) -> dict[str, float]:

@@ -8,8 +8,9 @@ from typing import Any
 
 from quadstep import __version__
 from quadstep.flight.engine import Engine
+from quadstep.metrics.of_log import Metrics
 from quadstep.page.paper import write_paper_page
-from quadstep.report import page
+from quadstep.report import page, units
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -19,7 +20,7 @@ from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
-from quadstep.study.study import Logs, Metrics, Study, completed, fly_study, plan_study
+from quadstep.study.study import Logs, Study, completed, fly_study, plan_study
 
 NAME = "The paper's simulation study"
 
@@ -42,7 +43,9 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
         for figure in drawn:
             figure.result()
         flying = write_paper_page(out / "page.html", study, plans, claims)
-        page.write_page(out / "report.html", "The paper, flown and judged", report_sections(out, study, claims, flying))
+        page.write_page(
+            out / "report.html", "The paper, flown and judged", report_sections(out, study, claims, flying), "Reproduction"
+        )
     return claims
 
 
@@ -117,14 +120,47 @@ def case_rows(study: Study) -> list[list[str]]:
 VERDICT_CLASS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 
+AT_A_GLANCE = (4, 10, 12)
+"""Figures of the summary: Case 1 follows its path; both controllers beside each other."""
+
+
+def answer(claims: list[Claim]) -> str:
+    """What came of the paper's claims, in a sentence."""
+    count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
+    return (
+        f"Of {len(claims)} claims that the paper makes of its simulations, {count[Verdict.HOLDS]} hold when they are flown "
+        f"again, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
+    )
+
+
+def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
+    """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
+    case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
+    through = sum(completed(m) for m in nets)
+    off = max(axis["largest[m]"] for axis in case["position"].values())
+    return [
+        page.Fact("claims that hold", f"{sum(c.verdict is Verdict.HOLDS for c in claims)} of {len(claims)}"),
+        page.Fact(
+            "Case 1, position RMSE",
+            units.quantity(case["position_rmse[m]"], "m"),
+            f"at most {units.quantity(off, 'm')} off along an axis",
+        ),
+        page.Fact(
+            "stress flights with nets that complete",
+            f"{through} of {len(nets)}",
+            "Case 1's path in less time, under more disturbance",
+        ),
+    ]
+
+
 def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool = False) -> list[str]:
     """The body of report.html. flying: whether page.html stands beside it."""
     header, rows = stress_table(study)
     start_header, start_rows = start_table(claims)
+    drawn = {n: page.figure(out / figure_name(n), f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()}
     return [
-        '<p><a href="page.html">Fly these flights in your browser</a></p>' if flying else "",
-        '<nav><a href="#claims">Claims</a><a href="#figures">Figures</a><a href="#cases">Cases</a>'
-        '<a href="#starts">Case 3 by start</a><a href="#stress">Stress flights</a><a href="#choices">Choices</a></nav>',
+        page.summary(answer(claims), facts(study, claims), [drawn[n] for n in AT_A_GLANCE]),
+        page.links([("page.html", "Fly these flights in your browser")]) if flying else "",
         page.paragraph(
             "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
             f"Section 6, replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
@@ -136,8 +172,8 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
             ([c.name, c.sentence, c.measured, (c.verdict, VERDICT_CLASS[c.verdict])] for c in claims),
             rich,
         ),
-        page.heading("Figures", "figures"),
-        *(page.figure(out / f"{figure_name(n)}.svg", f"Fig. {n}: {caption}") for n, caption in CAPTIONS.items()),
+        page.heading("The other figures", "figures"),
+        *(one for n, one in drawn.items() if n not in AT_A_GLANCE),
         page.heading("The cases in numbers", "cases"),
         page.table(
             ["flight", "RMSE / largest error in x, y, z [mm]", "roll and pitch level from", "largest thrust",

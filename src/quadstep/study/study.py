@@ -6,10 +6,9 @@ from typing import Any, NamedTuple
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.study.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
 
-Metrics = dict[str, Any]
 Logs = dict[str, FlightLog]
 
 

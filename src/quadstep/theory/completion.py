@@ -7,7 +7,6 @@ from quadstep import __version__
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
-from quadstep.report.symbols import rich
 from quadstep.report.tables import write_csv
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities
@@ -41,7 +40,7 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
         write_csv(out / "grid.csv", GRID, cells)
         write_json(out / MANIFEST, as_json(found))
         drawn.result()
-        page.write_page(out / "report.html", NAME, sections(out, found))
+        page.write_page(out / "report.html", NAME, sections(out, found), "Study")
     return found
 
 
@@ -78,13 +77,13 @@ def sections(out: Path, found: Completion) -> list[str]:
     margins: list[list[page.Cell]] = [
         [m.number, m.statement, f"{m.worst:.2g}", str(m.samples), verdict(m)] for m in found.margins
     ]
+    first, *others = sentences(found)
     return [
-        *(page.paragraph(sentence, rich) for sentence in sentences(found)),
+        page.summary(first, (), [page.figure(out / "completion.svg", "RMSE of the controllers over the grid; x: diverged")]),
+        *(page.paragraph(sentence) for sentence in others),
         page.heading("Inequalities of the theorem on random closed loops", "inequalities"),
         page.paragraph("Worst margin relative to the terms it is made of; a negative one of 1e-9 or less is round-off."),
-        page.table(["number", "statement", "worst margin", "samples", "verdict"], margins, rich),
-        page.heading("The controllers over inner-loop gains, t_f, disturbance and nets", "map"),
-        page.figure(out / "completion.svg", "RMSE of the controllers over the grid"),
+        page.table(["number", "statement", "worst margin", "samples", "verdict"], margins),
     ]
 
 

@@ -4,10 +4,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.control.backstepping import Backstepping, PositionLoop, attitude_errors, position_loop, torque_basis
-from quadstep.control.completed_backstepping import CompletedBackstepping, counter_rate, coupling_columns, with_yaw
-from quadstep.control.networks import Net, output, weight_rate
-from quadstep.numbers import Matrix, Number, Vector, total
+from quadstep.control.backstepping import (
+    Backstepping,
+    BacksteppingMemory,
+    PositionLoop,
+    attitude_errors,
+    position_loop,
+    torque_basis,
+)
+from quadstep.control.command_filter import Filtered
+from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, with_yaw
+from quadstep.control.networks import output
+from quadstep.numbers import Matrix, Number, Vector, exp, total
 from quadstep.theory.samples import PERIOD, Sample
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
 from quadstep.vehicle.lagrange import (
@@ -45,18 +53,28 @@ def inner(a: Matrix, b: Matrix) -> Number:
     return total(x @ y for x, y in zip(a, b, strict=True))
 
 
-def learning(net: Net, ideal: Matrix, weights: Matrix, mu: Vector, error: Vector, error_norm: Number) -> Number:
-    """-trace(W_tilde^T F^-1 W_hat_dot): what learning adds to L_dot (Eqs 54-57)."""
-    return -inner(ideal - weights, weight_rate(net, weights, mu, error, error_norm)) / net.learning_rate
+def learning(rate: Number, ideal: Matrix, before: Matrix, after: Matrix) -> Number:
+    """-trace(W_tilde^T F^-1 W_hat_dot): what learning adds to L_dot (Eqs 54-57), by the weights that the law returned."""
+    return -inner(ideal - before, (after - before) * (1.0 / PERIOD)) / rate
+
+
+def filtered_command(before: Filtered, after: Filtered, frequency: Number) -> Vector:
+    """What was fed into the filter, from its memory before and after a sample."""
+    decay, share = exp(-(frequency * PERIOD)), 1.0 + frequency * PERIOD
+    passed = decay * (share * before.value + PERIOD * before.rate)
+    return (after.value - passed) * (1.0 / (1.0 - decay * share))
 
 
 class Motion(NamedTuple):
-    """Errors and their rates in closed loop. raw_counter, counter: before and behind its filter, zero for the paper's law."""
+    """Errors and their rates in closed loop; following: the law's memory after the sample.
+
+    raw_counter, counter: before and behind its filter, from the law's memories; zero for the paper's law.
+    """
 
     outer: PositionLoop
     e2: Vector
     r2: Vector
-    mu_2: Vector
+    following: BacksteppingMemory
     raw_counter: Vector
     counter: Vector
     e2_dot: Vector
@@ -83,15 +101,15 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     raw_counter = counter = counter_dot = Vector((0.0, 0.0, 0.0))
     if completed:
         command, after = CompletedBackstepping(STANDARD).law(memory, state, reference, sample.gains, 0.0, PERIOD)
-        following, tilt = after.paper, Vector(state.attitude.entries[1:])
-        raw_counter = with_yaw(0.0, counter_rate(sample.gains, outer.u_d, tilt, before.filtered.value, outer.r1))
+        following = after.paper
+        raw_counter = with_yaw(0.0, filtered_command(memory.counter, after.counter, paper.filter_frequency))
         counter = with_yaw(0.0, memory.counter.value)
         counter_dot = with_yaw(0.0, (after.counter.value - memory.counter.value) / PERIOD)
     else:
         command, following = Backstepping().law(before, state, reference, paper, 0.0, PERIOD)
     r2 = r2 + counter
     mu_2 = torque_basis(paper, state, outer.r1, r2)
-    wanted_acceleration = with_yaw(0.0, (following.filtered.rate - before.filtered.rate) / PERIOD)
+    wanted_acceleration = with_yaw(reference.yaw_acceleration, (following.filtered.rate - before.filtered.rate) / PERIOD)
     bent = wanted_acceleration - slope_2 * (slope_2 * e2 + counter) + counter_dot
     rigid = j @ bent + c @ (wanted_rates + slope_2 * e2 + counter)
 
@@ -102,7 +120,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     eta_dd = angular_acceleration(sample.vehicle, state.attitude, state.rates, torque, STANDARD)
     e2_dot = wanted_rates - state.rates
     return Motion(
-        outer, e2, r2, mu_2, raw_counter, counter, e2_dot,
+        outer, e2, r2, following, raw_counter, counter, e2_dot,
         r1_dot=reference.acceleration - xi_dd + paper.slope_1 * (reference.velocity - state.velocity),
         r2_dot=wanted_acceleration + slope_2 * e2_dot + counter_dot - eta_dd,
         j=j,
@@ -114,16 +132,16 @@ def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
     """The terms of L_dot, L being Eq. 55 extended by 1/2 e2^T P e2."""
     paper, before = sample.gains.paper, sample.memory.paper
     r1, r2, e2 = motion.outer.r1, motion.r2, motion.e2
-    error_norm = (r1 @ r1 + r2 @ r2) ** 0.5
+    after = motion.following
     return [
         sample.vehicle.mass * (r1 @ motion.r1_dot),
         r2 @ (motion.j @ motion.r2_dot),
         0.5 * (r2 @ (motion.j_dot @ r2)),
         e2 @ (p * motion.e2_dot),
-        before.integral_1 @ (paper.integral_1 * r1),
-        before.integral_2 @ (paper.integral_2 * r2),
-        learning(paper.force_net, sample.ideal[0], before.weights_1, motion.outer.mu_1, r1, error_norm),
-        learning(paper.torque_net, sample.ideal[1], before.weights_2, motion.mu_2, r2, error_norm),
+        before.integral_1 @ (paper.integral_1 * (after.integral_1 - before.integral_1)) / PERIOD,
+        before.integral_2 @ (paper.integral_2 * (after.integral_2 - before.integral_2)) / PERIOD,
+        learning(paper.force_net.learning_rate, sample.ideal[0], before.weights_1, after.weights_1),
+        learning(paper.torque_net.learning_rate, sample.ideal[1], before.weights_2, after.weights_2),
     ]
 
 

@@ -67,6 +67,7 @@ def draw_sample(seed: int, count: int) -> Sample:
         draw.vector(-5.0, 5.0),
         attitude[0] + draw.number(-0.5, 0.5),
         draw.number(-1.0, 1.0),
+        yaw_acceleration=draw.number(-5.0, 5.0),
     )
     paper = BacksteppingGains(
         mass=vehicle.mass,

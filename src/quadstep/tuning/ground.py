@@ -19,6 +19,8 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import bare
 from quadstep.flight.sweep import Sweep
+from quadstep.linear.metrics import margin_metrics
+from quadstep.linear.names import MARGINS
 from quadstep.mission.check import check
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -55,6 +57,11 @@ class Asked(NamedTuple):
     def unseen(self) -> int:
         """Flights of each set of gains in the comparison."""
         return self.section.unseen if self.different else 1
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What is measured of a candidate: metrics without unit, and with it; of flights first, then the margins asked for."""
+        return {**bare(self.mission.scores), **{name: name + MARGINS[name] for name in self.section.margins}}
 
     def numbers(self, point: Sequence[float]) -> dict[str, float]:
         """What a point of the unit box puts at every key."""
@@ -148,7 +155,7 @@ class Ground:
             found = [self.flown_or_lost(one, first, count, progress) for one in candidates]
             if all(isinstance(one, UserError) for one in found):
                 raise
-        names = bare(self.campaign.metrics)
+        names = self.asked.names
         lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
         return [lost if isinstance(one, UserError) else one for one in found]
 
@@ -172,9 +179,21 @@ class Ground:
             swept = self.flyer.swept(batch, progress)
             outcome[batch.members], ended[batch.members] = swept.outcome, swept.ended
             metrics[batch.members] = swept.metrics
+        margins = np.repeat([self.margins(one) for one in candidates], count, axis=0)
+        metrics = np.hstack([metrics, margins.reshape(len(metrics), -1)])
         parts = (outcome.reshape(every, count), ended.reshape(every, count), metrics.reshape(every, count, -1))
-        names = bare(self.campaign.metrics)
-        return [Flown(*one, names) for one in zip(*parts, strict=True)]
+        return [Flown(*one, self.asked.names) for one in zip(*parts, strict=True)]
+
+    def margins(self, candidate: Numbers) -> list[float]:
+        """Of the mission with these gains, those that are asked for. Raises UserError where it cannot be linearised."""
+        names = self.asked.section.margins
+        if not names:
+            return []
+        mission = self.flyer.planner.mission(candidate)
+        try:
+            return list(margin_metrics(mission, names).values())
+        except UserError as error:
+            raise UserError(f"{self.asked.path}: tune: {names[0]}: {error}") from None
 
     def conditions(self) -> Conditions | None:
         """The conditions on the gains, for the mission and each draw of vehicle and controller; None if not requested."""

@@ -89,20 +89,19 @@ class Judge(NamedTuple):
         return list(dict.fromkeys(["position_rmse", "largest_error", *self.section.objective, *self.section.constraints]))
 
     def violation(self, flown: Flown) -> float:
-        """By what share the constraints are exceeded, summed; each by the flight that is just to keep it."""
+        """By what share the constraints are missed, summed."""
         total = 0.0
         for name, limit in self.section.constraints.items():
-            values = np.sort(flown.metric(name)[flown.completed])
+            values = flown.metric(name)[flown.completed]
             if len(values):
-                place = math.ceil(limit.share * len(values) - 1e-9) - 1
-                total += max(0.0, float(values[place]) / limit.most - 1.0)
+                total += limit.excess(values)
         return total
 
     def within(self, flown: Flown) -> NDArray[np.bool_]:
         """Which flights completed and kept every constraint."""
         good: NDArray[np.bool_] = flown.completed.copy()
         for name, limit in self.section.constraints.items():
-            good &= flown.metric(name) <= limit.most
+            good &= limit.keeps(flown.metric(name))
         return good
 
     def judge(self, flown: Flown) -> Judged:

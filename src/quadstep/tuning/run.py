@@ -14,19 +14,19 @@ from quadstep import __version__
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
 from quadstep.files import ANY, is_file, read_bytes
-from quadstep.flight.scored import bare
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
 from quadstep.tuning.picture import draw_search
+from quadstep.tuning.report import write_report
 from quadstep.tuning.search import Candidate, Found, Search, check_budget
 from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
 from quadstep.user_code.places import place, sources
 
-TUNED, HISTORY, PICTURE = "tuned.toml", "history.csv", "convergence"
+TUNED, HISTORY, PICTURE, REPORT = "tuned.toml", "history.csv", "convergence", "report.html"
 OBJECTIVE = "objective"
 
 
@@ -66,6 +66,7 @@ def tune(
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, sheet or Sheet())
+        write_report(out / REPORT, wanted, found, compared, PICTURE)
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
 
@@ -132,7 +133,7 @@ def write_mission(out: Path, wanted: Asked, values: dict[str, float]) -> list[st
 
 def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     """One row per candidate."""
-    keys, parts, names = list(wanted.present), list(history[0].judged.parts), bare(wanted.mission.scores)
+    keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
     rows: list[list[Any]] = [

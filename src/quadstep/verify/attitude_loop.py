@@ -115,7 +115,8 @@ def equation_32() -> Evidence:
 
 @row(ROWS, "33", "what the second net approximates", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, Verdict.DEFINITION,
-     "a function of more than chi_2, see there; the text's bound on 'e_2' is meant for eps_2")  # fmt: skip
+     "a function of more than chi_2, see there; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
+     "bound on 'e_2' is meant for eps_2")  # fmt: skip
 def equation_33() -> Evidence:
     j = array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))
     ideal = j_r2_dot() + array(TORQUE) + coriolis_matrix() * R2 - j * LAMBDA_2 * R2

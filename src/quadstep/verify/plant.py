@@ -120,14 +120,19 @@ def equation_4() -> Evidence:
 
 @row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
      "vehicle.kinematics:euler_rate_matrix", Verdict.CORRECTED,
-     "rows 2 and 3 need roll, not yaw: with yaw Lagrange and Newton-Euler disagree unless the inertias are equal")  # fmt: skip
+     "either rows 2 and 3 need roll for yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is -T_eta of "
+     "the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the inertias are "
+     "equal")  # fmt: skip
 def t_eta() -> Evidence:
     t = rate_map(zyx())
     printed = t.subs(ATTITUDE[2], ATTITUDE[0])
     turning = [array(angular_acceleration(body(), ATTITUDE, RATES, TORQUE, k)) for k in (STANDARD, PRINTED)]
     ours, theirs = ([number_at(part, UNEQUAL, torque=(0, 0, 0)) for part in whole] for whole in turning)
     equal = dict(zip(INERTIA, [INERTIA[0]] * 3, strict=True))
+    of_thrust = euler_rate_matrix(ATTITUDE, Kinematics.RIGID)
     checks = [
+        same("it is -T_eta of the thrust's own order, columns (phi, theta, psi), rows z, y, x",
+             euler_rate_matrix(ATTITUDE, PRINTED), [[-of_thrust[2 - i, 2 - j] for j in range(3)] for i in range(3)]),
         same("omega = T_eta eta_dot, R^T R_dot = [omega]x", euler_rate_matrix(ATTITUDE, STANDARD), t),
         same("the printed form is kept beside it", euler_rate_matrix(ATTITUDE, PRINTED), printed),
         unlike("printed T_eta is that of the rotation", printed, t),

@@ -126,7 +126,8 @@ def gain_conditions() -> Evidence:
 @row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
      "int r2 / 2 "
      "+ tr{W_tilde^T F^-1 W_tilde} / 2", "flight.columns:log_row", Verdict.DEFINITION,
-     "logged without its last term, which holds the unknown weights")  # fmt: skip
+     "logged without its last term, which holds the unknown weights; not positive definite at theta = 90 degrees, where "
+     "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
 def equation_55() -> Evidence:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
     parameters = Parameters(body(), loop.DISTURBANCE, path, GAINS, Limits(100.0, 100.0, 1.5))

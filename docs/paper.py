@@ -1,5 +1,9 @@
-"""Draws docs/overview.png, the one picture of the README: the loop, and what the study finds. Run: python docs/overview.py"""
+"""Draws docs/paper.png, the picture of docs/paper.md: the loop, and what the study finds.
 
+Run: python docs/paper.py [FOLDER]
+"""
+
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +18,8 @@ from quadstep.report.canvas import LINES, STYLE
 from quadstep.study.cases import STRESS_TIMES, stress
 from quadstep.study.study import completed
 
-ROOT = Path(__file__).parent.parent
+HERE = Path(__file__).parent
+ROOT = HERE.parent
 
 BOXES = (
     ("path", "minimum jerk, waypoints,\ncurves, recordings\nEqs 68-75"),
@@ -71,7 +76,7 @@ def envelope(axes: Axes) -> None:
     axes.legend()
 
 
-def main() -> None:
+def main(folder: Path = HERE) -> None:
     """Draw."""
     with rc_context(STYLE):
         figure = Figure(figsize=(11, 5.6), layout="constrained")
@@ -80,8 +85,8 @@ def main() -> None:
         chain(mosaic["chain"])
         recorded_flight(mosaic["flight"])
         envelope(mosaic["envelope"])
-        figure.savefig(ROOT / "docs" / "overview.png", dpi=110, metadata={"Software": None})
+        figure.savefig(folder / "paper.png", dpi=110, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(Path, sys.argv[1:]))

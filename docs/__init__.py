@@ -1,0 +1,1 @@
+"""The documentation: pages in Markdown, the modules that draw their figures, and `site/`, which runs and builds it all."""

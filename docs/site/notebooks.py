@@ -1,0 +1,53 @@
+"""The lessons as notebooks: their text, their mission, and their Python; commands are shown."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from docs.site.listings import MARK, Kind, listings
+from docs.site.pages import DOCS
+
+LESSONS = DOCS / "lessons"
+
+
+def cell(kind: str, text: str, number: int) -> dict[str, Any]:
+    """A cell."""
+    code: dict[str, Any] = {"outputs": [], "execution_count": None} if kind == "code" else {}
+    return {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": text.strip("\n"), **code}
+
+
+def cells(page: Path) -> list[tuple[str, str]]:
+    """The cells of a lesson in order: kind and text. Its mission is written beside the notebook first."""
+    text = page.read_text(encoding="utf-8")
+    lines, found, at = text.split("\n"), [], 0
+    for listing in listings(text):
+        if listing.kind is Kind.PYTHON:
+            found += [("markdown", "\n".join(lines[at : listing.first])), ("code", listing.text)]
+            at = listing.last
+    found.append(("markdown", "\n".join(lines[at:])))
+    mission = page.with_suffix(".toml")
+    if mission.is_file():
+        content = mission.read_text(encoding="utf-8")
+        found.insert(1, ("code", f'from pathlib import Path\n\nPath("{mission.name}").write_text("""{content}""");'))
+    shown = [(kind, MARK.sub("", one) if kind == "markdown" else one) for kind, one in found]
+    return [(kind, one) for kind, one in shown if one.strip()]
+
+
+def notebook(page: Path) -> dict[str, Any]:
+    """A lesson in Jupyter's format, version 4.5."""
+    made = [cell(kind, text, number) for number, (kind, text) in enumerate(cells(page), 1)]
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
+    return {"nbformat": 4, "nbformat_minor": 5, "metadata": kernel, "cells": made}
+
+
+def lessons() -> list[Path]:
+    """The lessons in order."""
+    return sorted(LESSONS.glob("[0-9]*.md"))
+
+
+def write_notebooks(folder: Path) -> None:
+    """Write a notebook for each lesson."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for page in lessons():
+        text = json.dumps(notebook(page), indent=1, ensure_ascii=False)
+        (folder / page.with_suffix(".ipynb").name).write_text(text + "\n", encoding="utf-8")

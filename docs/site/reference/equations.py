@@ -1,0 +1,79 @@
+"""The index of the equations: each of the paper's with its place in the code, its tests and its erratum."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+from docs.site.pages import ROOT
+from docs.site.reference.markdown import code, plain, table
+from quadstep.verify.registry import all_rows
+from quadstep.verify.rows import Row, Verdict
+
+HEAD = """\
+# The equations of the paper
+
+Where each equation of the paper stands in the code, which tests call that code or name the equation, and whether it is
+corrected. Besides these, `tests/test_verify.py` asks for the evidence of every row, as `quadstep verify` prints it (of one:
+`quadstep verify --only 24`).
+"""
+
+
+def numbers(text: str) -> set[int]:
+    """The equations that a text names: Eq. 5, Eqs 9 and 10, Eqs 68-75."""
+    found: set[int] = set()
+    for said in re.findall(r"\bEqs?\.? (\d+(?:(?:, | and |, and |-)\d+)*)", text):
+        for part in re.split(r", and |, | and ", said):
+            first, _, last = part.partition("-")
+            found.update(range(int(first), int(last or first) + 1))
+    return found
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """Modules and names that a test file imports."""
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{one.name}" for one in node.names)}
+        elif isinstance(node, ast.Import):
+            found |= {one.name for one in node.names}
+    return found
+
+
+@cache
+def tests() -> dict[str, tuple[set[str], set[int]]]:
+    """Every test file: what it imports, and the equations that it names."""
+    found = {}
+    for path in sorted((ROOT / "tests").glob("test_*.py")):
+        text = path.read_text(encoding="utf-8")
+        found[path.name] = (imported(ast.parse(text)), numbers(text))
+    return found
+
+
+def tests_of(row: Row) -> list[str]:
+    """The test files of an equation: those that name it, else those that import the function that holds it."""
+    module, _, function = row.where.partition(":")
+    number = int(row.number) if row.number.isdigit() else None
+    naming = [name for name, (_, said) in tests().items() if number in said]
+    calling = [name for name, (modules, _) in tests().items() if f"{module}.{function.partition('.')[0]}" in modules]
+    return (naming + [name for name in calling if name not in naming])[:4]
+
+
+def file_of(row: Row) -> str:
+    """The file that holds an equation."""
+    module = row.where.partition(":")[0].replace(".", "/")
+    path = Path("src") / f"{module}.py"
+    return (path if (ROOT / path).is_file() else Path("src") / module / "__init__.py").as_posix()
+
+
+def line(row: Row) -> tuple[str, ...]:
+    """One row of the table."""
+    named = ", ".join(map(code, tests_of(row))) or code("test_verify.py")
+    verdict = f"[{row.verdict}](../errata.md)" if row.verdict is Verdict.CORRECTED else str(row.verdict)
+    return plain(row.number), plain(row.what), code(row.where.partition(":")[2]), code(file_of(row)), named, verdict
+
+
+def page() -> str:
+    """The whole page."""
+    header = ("equation", "what", "function", "file", "tests", "verdict")
+    return f"{HEAD}\n{table(header, map(line, all_rows()))}"

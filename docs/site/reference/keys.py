@@ -1,0 +1,266 @@
+"""The pages of the keys of each kind of file, from the models that check these files."""
+
+import types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+import annotated_types
+from pydantic import AfterValidator, BaseModel
+from pydantic.fields import FieldInfo
+
+from docs.site.reference.markdown import code, plain, prose, table
+from quadstep.campaign.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
+from quadstep.campaign.schema import CampaignFile
+from quadstep.comparison.schema import StudyFile
+from quadstep.control.registry import controllers
+from quadstep.datasheet.sheet import Datasheet
+from quadstep.logs.mapping import Mapping
+from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.declared import declared_kind
+from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
+from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
+from quadstep.mission.nets import NetsSection
+from quadstep.mission.schema import Mission
+
+Model = type[BaseModel]
+
+
+class File(NamedTuple):
+    """A kind of file. title, text: of its page. models: its outermost tables, under a heading each."""
+
+    title: str
+    text: str
+    models: dict[str, Callable[[], Model]]
+
+
+UNITS = "SI units, angles in radians; a table `[a.b]` may also be written as `a.b.key = value`."
+
+FILES = {
+    "mission-file": File(
+        "Mission files",
+        f"What `quadstep fly` reads; `quadstep new` writes one with every key explained. {UNITS} Only `path` is needed.",
+        {
+            "For a real vehicle": lambda: MultirotorMission,
+            "For the paper's plant": lambda: LagrangeMission,
+            "For the planar quadrotor": lambda: declared_kind("planar", Path()),
+        },
+    ),
+    "vehicle-file": File(
+        "Vehicle files",
+        f"What `[vehicle] file = ...` names, and the keys of `[vehicle]` itself (docs/vehicles.md). {UNITS}",
+        {"Keys": lambda: AirframeSection},
+    ),
+    "campaign-file": File(
+        "Campaign files", "What `quadstep campaign` reads (docs/campaigns.md).", {"Keys": lambda: CampaignFile}
+    ),
+    "study-file": File("Study files", "What `quadstep compare` reads (docs/compare.md).", {"Keys": lambda: StudyFile}),
+    "mapping-file": File(
+        "Mapping files", "What `--mapping` names: a log's columns (docs/logs.md).", {"Keys": lambda: Mapping}
+    ),
+    "data-sheet": File("Data sheets", "What `quadstep vehicle fit` reads (docs/logs.md).", {"Keys": lambda: Datasheet}),
+}
+
+
+HOMES: dict[Model, str] = {
+    AirframeSection: "vehicle-file",
+    **dict.fromkeys((Uniform, Sobol, Normal, LogNormal, Choice, Grid, Correlated), "campaign-file"),
+}
+"""Tables that several kinds of file have, and the page that has them."""
+
+
+class Key(NamedTuple):
+    """One key of a table, as text."""
+
+    name: str
+    takes: str
+    unit: str
+    default: str
+    meaning: str
+
+
+def opened(kind: Any) -> tuple[Any, list[Any]]:
+    """A type without its annotations, and these, outermost last."""
+    notes: list[Any] = []
+    while True:
+        if get_origin(kind) is Annotated:
+            kind, *more = get_args(kind)
+            notes = [*more, *notes]
+        elif get_origin(kind) is not None and "SerializeAsAny" in str(get_origin(kind)):
+            (kind,) = get_args(kind)
+        else:
+            return kind, [one for note in notes for one in (note.metadata if isinstance(note, FieldInfo) else [note])]
+
+
+def models_in(kind: Any) -> list[Model]:
+    """Every table that a key may hold."""
+    kind, _ = opened(kind)
+    if isinstance(kind, type) and get_origin(kind) is None:
+        return [kind] if issubclass(kind, BaseModel) else []
+    return [found for one in get_args(kind) if not isinstance(one, str) for found in models_in(one)]
+
+
+def tables_in(model: Model, field: FieldInfo) -> list[Model]:
+    """Every table that a key may hold; of a mission's controller, those of the package that its vehicle can have."""
+    found = models_in(field.annotation)
+    if found == [ControllerSection] and issubclass(model, Mission):
+        return [section_of(law) for law in controllers(model.measures).values()]
+    return found
+
+
+ENDS = ((annotated_types.Gt, "gt", "above"), (annotated_types.Ge, "ge", "from"), (annotated_types.Lt, "lt", "below"))
+
+
+def ends(notes: list[Any]) -> str:
+    """A range in words; nothing where there is none that matters."""
+    found = [f"{word} {getattr(note, key):g}" for note in notes for kind, key, word in ENDS if isinstance(note, kind)]
+    most = [
+        note.le
+        for note in notes
+        if isinstance(note, annotated_types.Le) and isinstance(note.le, int | float) and note.le < 1e6
+    ]
+    found = [one for one in found if one not in ("from -1e+09", "below 9.22337e+18")]
+    return " ".join([*found, *(f"to {one:g}" for one in most)])
+
+
+def of_entries(kind: Any, notes: list[Any]) -> str:
+    """What a list takes."""
+    inner = get_args(kind)
+    checks = [note.func for note in notes if isinstance(note, AfterValidator)]
+    each = "above 0" if positive in checks else "from 0" if non_negative in checks else ""
+    sizes = [(note.min_length, None) for note in notes if isinstance(note, annotated_types.MinLen)]
+    least = f", at least {sizes[0][0]}" if sizes and sizes[0][0] > 1 else ""
+    if len(inner) == 2 and inner[1] is Ellipsis:
+        return f"a list of {takes(inner[0]) or 'values'}{least}"
+    words = {2: "two", 3: "three", 4: "four"}.get(len(inner), str(len(inner)))
+    alone = "one number or " if any(getattr(note, "func", None) is as_diagonal for note in notes) else ""
+    return f"{alone}{words} numbers {each}".strip()
+
+
+WORDS = {bool: "`true`, `false`", int: "a whole number", float: "a number", str: "text"}
+
+
+def takes(kind: Any, notes: tuple[Any, ...] = ()) -> str:
+    """What a key may hold, in words."""
+    kind, inner = opened(kind)
+    said, origin, arguments = [*inner, *notes], get_origin(kind), get_args(kind)
+    if origin in (Union, types.UnionType):
+        parts = [takes(one, tuple(said)) for one in arguments if one is not type(None)]
+        text = " or ".join(dict.fromkeys(parts))
+    elif origin is Literal:
+        text = ", ".join(code(f'"{one}"' if isinstance(one, str) else repr(one)) for one in arguments)
+    elif origin is tuple:
+        text = of_entries(kind, said)
+    elif origin is dict:
+        text = f"a table of {takes(arguments[1])}" if arguments[1] is not Any else "a table"
+    elif origin is list:
+        text = f"a list of {takes(arguments[0])}"
+    elif isinstance(kind, type) and issubclass(kind, BaseModel):
+        text = f"[{kind_name(kind)}](#{anchor(kind)})"
+    else:
+        text = f"{WORDS.get(kind, 'anything')} {ends(said)}".strip()
+    return text
+
+
+def kind_name(model: Model) -> str:
+    """How a table is called: by its type where it has one, else by its class."""
+    field = model.model_fields.get("type")
+    if field is not None and get_origin(field.annotation) is Literal:
+        return " or ".join(map(str, get_args(field.annotation)))
+    return "a table"
+
+
+def anchor(model: Model) -> str:
+    """Where a table stands on its page."""
+    return model.__name__.lower()
+
+
+def default_of(field: FieldInfo, model: Model) -> str:
+    """A default as TOML, or in words."""
+    if field.is_required():
+        return "needed"
+    value = field.get_default(call_default_factory=True)
+    if value is None and issubclass(model, ControllerSection | NetsSection) and "weights.json" not in str(field.metadata):
+        return "suits the vehicle"
+    if isinstance(value, BaseModel):
+        return code(getattr(value, "type", ""))
+    return "" if value in (None, (), {}, "") else code(written(value))
+
+
+def written(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(written, value))}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {written(one)}' for key, one in value.items())} }}"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def keys(model: Model) -> Iterator[Key]:
+    """The keys of a table."""
+    for name, field in model.model_fields.items():
+        note = next((one for one in field.metadata if isinstance(one, Quantity)), Quantity("", ""))
+        inner = tables_in(model, field)
+        whole = takes(field.annotation, tuple(field.metadata))
+        if len(inner) > 1:
+            whole = f"one of the tables {', '.join(f'[{kind_name(one)}](#{anchor(one)})' for one in inner)}"
+        meaning = note.meaning or (first_paragraph(inner[0]).partition(". ")[0].rstrip(".") if len(inner) == 1 else "")
+        yield Key(name, whole, note.unit if note.unit != "-" else "", default_of(field, model), meaning)
+
+
+def below(model: Model, path: str, page: str, seen: dict[Model, str]) -> None:
+    """Collects a table and all in it that belong on a page, each with where it first stands."""
+    if model in seen or HOMES.get(model, page) != page:
+        return
+    seen[model] = path
+    for name, field in model.model_fields.items():
+        for inner in tables_in(model, field):
+            several = get_origin(opened(field.annotation)[0]) is tuple
+            below(inner, f"{path}.{name}".lstrip(".") + ("[]" if several else ""), page, seen)
+
+
+def heading(model: Model, path: str) -> str:
+    """Of a table."""
+    kind = kind_name(model)
+    shown = f"[[{path[:-2]}]]" if path.endswith("[]") else f"[{path}]"
+    return f"`{shown}`" + (f', type = "{kind}"' if kind != "a table" else "")
+
+
+def first_paragraph(model: Model) -> str:
+    """What a table is."""
+    text = (model.__doc__ or "").strip().partition("\n\n")[0]
+    return " ".join(text.split())
+
+
+def section(model: Model, path: str) -> str:
+    """One table."""
+    rows = [(code(one.name), one.takes, plain(one.unit), one.default, prose(one.meaning)) for one in keys(model)]
+    body = table(("key", "takes", "unit", "if left out", "meaning"), rows)
+    title = f"({anchor(model)})=\n### {heading(model, path)}\n\n" if path else ""
+    return f"{title}{prose(first_paragraph(model))}\n\n{body}"
+
+
+def tables(name: str) -> dict[str, dict[Model, str]]:
+    """Every table that the page of a kind of file has, under each heading; a table stands under the first that has it."""
+    found: dict[str, dict[Model, str]] = {}
+    known: set[Model] = set()
+    for title, model in FILES[name].models.items():
+        seen: dict[Model, str] = {}
+        below(model(), "", name, seen)
+        found[title] = {one: path for one, path in seen.items() if one not in known}
+        known |= seen.keys()
+    return found
+
+
+def page(name: str) -> str:
+    """The page of one kind of file."""
+    file = FILES[name]
+    parts = [f"# {file.title}\n\n{file.text}\n"]
+    for title, found in tables(name).items():
+        outermost = next(iter(found))
+        parts += [f"({anchor(outermost)})=\n## {title}\n", *(section(model, path) for model, path in found.items())]
+    return "\n".join(parts)

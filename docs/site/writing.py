@@ -1,0 +1,133 @@
+"""The source of the site, made from the pages: listings with their output, links, what flights showed, and the reference."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from docs.site.listings import MARK, Kind, listings
+from docs.site.pages import DOCS, ROOT, pages
+from docs.site.reference import commands, equations, keys, python
+from docs.site.running import Ran
+
+LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
+
+SHOWING = ("tutorials", "lessons")
+"""Folders of pages that show what their commands print."""
+
+MOST_LINES = 40
+"""Of a command's output."""
+
+
+class MissingError(Exception):
+    """Something that a page shows and that its listings did not make."""
+
+
+def output_of(ran: Ran) -> list[str]:
+    """What a command printed, as it stands below it."""
+    lines = [line.rstrip() for line in ran.output.strip("\n").splitlines()]
+    if len(lines) > MOST_LINES:
+        lines = [*lines[: MOST_LINES - 1], f"... {len(lines) - MOST_LINES + 1} more lines"]
+    return ["", "```{code-block} text", ":class: printed", *lines, "```"] if lines else []
+
+
+def with_listings(text: str, ran: Sequence[Ran], showing: bool) -> str:
+    """A page whose listings all say their language, and with what they printed."""
+    lines, by_line = text.split("\n"), {one.line: one for one in ran}
+    for listing in reversed(listings(text)):
+        fenced = lines[listing.first].startswith("`")
+        given = re.sub("^`+", "", lines[listing.first]) if fenced else ""
+        language = given or LEXERS[listing.kind]
+        made = [f"```{language}", *listing.text.rstrip("\n").split("\n"), "```"]
+        one = by_line.get(listing.first + 1)
+        if showing and one is not None and one.status == "ran":
+            made += output_of(one)
+        lines[listing.first : listing.last] = made
+    return "\n".join(lines)
+
+
+def with_links(text: str, place: str, there: Mapping[str, str]) -> str:
+    """A page in which every mention of another is a link. there: where each stands in the site, by its name."""
+
+    def linked(found: re.Match[str]) -> str:
+        target = there.get(found[1])
+        return f"[{found[0]}]({os.path.relpath(target, Path(place).parent)})" if target and target != place else found[0]
+
+    parts = re.split(r"(```.*?\n```)", text, flags=re.DOTALL)
+    return "".join(part if part.startswith("```") else re.sub(r"(?<!\[)`([\w./-]+\.md)`", linked, part) for part in parts)
+
+
+def embedded(name: str, caption: str) -> str:
+    """A page that flies, inside a page of the site."""
+    said = caption or "The page of this flight"
+    return (
+        f'```{{raw}} html\n<iframe class="flying" src="{name}" title="{said}" loading="lazy"></iframe>\n'
+        f'<p class="caption"><a href="{name}">{said}, in a window of its own</a></p>\n```'
+    )
+
+
+def with_flights(text: str, folder: Path | None, static: Path, place: str) -> str:
+    """A page with the figures and flying pages that its listings made. static: where these go. Raises MissingError."""
+
+    def put(found: re.Match[str]) -> str:
+        kind, said = found[1], found[2]
+        if kind not in ("figure", "page"):
+            return ""
+        file, _, caption = (part.strip() for part in said.partition("|"))
+        if folder is None:
+            return ""
+        if not (folder / file).is_file():
+            raise MissingError(f"{place}: shows {file}, which its listings do not make")
+        name = f"{folder.name}-{file.removeprefix('out/').replace('/', '-')}"
+        static.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(folder / file, static / name)
+        shown = os.path.relpath("flown", Path(place).parent)
+        if kind == "page":
+            return embedded(f"{shown}/{name}", caption)
+        return f"```{{figure}} {shown}/{name}\n:alt: {caption}\n\n{caption}\n```"
+
+    return MARK.sub(put, text)
+
+
+def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]], figures: Path) -> None:
+    """Write every page by hand. results: folder and results of the pages that ran. figures: newly drawn pictures of docs/."""
+    found = {path: place for path, place in pages().items() if path.is_file()}
+    there = {path.relative_to(ROOT).as_posix(): place for path, place in found.items()}
+    there |= {f"docs/reference/{name}.md": f"reference/{name}.md" for name in reference()}
+    for path, place in found.items():
+        folder, ran = results.get(path, (None, []))
+        text = with_listings(path.read_text(encoding="utf-8"), ran, place.split("/")[0] in SHOWING)
+        text = with_further(text, there.values()) if place == "index.md" else text
+        text = with_flights(with_links(text, place, there), folder, source / "flown", place)
+        (source / place).parent.mkdir(parents=True, exist_ok=True)
+        (source / place).write_text(text, encoding="utf-8")
+    for path in (*DOCS.rglob("*.toml"), *DOCS.rglob("*.png"), *DOCS.rglob("*.md")):
+        inside = path.relative_to(DOCS)
+        if inside.parts[0] != "site" and path.suffix != ".md":
+            drawn = figures / inside
+            shutil.copyfile(drawn if drawn.is_file() else path, source / inside)
+
+
+def with_further(text: str, places: Iterable[str]) -> str:
+    """The first page, with the pages that its lists do not name in a list of their own."""
+    listed = set(re.findall(r"^(?:.*<)?([\w/-]+)>?$", text, flags=re.MULTILINE))
+    further = sorted(
+        name for name in (place.removesuffix(".md") for place in places) if name not in listed and name != "index"
+    )
+    return text.replace(
+        "<!-- further -->", "\n".join(["```{toctree}", ":caption: Further", "", *further, "```"]) if further else ""
+    )
+
+
+def reference() -> dict[str, str]:
+    """The pages made from code, by name."""
+    made = {"commands": commands.page, "python": python.page, "equations": equations.page}
+    return {**{name: make() for name, make in made.items()}, **{name: keys.page(name) for name in keys.FILES}}
+
+
+def write_reference(source: Path) -> None:
+    """Write them."""
+    (source / "reference").mkdir(parents=True, exist_ok=True)
+    for name, text in reference().items():
+        (source / "reference" / f"{name}.md").write_text(text, encoding="utf-8")

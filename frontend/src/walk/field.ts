@@ -1,0 +1,57 @@
+// Many flights of one kind as a small table: one mark each, rows and columns named, one stop for the Tab key and arrows within.
+
+import type { FlightData } from "../data/contract";
+import { h } from "../view/dom";
+import { prose } from "../view/notation";
+
+/** One table a block of cells. button: that of a flight. */
+export function field(flights: readonly FlightData[], button: (flight: FlightData) => HTMLButtonElement): HTMLElement {
+  const blocks = unique(flights.map((flight) => flight.cell!.block));
+  const made = h("div", { class: "field" }, ...blocks.map((block) => table(block, flights.filter((flight) => flight.cell!.block === block), button)));
+  const buttons = [...made.querySelectorAll("button")];
+  buttons.forEach((one, i) => (one.tabIndex = i ? -1 : 0));
+  made.addEventListener("focusin", (event) => {
+    for (const one of buttons) one.tabIndex = one === event.target ? 0 : -1;
+  });
+  made.addEventListener("keydown", (event) => {
+    const to = event.target instanceof HTMLButtonElement ? neighbour(event.target, event.key) : null;
+    if (!to) return;
+    event.preventDefault();
+    event.stopPropagation();
+    to.focus();
+  });
+  return made;
+}
+
+function table(block: string, flights: readonly FlightData[], button: (flight: FlightData) => HTMLButtonElement): HTMLElement {
+  const { rowAxis, columnAxis } = flights[0]!.cell!;
+  const rows = unique(flights.map((flight) => flight.cell!.row));
+  const columns = unique(flights.map((flight) => flight.cell!.column));
+  const cell = (row: string, column: string): HTMLElement => {
+    const found = flights.find((flight) => flight.cell!.row === row && flight.cell!.column === column);
+    return h("td", {}, found ? button(found) : null);
+  };
+  return h(
+    "table",
+    {},
+    h("caption", {}, `${block}; ${prose(rowAxis)} down, ${prose(columnAxis)} across`),
+    h("thead", {}, h("tr", {}, h("td", { class: "block" }, block), ...columns.map((column) => h("th", { scope: "col" }, column)))),
+    h("tbody", {}, ...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row), ...columns.map((column) => cell(row, column))))),
+  );
+}
+
+const STEPS: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] };
+
+/** The button that an arrow leads to from another, through the tables as if they stood in one row. */
+function neighbour(from: HTMLButtonElement, key: string): HTMLButtonElement | null {
+  const step = STEPS[key];
+  const tables = [...(from.closest(".field")?.querySelectorAll("table") ?? [])];
+  const grid = [0, 1, 2, 3, 4, 5, 6, 7].map((row) => tables.flatMap((one) => [...(one.tBodies[0]?.rows[row]?.querySelectorAll("button") ?? [])]));
+  const row = grid.findIndex((buttons) => buttons.includes(from));
+  if (!step || row < 0) return null;
+  return grid[row + step[0]]?.[grid[row]!.indexOf(from) + step[1]] ?? null;
+}
+
+function unique(values: readonly string[]): string[] {
+  return [...new Set(values)];
+}

@@ -1,0 +1,216 @@
+"""`quadstep campaign --until P`: flights are flown until it is sure that fewer than P of all fail, or that no fewer do.
+
+Stopping at the first interval that pleases is wrong more often than the interval says. So there are looks at numbers of
+flights that P alone decides, and each spends half of the chance of error that is left (alpha spending, Lan and DeMets 1983):
+the intervals of all looks together hold the probability with 95 % confidence.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import count
+from pathlib import Path
+from typing import NamedTuple
+
+import pyarrow.compute as pc
+
+from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, incomplete_beta
+from quadstep.campaign.distributions import Grid, Sobol
+from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
+from quadstep.campaign.flown import SUCCESS
+from quadstep.campaign.manifest import read_manifest
+from quadstep.campaign.run import Finished, engine_for, finish, interrupted
+from quadstep.campaign.schema import Campaign, read_campaign
+from quadstep.campaign.store import Store, opened
+from quadstep.campaign.summary import summarise
+from quadstep.errors import UserError
+from quadstep.report.sheet import Sheet
+from quadstep.terminal.screen import command
+
+LOOKS = 6
+"""Looks after which a run ends undecided where the user does not say how many flights are the most."""
+
+
+class Look(NamedTuple):
+    """After so many flights, of which at most so many may have failed. tail: chance of error spent on either side."""
+
+    flights: int
+    failures: int
+    tail: float
+
+
+class Seen(NamedTuple):
+    """A look that was taken."""
+
+    look: Look
+    failures: int
+    rate: Estimate
+
+
+class Decided(NamedTuple):
+    """A run that is over. seen: its looks, in order."""
+
+    done: Finished
+    target: float
+    seen: tuple[Seen, ...]
+
+    @property
+    def below(self) -> bool:
+        """Whether the probability is known to be below the target."""
+        return self.seen[-1].rate.high <= self.target
+
+    @property
+    def above(self) -> bool:
+        """Whether it is known not to be."""
+        return self.seen[-1].rate.low >= self.target
+
+
+def looks(target: float) -> Iterator[Look]:
+    """The looks for a target: with 0, 1, 3, 7, ... failures allowed, each after the fewest flights that can then show it."""
+    for place in count():
+        allowed, tail = 2**place - 1, 0.5 * (1.0 - LEVEL) / 2 ** (place + 1)
+        yield Look(fewest(target, allowed, tail), allowed, tail)
+
+
+def fewest(target: float, failures: int, tail: float) -> int:
+    """The fewest flights of which so many failures are this unlikely, were the target the probability."""
+    low, high = failures, 2 * (failures + 1)
+    while unlikely(target, failures, high) > tail:
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if unlikely(target, failures, middle) > tail else (low, middle)
+    return high
+
+
+def unlikely(probability: float, failures: int, flights: int) -> float:
+    """The chance of at most so many failures."""
+    return incomplete_beta(1.0 - probability, flights - failures, failures + 1)
+
+
+def parsed(text: str) -> float:
+    """A probability that can be shown by flying. Raises UserError."""
+    try:
+        target = float(text)
+    except ValueError:
+        target = math.nan
+    if not 0.0 < target < 1.0:
+        raise UserError(f"--until {text!r:.40}: should be a probability of failure between 0 and 1, like 1e-4")
+    if -math.log(0.25 * (1.0 - LEVEL)) / target > MOST_FLIGHTS:
+        raise UserError(
+            f"--until {target:g}: needs more than {MOST_FLIGHTS:.3g} flights even if none fails; --rare estimates so small a "
+            "probability"
+        )
+    return target
+
+
+def fly_until(
+    path: Path,
+    folder: Path,
+    target: float,
+    most: int | None = None,
+    engine: CampaignEngine = CampaignEngine.LANES,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    sheet: Sheet | None = None,
+) -> Decided:
+    """Fly the campaign in `path` into `folder` until its failures are known to be rarer than the target, or not to be.
+
+    most: flights. Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
+    """
+    campaign = read_campaign(path)
+    first = next(looks(target))
+    check(campaign, path, first, most)
+    fly = engine_for(campaign, engine)
+    known = read_manifest(folder) if resume else None
+    begun = max(first.flights, known["flights"] if known else 0)
+    campaign.check_count(begun)
+    seen: list[Seen] = []
+    with opened(folder, campaign, begun, engine, resume, overwrite) as store:
+        try:
+            for place, look in enumerate(looks(target)):
+                if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
+                    break
+                if look.flights > store.flights:
+                    campaign.check_count(look.flights)
+                    store.shorten(look.flights)
+                wanted = [chunk for chunk in store.missing if chunk.first < look.flights]
+                over = look.flights - sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
+
+                def told(more: int, total: int = look.flights) -> None:
+                    nonlocal over
+                    over += more
+                    if progress:
+                        progress(min(over, total), total)
+
+                told(0)
+                for chunk, table in fly(wanted, told):
+                    store.write(chunk, table)
+                seen.append(look_at(store, look))
+                if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
+                    break
+            summary = summarise(store)
+            finish(store, campaign, summary, path, sheet or Sheet())
+        except KeyboardInterrupt:
+            raise interrupted(store) from None
+    return Decided(Finished(campaign, summary, folder), target, tuple(seen))
+
+
+def check(campaign: Campaign, path: Path, first: Look, most: int | None) -> None:
+    """Refuses flights that are not drawn independently, and too few of them. Raises UserError."""
+    for name, one in campaign.file.vary.items():
+        if isinstance(one, Grid | Sobol):
+            raise UserError(
+                f"{path}: vary.{name}: --until counts independent flights; those of a {one.type} are not; use another type"
+            )
+    if most is not None and most < first.flights:
+        raise UserError(f"--flights {most}: --until needs at least {first.flights} flights, if none of them fails")
+
+
+def look_at(store: Store, look: Look) -> Seen:
+    """The failures so far, with the exact interval of this look."""
+    success = store.read([SUCCESS])[SUCCESS].slice(0, look.flights)
+    failures = look.flights - int(pc.sum(success).as_py() or 0)
+    return Seen(look, failures, exact_share(failures, look.flights, look.tail))
+
+
+def sentences(decided: Decided, file: Path) -> list[str]:
+    """What is now known, and what to fly next where it is not what was hoped for."""
+    last, target = decided.seen[-1], decided.target
+    shown = (
+        f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "
+        f"{last.rate.high:.3g}, with 95 % confidence over all looks (this was number {len(decided.seen)})."
+    )
+    if decided.below:
+        return [f"Shown: fewer than {target:g} of the flights fail. {shown}"]
+    if decided.above:
+        return [
+            f"Not so: {target:g} of the flights or more fail. {shown}",
+            "Next: see in the report what failures depend on, and fly the worst again; with another controller, start over.",
+        ]
+    lines = [f"Not decided. {shown}"]
+    following = next(look for look in looks(target) if look.flights > last.look.flights)
+    expected = last.rate.value * following.flights
+    if following.flights > MOST_FLIGHTS:
+        lines.append(f"Next: nothing; a campaign has at most {MOST_FLIGHTS:.3g} flights.")
+    elif expected > following.failures:
+        lines.append(
+            f"Next: the following look, at {following.flights} flights, allows {following.failures} failures; at the rate so "
+            f"far expect {expected:.0f}: it will hardly be shown. See in the report what failures depend on."
+        )
+    else:
+        more = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", following.flights)
+        lines.append(f"Next: {more}, which shows it if no more than {following.failures} flights fail; expect {expected:.0f}.")
+    return lines
+
+
+def as_json(decided: Decided) -> dict[str, object]:
+    """For `--json`."""
+    return {
+        "target": decided.target,
+        "decision": "below" if decided.below else "above" if decided.above else "undecided",
+        "looks": [
+            {"flights": one.look.flights, "allowed": one.look.failures, "failures": one.failures, "rate": one.rate._asdict()}
+            for one in decided.seen
+        ],
+    }

@@ -1,0 +1,53 @@
+"""How far each controller's loop is from unstable: its margins at rest where the path of its first situation begins."""
+
+from collections.abc import Mapping, Sequence
+
+from quadstep.comparison.study import Cell
+from quadstep.errors import UserError
+from quadstep.linear.analysis import Analysis, least, studied
+from quadstep.linear.worst import cells as margin_cells
+from quadstep.mission.read import check_mission
+
+Linear = Analysis | str
+"""The loop, or why it cannot be linearised."""
+
+HEADER = (
+    "vehicle", "controller", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [deg]", "delay [ms]", "disk",
+)  # fmt: skip
+
+
+def linear_of(cell: Cell) -> Linear:
+    """Of a cell's mission."""
+    campaign = cell.campaign
+    try:
+        return studied(check_mission(campaign.content, campaign.source, campaign.folder)).analysis
+    except UserError as error:
+        return str(error).removeprefix(f"{campaign.source}: ")
+
+
+def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
+    """A row of `HEADER` for each controller: the least margins of all its channels."""
+    made = []
+    for (vehicle, controller), one in found.items():
+        if isinstance(one, str):
+            made.append([vehicle or "-", controller, "not linearised", *["-"] * 5])
+            continue
+        cells = margin_cells(least(one.margins)) if one.stable else ["not stable", *["-"] * 4]
+        made.append([vehicle or "-", controller, f"{one.poles[0].real:.3g}", *cells])
+    return made
+
+
+def refused(found: Mapping[tuple[str, str], Linear]) -> list[str]:
+    """A line for each that cannot be linearised."""
+    named = ((" on ".join(filter(None, (controller, vehicle))), one) for (vehicle, controller), one in found.items())
+    return [f"{name}: {one}" for name, one in named if isinstance(one, str)]
+
+
+def loops_of(wanted: Sequence[Cell]) -> dict[tuple[str, str], Linear]:
+    """By vehicle and controller, each at its first cell."""
+    found: dict[tuple[str, str], Linear] = {}
+    for cell in wanted:
+        whose = (cell.situation.vehicle, cell.controller)
+        if whose not in found:
+            found[whose] = linear_of(cell)
+    return found

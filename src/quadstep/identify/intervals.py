@@ -1,0 +1,135 @@
+"""Intervals: the fit with one stretch of flight left out after the other (a block jackknife), through both of its stages.
+
+What averages tell stands fixed while predictions are fitted, so its errors are in what these tell too. Both stages lose the
+same stretches; the second takes one step of Newton for each (a generated regressor's error: Murphy and Topel 1985; the
+jackknife over blocks: Kuensch 1989).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.airframe.geometry import Geometry
+from quadstep.analysis.statistics import student_quantile
+from quadstep.identify.averages import Block, Told, forces, torques
+from quadstep.identify.parameters import VEHICLE, Free, placed, point_of
+from quadstep.identify.predictor import PredictorParameters
+from quadstep.identify.search import Curvature, Prior
+from quadstep.logs.flight import Floats
+
+FLIGHTS = 6
+"""From so many flights on whole flights are left out, else stretches."""
+
+STRETCH = 2.0
+"""Length of a stretch [s]."""
+
+FROM_AVERAGES = {
+    "command.speed": "curve.speed", "command.exponent": "curve.exponent", "command.voltage_exponent": "curve.voltage_exponent",
+    "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
+}  # fmt: skip
+AVERAGED = tuple(one for one in VEHICLE if one.key in FROM_AVERAGES)
+DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
+
+
+class Spread(NamedTuple):
+    """Standard errors on the search's scale, and how many parts of flight stand behind them."""
+
+    errors: Floats
+    parts: int
+
+    @property
+    def reach(self) -> float:
+        """Half a 95 % interval in standard errors."""
+        return student_quantile(0.975, max(self.parts - 1, 1))
+
+
+def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
+    """The parameters with some leaves replaced."""
+    free = [Free(name, (name,), "", False) for name in values]
+    return placed(p, free, np.array(list(values.values())))
+
+
+def averaged(
+    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
+    """Numbers that averages tell, put into p; and why the others stay."""
+    known, why = forces(block, p, geometry, speeds, rounds)
+    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
+    more = torques(block, p, geometry)
+    p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
+    return p, {**known, **more}, why
+
+
+def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:
+    """A number for each row that says which part of flight it belongs to."""
+    whole = np.asarray(flight, dtype=np.float64)
+    if len(np.unique(flight)) >= FLIGHTS:
+        return whole
+    inside: Floats = whole * 1e6 + row // max(1, round(STRETCH / period))
+    return inside
+
+
+def shifts_of_averages(
+    block: Block, names: Floats, labels: Floats, p: PredictorParameters, geometry: Geometry, speeds: bool, keys: Sequence[str],
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """By how much what averages tell moves without each part: (parts, averaged) on the search's scale, and (parts, keys) of
+    other numbers, logarithms.
+    """
+    start, told, _ = averaged(block, p, geometry, speeds, 2)
+    found, others = [], []
+    for name in names:
+        rest = labels != name
+        if rest.all():
+            found.append(point_of(start, AVERAGED))
+            others.append([told[key].value for key in keys])
+            continue
+        moved, values, _ = averaged(Block(*(column[rest] for column in block)), p, geometry, speeds, 2)
+        found.append(point_of(moved, AVERAGED))
+        others.append([values[key].value for key in keys])
+    base = np.array([told[key].value for key in keys])
+    return np.array(found) - point_of(start, AVERAGED), np.log(np.array(others) / base)
+
+
+def jackknife(shifts: Floats) -> Floats:
+    """Standard errors from the shifts of estimates without each part, shape (parts, numbers)."""
+    count = len(shifts)
+    found: Floats = np.sqrt((count - 1) / count * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
+    return found
+
+
+def spread(
+    around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, Told],
+    starts: Floats, block: Block | None, blocks: Floats,
+    p: PredictorParameters, geometry: Geometry, speeds: bool,
+) -> Spread:  # fmt: skip
+    """Standard errors of everything that was fitted: what predictions tell first, then `AVERAGED`.
+
+    around: of both kinds of numbers. sure: places of numbers whose prior is what averages tell, with their keys. starts,
+    blocks: part of each start, and of each block (`parts`).
+    """
+    many = around.hessian.shape[0] - len(AVERAGED)
+    labels, count = np.unique(starts), len(np.unique(starts))
+    inverse = np.linalg.pinv(around.hessian[:many, :many])
+    scores = np.array([around.gradients[starts == label, :many].sum(axis=0) for label in labels])
+    moved = np.zeros((count, len(AVERAGED)))
+    deviation = dict(zip(prior.places, prior.deviation, strict=True))
+    if block is not None:
+        moved, others = shifts_of_averages(block, labels, blocks, p, geometry, speeds, [key for _, key in sure])
+        for column, (place, _) in enumerate(sure):
+            scores[:, place] += others[:, column] / deviation[place] ** 2
+    crossed = around.hessian[:many, many:]
+    shifts = np.concatenate([(scores - moved @ crossed.T) @ inverse, moved], axis=1)
+    variance = jackknife(shifts) ** 2
+    # what is only vaguely known beforehand, and how much flights differ where no whole flights were left out
+    for place, one in deviation.items():
+        if place not in [at for at, _ in sure]:
+            variance[:many] += (inverse[:, place] / one) ** 2
+    speed = [one.key for one in AVERAGED].index("command.speed")
+    if "command.speed" in told:
+        more = (told["command.speed"].error / told["command.speed"].value) ** 2 - variance[many + speed]
+        if more > 0.0:
+            variance[many + speed] += more
+            variance[:many] += more * (inverse @ crossed[:, speed]) ** 2
+    return Spread(np.sqrt(variance), count)

@@ -1,0 +1,167 @@
+"""The report of an identification as an HTML page: the numbers, how well they predict, what is left over."""
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from quadstep.atomic import write_beside
+from quadstep.errors import UserError
+from quadstep.identify.beside_page import SVG, drawn, sections
+from quadstep.identify.closed_loop import fly_again, hover_ratio
+from quadstep.identify.errors import GROUPS, HORIZONS
+from quadstep.identify.fit import Identified
+from quadstep.identify.followed import Followed, followed
+from quadstep.identify.run import Run
+from quadstep.identify.table import Compared
+from quadstep.identify.vehicle_file import identified_vehicle
+from quadstep.logs.flight import FlightRecord
+from quadstep.logs.signals import spectrum
+from quadstep.mission.airframe import AirframeSection
+from quadstep.report.axes import plain_decades, powers
+from quadstep.report.canvas import LINES, drawing, new_figure
+from quadstep.report.canvas import write as write_figure
+from quadstep.report.drawing import FigureJob
+from quadstep.report.page import figure, heading, page_text, paragraph, table
+from quadstep.report.panel import Panel
+
+AHEAD = 10
+"""Samples: how far ahead the predictions are that are drawn over a flight."""
+
+SHOWN = 8.0
+"""Of a flight that is drawn [s]."""
+
+AXES = ("roll", "pitch", "yaw")
+
+
+def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: AirframeSection) -> None:
+    """Write the page: of the flights that were held out, or where none were, of those that were fitted. Raises UserError."""
+    tested = run.tested or run.found
+    shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
+    kind = "held out of this fit" if run.held_out else "fitted"
+    parts = [
+        paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
+        *fitted(run.found),
+        *compared(run),
+        heading("What the model cannot explain", "left"),
+        paragraph(
+            "While the laws follow a flight they are corrected by what was measured; what they need beside their own torque "
+            "and thrust is unexplained. Root mean squares and means over the flight, on the flights that were " + kind + "."
+        ),
+    ]
+    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
+    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
+    parts.append(unexplained(followers, shown, vehicle))
+    for place, one in enumerate(followers):
+        name = f"{one.name} ({kind})"
+        parts += [heading(name, one.name, escape), predictions(one, f"predicted{place}"), spectra(one, f"spectra{place}")]
+    parts += again(shown, vehicle)
+    write_beside(path, page_text("Identified vehicle", parts, "Identification"))
+
+
+def fitted(found: Identified) -> list[str]:
+    """The numbers."""
+    rows = [
+        (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, found.kept.get(key, one.source))
+        for key, one in found.fitted.items()
+    ]
+    rows += [(key, "stays", "", "", reason) for key, reason in found.kept.items() if key not in found.fitted]
+    return [heading("What was found", "found"), table(("number", "value", "95 % interval", "unit", "from"), rows)]
+
+
+def compared(run: Run) -> list[str]:
+    """Errors on held-out flights over those of "constant"."""
+    parts = [heading("How well it predicts flights that were not fitted", "held-out")]
+    if not run.held_out:
+        return [*parts, paragraph("No flight was held out: fewer than four, or --no-hold-out.")]
+    parts.append(
+        paragraph(f'{", ".join(run.held_out)}: mean error over that of "velocity and rates stay what they are".', escape)
+    )
+    for found, knows in ((run.commands, "commands alone"), (run.guided, "commands and setpoints")):
+        if found:
+            header = (f"from {knows}, samples ahead", *GROUPS, "rates to zero rate")
+            parts.append(table(header, [ratios(found, horizon) for horizon in found.horizons]))
+    return parts
+
+
+def ratios(found: Compared, horizon: int) -> tuple[str, ...]:
+    """A row of the table."""
+    values = [found.ratio(horizon, group).value for group in GROUPS] + [found.ratio(horizon, "rates", "zero").value]
+    return (str(horizon), *(f"{value:.2f}" for value in values))
+
+
+def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehicle: AirframeSection) -> str:
+    """A row for each flight: unexplained angular acceleration and force beside the measured ones, and the thrust."""
+    thrust = {flight.name: hover_ratio(flight, vehicle) for flight in flights}
+    rows = []
+    for one in found:
+        numbers = [np.sqrt((values**2).mean(axis=0)) for values in (one.turning, one.torque, one.force)]
+        measured, torque, force = (" / ".join(f"{value:.2g}" for value in values) for values in numbers)
+        mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
+        rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
+    header = (
+        "flight, x / y / z", "angular acceleration [rad/s^2]", "of it unexplained", "unexplained acceleration [m/s^2]",
+        "its mean", "thrust over needed",
+    )  # fmt: skip
+    return table(header, rows, escape)
+
+
+def predictions(one: Followed, file: str) -> str:
+    """Measured beside predicted, and what is left. file: its name, without ending."""
+    kept = one.time - one.time[0] <= SHOWN
+    measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
+    panels = []
+    for axis, name in enumerate(AXES):
+        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples before": predicted.rates[kept, axis]}
+        panels.append(Panel(f"{name} rate", "rad/s", lines))
+    rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
+    panels.append(Panel("residual of the rates", "rad/s", rest))
+    for axis, name in enumerate("xyz"):
+        lines = {"measured": measured.velocity[kept, axis], "predicted": predicted.velocity[kept, axis]}
+        panels.append(Panel(f"velocity along {name}", "m/s", lines))
+    rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
+    panels.append(Panel("residual of the velocity", "m/s", rest))
+    job = FigureJob(file, "", one.time[kept], panels, 2)
+    return drawn(job, f"Measured, and predicted {AHEAD} samples before; what is left below")
+
+
+def spectra(one: Followed, file: str) -> str:
+    """Amplitude densities of the measured rates and of what predictions leave. file: its name, without ending."""
+    with TemporaryDirectory() as folder, drawing(SVG):
+        sheet = new_figure(SVG, 9.0, 2.8)
+        sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
+        first: Axes | None = None
+        for axis, name in enumerate(AXES):
+            panel = sheet.add_subplot(1, 3, axis + 1, sharey=first)
+            frequencies, signal = spectrum(one.measured[HORIZONS[0]].rates, one.period)
+            panel.loglog(frequencies, signal[:, axis], label="measured", **LINES[0])
+            for style, horizon in zip(LINES[1:], HORIZONS[:2], strict=False):
+                rest = one.predicted[horizon].rates - one.measured[horizon].rates
+                panel.loglog(*(values[:, axis] if values.ndim > 1 else values for values in spectrum(rest, one.period)),
+                             label=f"residual, {horizon} ahead", **style)  # fmt: skip
+            plain_decades(panel.xaxis)
+            panel.yaxis.set_major_formatter(powers())
+            panel.set_title(f"{name} rate", fontsize=9, loc="left")
+            panel.set_xlabel("frequency [Hz]")
+            if first is None:
+                first = panel
+                panel.set_ylabel("rad/s per √Hz")
+                panel.legend(loc="lower left", fontsize="x-small")
+            else:
+                panel.tick_params(labelleft=False)
+        write_figure(sheet, Path(folder) / file, SVG)
+        return figure(Path(folder) / f"{file}.svg", "Spectra of the rates and of what predictions leave of them")
+
+
+def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str]:
+    """The real flights beside simulated ones, where they have setpoints."""
+    found = []
+    for flight in flights:
+        try:
+            found += fly_again([flight], vehicle, {"type": "pid"})
+        except UserError:
+            continue
+    return [heading("Real flights beside simulated ones", "again"), *sections(found, "pid")] if found else []

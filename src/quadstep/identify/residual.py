@@ -1,0 +1,98 @@
+"""A small network for what the laws do not explain, trained on what following the flights leaves over.
+
+Its hidden layer is drawn at random and stays (Huang, Zhu and Siew 2006), so training is one regression: the same weights on
+every run. How strongly it is held back is decided by flights that are left out, one after the other.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.airframe.residual import INPUTS, Residual
+from quadstep.identify.averages import followed, matrices
+from quadstep.identify.errors import HORIZONS
+from quadstep.identify.fit import EFFECTS
+from quadstep.identify.predictor import Predictor, PredictorParameters
+from quadstep.identify.problem import Batch
+from quadstep.identify.starts import laid_out, starts_at, usable, voltage_of
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.mission.airframe import AirframeSection
+from quadstep.numbers import Vector, matrix
+
+HIDDEN = 12
+STRIDE = 5
+STRENGTHS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+"""Of the ridge, in shares of the number of samples."""
+
+
+class Trained(NamedTuple):
+    """The network, and what is left of the unexplained accelerations' variance on flights left out (angular, then linear)."""
+
+    net: Residual
+    left: Floats
+
+
+def samples(
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
+) -> tuple[Floats, Floats, Floats]:
+    """What the network sees (n, 7), what it should say (n, 6), and the flight of each (n,)."""
+    rows = [usable(flight, max(HORIZONS), STRIDE) for flight in flights]
+    laid = laid_out(flights)
+    starts = starts_at(flights, laid, rows)
+    loop = Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flights[0].speeds)
+    _, rest = Batch(loop, flights[0].period, starts, p._replace(rows=laid.rows)).run([np.zeros(0)])
+    wanted = np.concatenate([rest[0][:, :3] + rest[0][:, 3:6], rest[0][:, 6:]], axis=1)
+    seen = [inputs(flight, p)[chosen] for flight, chosen in zip(flights, rows, strict=True)]
+    return np.concatenate(seen), wanted, starts.flight.astype(np.float64)
+
+
+def inputs(flight: FlightRecord, p: PredictorParameters) -> Floats:
+    """Velocity and rates in body axes, mean rotor speed, of every row, shape (n, 7)."""
+    curve = p.curve
+    turn = matrices(flight.channel("attitude"))
+    body = np.einsum("nij,ni->nj", turn, flight.channel("velocity"))
+    commands = followed(flight, float(curve.delay), float(p.airframe.rotor.rise))
+    if flight.speeds:
+        speeds = curve.speed * commands
+    else:
+        shift = (voltage_of(flight) / curve.nominal) ** curve.voltage_exponent
+        speeds = curve.speed * np.maximum(commands, 1e-3) ** curve.exponent * shift[:, None]
+    return np.concatenate([body, flight.channel("rates"), speeds.mean(axis=1, keepdims=True)], axis=1)
+
+
+def trained(flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters) -> Trained:
+    """The network that does best on flights left out of its training."""
+    seen, wanted, flight = samples(flights, vehicle, p)
+    middle, spread = seen.mean(axis=0), seen.std(axis=0) + 1e-9
+    random = np.random.default_rng(0)
+    weights, biases = random.normal(size=(HIDDEN, INPUTS)), random.normal(size=HIDDEN)
+    hidden = 1.0 / (1.0 + np.exp(-((seen - middle) / spread @ weights.T + biases)))
+    names = np.unique(flight)
+
+    def solved(some: np.ndarray, strength: float) -> tuple[Floats, Floats]:
+        centre, aim = hidden[some].mean(axis=0), wanted[some].mean(axis=0)
+        inside = hidden[some] - centre
+        square = inside.T @ inside / some.sum() + strength * np.eye(HIDDEN) * inside.var()
+        found = np.linalg.solve(square, inside.T @ (wanted[some] - aim) / some.sum())
+        return found.T, aim - centre @ found
+
+    def left(strength: float) -> Floats:
+        rest = np.empty_like(wanted)
+        for name in names:
+            outputs, offsets = solved(flight != name, strength)
+            rest[flight == name] = wanted[flight == name] - hidden[flight == name] @ outputs.T - offsets
+        share: Floats = np.mean(rest**2, axis=0) / np.mean(wanted**2, axis=0)
+        return share
+
+    tried = [left(strength) for strength in STRENGTHS] if len(names) > 1 else [np.full(6, np.nan)] * len(STRENGTHS)
+    best = int(np.argmin([one.mean() for one in tried])) if len(names) > 1 else len(STRENGTHS) - 1
+    outputs, offsets = solved(np.ones(len(flight), dtype=bool), STRENGTHS[best])
+    scaled = weights / spread
+    net = Residual(
+        matrix(*(tuple(map(float, row)) for row in scaled)),
+        Vector(map(float, biases - scaled @ middle)),
+        matrix(*(tuple(map(float, row)) for row in outputs)),
+        Vector(map(float, offsets)),
+    )
+    return Trained(net, tried[best])

@@ -1,0 +1,1 @@
+"""`quadstep linear`: the sampled closed loop, linearised as it flies: poles, margins, responses (`docs/linear.md`)."""

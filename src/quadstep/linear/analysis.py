@@ -1,0 +1,95 @@
+"""Everything that is said of one linearised loop."""
+
+from typing import NamedTuple
+
+from quadstep.flight.engines import FlightPlan
+from quadstep.linear.channels import Channel
+from quadstep.linear.equilibrium import Rest, at_rest, hovering
+from quadstep.linear.margins import Margins, margins
+from quadstep.linear.poles import STILL, Pole, poles
+from quadstep.linear.reduced import Reduced
+from quadstep.linear.sampled import linearising
+from quadstep.linear.transfer import frequencies, loci, opened
+from quadstep.mission.schema import Mission
+from quadstep.plants.multirotor import Multirotor
+
+
+class Analysis(NamedTuple):
+    """A loop at rest or at an instant of a flight. margins: by channel, empty where the loop is not stable.
+
+    loop: the linearised period.
+    """
+
+    channels: tuple[Channel, ...]
+    poles: list[Pole]
+    margins: tuple[Margins, ...]
+    loop: Reduced
+
+    @property
+    def stable(self) -> bool:
+        """Whether no mode grows."""
+        return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
+
+
+class Studied(NamedTuple):
+    """A loop at rest, and what is said of it. rest: of rotors as they rise, where they fall in another time."""
+
+    rest: Rest
+    analysis: Analysis
+
+
+def studied(mission: Mission) -> Studied:
+    """The mission's loop at rest where its path begins. Raises UserError."""
+    plans = of_even_rotors(hovering(mission))
+    with linearising():
+        rests = [at_rest(plan) for plan in plans]
+        return Studied(rests[0], worst_of([of_loop(rest.period) for rest in rests]))
+
+
+def of_loop(loop: Reduced) -> Analysis:
+    """What is said of a linearised period."""
+    channels = loop.period.channels
+    found = Analysis(channels, poles(loop), (), loop)
+    if not found.stable:
+        return found
+    omega, ready = frequencies(loop), opened(loop)
+    grid = loci(ready, omega)
+    return found._replace(margins=tuple(margins(ready.only(i), omega, grid[:, i]) for i in range(len(channels))))
+
+
+def of_even_rotors(plan: FlightPlan) -> list[FlightPlan]:
+    """The plan, or two where rotors do not rise as fast as they fall: at rest they would do neither, and the loop has no
+    slope; so once all as they rise, once all as they fall.
+    """
+    if not isinstance(plan.loop.plant, Multirotor):
+        return [plan]
+    airframe = plan.parameters.airframe
+    rotor = airframe.rotor
+    if rotor.rise == rotor.fall:
+        return [plan]
+    both = [rotor._replace(fall=rotor.rise), rotor._replace(rise=rotor.fall)]
+    return [plan._replace(parameters=plan.parameters._replace(airframe=airframe._replace(rotor=one))) for one in both]
+
+
+def worst_of(found: list[Analysis]) -> Analysis:
+    """Of loops of the same channels the first, with the least of all margins; the one that grows where one does."""
+    for one in found:
+        if not one.stable:
+            return one
+    first = found[0]
+    return first._replace(margins=tuple(least(each) for each in zip(*(one.margins for one in found), strict=True)))
+
+
+def least(found: tuple[Margins, ...]) -> Margins:
+    """The worst of each."""
+    turned = min(found, key=lambda one: one.phase)
+    return Margins(
+        gain_up=min(one.gain_up for one in found),
+        gain_down=max(one.gain_down for one in found),
+        phase=turned.phase,
+        phase_at=turned.phase_at,
+        delay=min(one.delay for one in found),
+        disk=min(one.disk for one in found),
+        sensitivity=max(one.sensitivity for one in found),
+        complementary=max(one.complementary for one in found),
+    )

@@ -1,0 +1,49 @@
+"""Where a loop is opened: between what the controller commands and what the actuators make of it, one channel at a time."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from quadstep.airframe.allocation import thrusts_of
+from quadstep.control.commands import RotorSpeeds, RotorThrusts
+from quadstep.control.controller import Command
+from quadstep.flight.loop import Loop
+from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
+from quadstep.plants.multirotor import Multirotor
+
+BODY = "thrust", "roll", "pitch", "yaw"
+PAPER = "thrust", "yaw", "pitch", "roll"
+"""Of a `Command`: the paper's generalised torques are in the order of its angles (psi, theta, phi)."""
+
+
+class Channel(NamedTuple):
+    """One command. name: as in tables. unit: of its size."""
+
+    name: str
+    unit: str
+
+
+def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
+    """Those of a controller that has just given this command, in its own order."""
+    if isinstance(command, Command | RotorThrusts | RotorSpeeds):
+        names = BODY if isinstance(loop.plant, Multirotor) else PAPER
+        return tuple(Channel(name, "N" if name == "thrust" else "N m") for name in names)
+    return tuple(Channel(name, "") for name in leaf_names(command))
+
+
+def commanded(loop: Loop, p: Structure, command: Structure) -> list[Number]:
+    """The size of each channel; of a command to the rotors the thrust and torques that it should make."""
+    if isinstance(loop.plant, Multirotor):
+        command = loop.plant.asked(p, command)
+    if isinstance(command, Command):
+        return [command.thrust, *command.torque]
+    return flatten(command)
+
+
+def moved(p: Structure, command: Structure, by: Sequence[Number]) -> Structure:
+    """The command with something added to each channel; the rotors share it as they share any thrust and torque."""
+    if isinstance(command, Command):
+        return command._replace(thrust=command.thrust + by[0], torque=command.torque + Vector(by[1:]))
+    if isinstance(command, RotorThrusts | RotorSpeeds):
+        thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(p.allocation, command.speeds)
+        return RotorThrusts(Vector(one + row @ Vector(by) for one, row in zip(thrusts, p.allocation.matrix, strict=True)))
+    return rebuild(command, iter([leaf + more for leaf, more in zip(flatten(command), by, strict=True)]))

@@ -1,0 +1,50 @@
+"""One mission under other laws: each of its vehicle's controllers as declared, nets switched off."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from quadstep.control.registry import controllers
+from quadstep.documents import read_toml
+from quadstep.errors import UserError
+from quadstep.linear.analysis import Analysis, studied
+from quadstep.mission.check import shorten
+from quadstep.mission.derived import ControllerSection
+from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
+
+ALL = "all"
+
+
+def named(mission: Mission, text: str) -> list[str]:
+    """What `--controllers` asks for: names with commas between, or `all`. Raises UserError."""
+    known = list(controllers(mission.measures))
+    if text.strip() == ALL:
+        return known
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in known:
+            raise UserError(f"--controllers: {shorten(name)} is not known; allowed: {ALL}, {', '.join(known)}")
+    return list(dict.fromkeys(names))
+
+
+def under_each(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Analysis | str]]:
+    """The mission in a file under each law, by name, and its loop, or why there is none."""
+    content = read_toml(path)
+    for name in names:
+        try:
+            other, nets = under(content, path, name)
+            found: Analysis | str = studied(other).analysis
+        except UserError as error:
+            yield name, str(error).removeprefix(f"{path}: ")
+            continue
+        yield f"{name} (nets off)" if nets else name, found
+
+
+def under(content: dict[str, object], path: Path, name: str) -> tuple[Mission, bool]:
+    """A mission under a law of this name, its gains as declared, its nets off; whether it has any. Raises UserError."""
+    other = check_mission({**content, "controller": {"type": name}}, str(path), path.parent)
+    section: ControllerSection = other.controller
+    if section.table is None:
+        return other, False
+    off = section.model_copy(update={"nets": section.table.model_copy(update={"enabled": False})})
+    return other.model_copy(update={"controller": off}), True

@@ -1,0 +1,101 @@
+"""Stability margins of one channel, from the factors on its command that put a pole of the sampled loop on the unit circle."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.linear.delay import delay_margin
+from quadstep.linear.sampled import Array
+from quadstep.linear.transfer import Complex, Opened, loci
+
+FAINT = 1e-3
+"""A loop that returns less is not looked at: gain margins of more than 60 dB count as infinite."""
+
+REFINED, ZOOMS, ZOOMED = 30, 4, 9
+"""Steps to a crossing; of closer looks at a least value, and the frequencies of each."""
+
+
+class Margins(NamedTuple):
+    """Of one channel; infinite where no factor, turn or delay makes the loop unstable.
+
+    gain_up, gain_down: factors on the command, above and below 1. phase [rad] at phase_at [rad/s]: that it can be turned,
+    whichever way is less. delay [s]: that it can come later. disk: smallest |d| of a factor (1 + d/2) / (1 - d/2) (Seiler,
+    Packard and Gahinet, "An introduction to disk margins", 2020, without skew). sensitivity, complementary: largest
+    |1 / (1 + L)| and |L / (1 + L)|.
+    """
+
+    gain_up: float
+    gain_down: float
+    phase: float
+    phase_at: float
+    delay: float
+    disk: float
+    sensitivity: float
+    complementary: float
+
+
+def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
+    """Of a stable loop. one: of a single channel; grid: its loci at the frequencies omega [rad/s]."""
+    branches = followed(grid)
+    real = list(crossings(one, omega, branches, lambda g: g.imag))
+    ends = [(float(omega[end]), g) for end in (0, -1) for g in branches[end] if abs(g.imag) < 1e-6 * abs(g)]
+    factors = [1.0 / g.real for _, g in (*real, *ends) if g.real > FAINT]
+    turns = [(at, -math.atan2(g.imag, g.real)) for at, g in crossings(one, omega, branches, lambda g: abs(g) - 1.0)]
+    at, turn = min(turns, key=lambda one: abs(one[1]), default=(math.nan, math.inf))
+    return Margins(
+        gain_up=min((factor for factor in factors if factor > 1.0), default=math.inf),
+        gain_down=max((factor for factor in factors if factor < 1.0), default=0.0),
+        phase=abs(turn),
+        phase_at=at,
+        delay=min((delay_margin(one, at, -turn % (2.0 * math.pi) / at) for at, turn in turns), default=math.inf),
+        disk=least(one, omega, grid, lambda g: np.abs(2.0 * (1.0 - g) / (1.0 + g))),
+        sensitivity=1.0 / least(one, omega, grid, lambda g: np.abs(1.0 - g)),
+        complementary=1.0 / least(one, omega, grid, lambda g: np.abs((1.0 - g) / g)),
+    )
+
+
+def followed(grid: Complex) -> Complex:
+    """The loci in an order in which each follows on from the frequency before."""
+    branches = grid.copy()
+    for i in range(1, len(branches)):
+        before, left = branches[i - 1], list(branches[i])
+        for place in np.argsort(-np.abs(before)):
+            branches[i, place] = left.pop(int(np.argmin(np.abs(np.array(left) - before[place]))))
+    return branches
+
+
+def crossings(one: Opened, omega: Array, branches: Complex, of: Callable[[complex], float]) -> Iterator[tuple[float, complex]]:
+    """Frequencies [rad/s] at which a branch g crosses of(g) = 0, and g there."""
+    signs = np.sign(np.vectorize(of, otypes=[float])(branches))
+    heard = np.maximum(np.abs(branches[:-1]), np.abs(branches[1:])) > FAINT
+    for i, branch in zip(*np.nonzero((signs[:-1] * signs[1:] < 0.0) & heard), strict=True):
+        low, high = (float(omega[i]), branches[i, branch]), (float(omega[i + 1]), branches[i + 1, branch])
+        at, g = low
+        for step in range(REFINED):
+            share = of(low[1]) / (of(low[1]) - of(high[1])) if step % 3 else 0.5
+            at = low[0] + share * (high[0] - low[0])
+            found = loci(one, np.array([at]))[0, 0]
+            g = found[int(np.argmin(np.abs(found - (low[1] + share * (high[1] - low[1])))))]
+            if abs(of(g)) < 1e-9:
+                break
+            low, high = ((at, g), high) if of(g) * of(low[1]) > 0.0 else (low, (at, g))
+        if abs(of(g)) < 1e-4:  # else two branches were taken for one
+            yield at, complex(g)
+
+
+def least(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
+    """The least of(g) over all frequencies and values: on the grid, then looked at more closely."""
+    with np.errstate(all="ignore"):
+        values = np.nan_to_num(of(grid), nan=np.inf).min(axis=1)
+        best = int(values.argmin())
+        found = float(values[best])
+        low, high = float(omega[max(best - 1, 0)]), float(omega[min(best + 1, len(omega) - 1)])
+        for _ in range(ZOOMS):
+            near = np.linspace(low, high, ZOOMED)
+            closer = np.nan_to_num(of(loci(one, near)[:, 0]), nan=np.inf).min(axis=1)
+            best = int(closer.argmin())
+            found = min(found, float(closer[best]))
+            low, high = float(near[max(best - 1, 0)]), float(near[min(best + 1, ZOOMED - 1)])
+    return found

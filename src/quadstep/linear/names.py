@@ -1,0 +1,23 @@
+"""What margins are called as metrics: `phase_margin` is the least of all channels, `phase_margin_roll` that of one."""
+
+UNITS = {
+    "gain_margin_up": "[dB]",
+    "gain_margin_down": "[dB]",
+    "phase_margin": "[rad]",
+    "delay_margin": "[s]",
+    "disk_margin": "",
+    "sensitivity_peak": "",
+}
+"""Each kind, with its unit. gain_margin_down: how far down, a number above 0."""
+
+CHANNELS = "thrust", "roll", "pitch", "yaw"
+
+LESS_IS_BETTER = "sensitivity_peak"
+
+MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in ("", *(f"_{name}" for name in CHANNELS))}
+"""Units by name."""
+
+
+def is_margin(name: str) -> bool:
+    """Whether more of this metric is better."""
+    return name in MARGINS and not name.startswith(LESS_IS_BETTER)

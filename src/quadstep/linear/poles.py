@@ -1,0 +1,47 @@
+"""Poles of the sampled loop, said as those of a continuous one that does the same from period to period."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.linear.reduced import Reduced
+
+GONE = 1e-6
+"""A mode that is left with less of itself after a period is not shown: it is gone (a filled delay line, say)."""
+
+STILL = 1e-9
+"""A mode that changes by less in a period neither grows nor decays."""
+
+
+class Pole(NamedTuple):
+    """log(z) / T, z the factor in a period T: real part [1/s], imaginary part [rad/s]. Of a pair one stands for both."""
+
+    real: float
+    imaginary: float
+
+    @property
+    def time_constant(self) -> float:
+        """[s]; negative: of its growth; infinite for one that is neutral."""
+        return math.inf if self.real == 0.0 else -1.0 / self.real
+
+    @property
+    def frequency(self) -> float:
+        """Natural frequency [rad/s]."""
+        return math.hypot(self.real, self.imaginary)
+
+    @property
+    def damping(self) -> float:
+        """Share of critical damping [-]."""
+        return -self.real / self.frequency if self.frequency else 0.0
+
+
+def poles(loop: Reduced) -> list[Pole]:
+    """The slowest first; those that grow before all."""
+    factors = np.linalg.eigvals(loop.map)
+    found = []
+    for z in factors:
+        if abs(z) > GONE and z.imag >= 0.0:
+            s = 0.0 if abs(z - 1.0) < STILL else np.log(complex(z)) / loop.period.length
+            found.append(Pole(float(np.real(s)), abs(float(np.imag(s)))))
+    return sorted(found, key=lambda one: (-one.real, one.imaginary))

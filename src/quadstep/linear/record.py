@@ -1,0 +1,42 @@
+"""An analysis for machines: numbers in SI units, gain margins in dB; what there is none of is null."""
+
+import math
+
+from quadstep.linear.analysis import Analysis
+from quadstep.linear.margins import Margins
+from quadstep.linear.step import Step
+
+MARGIN_COLUMNS = (
+    "gain_up[dB]", "gain_down[dB]", "phase[rad]", "crossover[rad/s]", "delay[s]", "disk[-]", "sensitivity[-]",
+    "complementary[-]",
+)  # fmt: skip
+
+
+def finite(value: float) -> float | None:
+    """A number that JSON can have."""
+    return value if math.isfinite(value) else None
+
+
+def margin_numbers(one: Margins) -> list[float | None]:
+    """Those of `MARGIN_COLUMNS`."""
+    gains = [20.0 * math.log10(gain) if 0.0 < gain < math.inf else None for gain in (one.gain_up, one.gain_down)]
+    rest = one.phase, one.phase_at, one.delay, one.disk, one.sensitivity, one.complementary
+    return [*gains, *map(finite, rest)]
+
+
+def margin_record(one: Margins) -> dict[str, float | None]:
+    """By name."""
+    return dict(zip(MARGIN_COLUMNS, margin_numbers(one), strict=True))
+
+
+def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
+    """All of it."""
+    period = found.loop.period
+    return {
+        "stable": found.stable,
+        "period[s]": period.length,
+        "states": list(period.names),
+        "margins": {channel.name: margin_record(one) for channel, one in zip(found.channels, found.margins, strict=False)},
+        "poles[1/s]": [[pole.real, pole.imaginary] for pole in found.poles],
+        "steps": {step.name: {"overshoot[-]": step.overshoot, "settling[s]": finite(step.settling)} for step in steps},
+    }

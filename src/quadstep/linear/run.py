@@ -1,0 +1,109 @@
+"""`quadstep linear`: one mission from file to folder."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep import __version__
+from quadstep.errors import UserError
+from quadstep.linear import tables
+from quadstep.linear.analysis import Analysis, Studied, studied
+from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
+from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
+from quadstep.linear.step import Step, steps
+from quadstep.linear.transfer import LOWEST, harmonic, opened
+from quadstep.mission.read import read_mission
+from quadstep.mission.schema import Mission
+from quadstep.report import page
+from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
+from quadstep.report.sheet import Sheet
+from quadstep.report.tables import write_csv
+
+REPORT = "report.html"
+DRAWN = 600
+"""Frequencies of a plot."""
+
+SLOWEST_SHOWN = 0.1
+"""[rad/s]"""
+
+
+class Done(NamedTuple):
+    """What the command prints."""
+
+    name: str
+    studied: Studied
+    steps: list[Step]
+    record: dict[str, object]
+
+
+def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> Done:
+    """Linearise the mission in `path` where its path begins, and write `folder`. Raises UserError."""
+    mission = read_mission(path)
+    with publishing(folder, "linear-" + fingerprint([mission.plan(warn=False)]), overwrite) as out:
+        found = of_file(mission, path)
+        moves = steps(found.rest) if found.analysis.stable else []
+        done = Done(mission.name, found, moves, about(mission, path, found, moves))
+        write(out, done, sheet)
+    return done
+
+
+def of_file(mission: Mission, path: Path) -> Studied:
+    """The same with the file in what goes wrong."""
+    try:
+        return studied(mission)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def about(mission: Mission, path: Path, found: Studied, moves: list[Step]) -> dict[str, object]:
+    """What `--json` prints, and `linear.json` holds."""
+    given = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
+    return {**given, **record(found.analysis, moves)}
+
+
+def write(out: Path, done: Done, sheet: Sheet) -> None:
+    """Everything that the folder holds."""
+    found = done.studied.analysis
+    margins = zip(found.channels, found.margins, strict=False)
+    rows = [(channel.name, *margin_numbers(one)) for channel, one in margins]
+    write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), rows)
+    write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]"), [tuple(pole) for pole in found.poles])
+    write_json(out / "linear.json", done.record)
+    body = [page.listing(tables.sentences(found)), *sections(out, done, sheet)]
+    page.write_page(out / REPORT, done.name, body, "Linear")
+    write_json(out / MANIFEST, {**done.record, "states": len(found.loop.period.names)})
+
+
+def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
+    """The body of the report below its sentences; draws the figures."""
+    found, body = done.studied.analysis, []
+    if found.stable:
+        body = [page.heading("Margins", "margins"), page.paragraph(tables.METHOD)]
+        body += [page.table(tables.MARGIN_HEADER, tables.margin_rows(found))]
+    body += [page.heading("Poles", "poles"), page.table(tables.POLE_HEADER, tables.pole_rows(found.poles, None))]
+    if not found.stable:
+        return body
+    (out / "figures").mkdir()
+    drawn = sheet.with_svg()
+    shown = opened_loop(found)
+    for name, draw in (("bode", draw_bode), ("nyquist", draw_nyquist)):
+        draw(out / "figures" / name, done.name, shown, drawn)
+    draw_steps(out / "figures" / "step", done.name, done.steps, drawn)
+    body += [
+        page.heading("Frequency response", "frequency"),
+        page.figure(out / "figures" / "bode.svg", "Bode plot of each channel opened"),
+        page.figure(out / "figures" / "nyquist.svg", "Nyquist plot of each channel opened"),
+        page.heading("Steps of the path", "steps"),
+        page.figure(out / "figures" / "step.svg", "Response to a step of the path along each axis"),
+        page.table(tables.STEP_HEADER, tables.step_rows(done.steps)),
+    ]
+    return body
+
+
+def opened_loop(found: Analysis) -> Open:
+    """What the plots show: up to half the rate of the law."""
+    ready = opened(found.loop)
+    highest = np.pi * len(ready.due) / ready.length
+    omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), highest, DRAWN)
+    return Open(found.channels, omega, harmonic(ready, omega))

@@ -1,0 +1,247 @@
+"""The sampled closed loop as linear maps: what each tick makes of small deviations from a motion.
+
+A tick is what the engines fly: the tasks that are due, then the integrator's step with all commands held. Both are passed
+dual numbers and give their slopes exactly, latency, rotor lag and every loop at its own rate included.
+"""
+
+import contextlib
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Clock
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Cycle
+from quadstep.guidance.reference import Reference
+from quadstep.linear.channels import Channel, channels, commanded, moved
+from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
+from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
+
+Array = NDArray[np.float64]
+
+MOST_TICKS = 2000
+"""Of the period after which all loops are due together again."""
+
+SAME = 1e-9
+"""Slopes on both sides of an edge, and states of two ticks, that differ by less beside 1 count as the same."""
+
+WANTED = "x", "y", "z", "yaw"
+"""What of the path can be moved."""
+
+
+class NotLinearError(UserError):
+    """A motion about which the loop cannot be linearised: what, and where."""
+
+
+@contextlib.contextmanager
+def linearising() -> Iterator[None]:
+    """A block in which arithmetic that cannot go on, or a law that takes no such numbers, is a loop that is not linear."""
+    try:
+        yield
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        raise NotLinearError(f"its numbers cannot be computed: {error}") from None
+    except TypeError as error:
+        raise NotLinearError(f"a law cannot take numbers with slopes: {error}") from None
+
+
+class Tick(NamedTuple):
+    """One tick for small deviations: x' = tasks x + path r, then x = step (x' + acting d), x the state of `Period.names`.
+
+    d: what is added to each channel's command while this tick lasts; commands: rows of x' that hold the commands. sampled:
+    whether the law ran. r: deviations of the path, `WANTED`.
+    """
+
+    tasks: Array
+    path: Array
+    step: Array
+    acting: Array
+    sampled: bool
+
+
+class Period(NamedTuple):
+    """The ticks until all loops are due together again, from time `start` [s] on. names: of the states, the channels' commands
+    last. values: of the states at the start, and `after` it.
+    """
+
+    ticks: tuple[Tick, ...]
+    names: tuple[str, ...]
+    channels: tuple[Channel, ...]
+    values: Array
+    after: Array
+    step: float
+    start: float
+
+    @property
+    def length(self) -> float:
+        """[s]."""
+        return len(self.ticks) * self.step
+
+    @property
+    def map(self) -> Array:
+        """What a whole period makes of a deviation."""
+        whole = np.eye(len(self.names))
+        for tick in self.ticks:
+            whole = tick.step @ tick.tasks @ whole
+        return whole
+
+
+class Flown(NamedTuple):
+    """What lives from tick to tick. asked: the law's last command, each channel's."""
+
+    cycle: Cycle
+    asked: Vector
+
+
+@dataclass(frozen=True)
+class MovedPath:
+    """A path, moved by a constant. Its parameters are those of the path, and the offset `WANTED`."""
+
+    path: Structure
+
+    def reference(self, t: float, parameters: Structure) -> Reference:
+        """The wanted motion."""
+        own, offset = parameters
+        wanted: Reference = self.path.reference(t, own)
+        return wanted._replace(position=wanted.position + Vector(offset.entries[:3]), yaw=wanted.yaw + offset[3])
+
+
+class Loops:
+    """The closed loop of a plan, tick by tick, for any numbers."""
+
+    def __init__(self, plan: FlightPlan) -> None:
+        self.plan, self.h = plan, plan.ticks.step
+        self.loop = replace(plan.loop, path=MovedPath(plan.loop.path))
+        self.p = plan.parameters._replace(path=(plan.parameters.path, Vector(0.0 for _ in WANTED)))
+        due = [every for every in plan.ticks.every if every <= plan.ticks.last]
+        self.count = math.lcm(*due)
+        if self.count > MOST_TICKS:
+            raise NotLinearError(
+                f"the periods of sensors and controller meet only every {self.count * self.h:g} s, that is {self.count} "
+                f"steps; allowed are at most {MOST_TICKS}"
+            )
+
+    def due(self, k: int) -> tuple[bool, ...]:
+        """Which tasks run at tick k."""
+        return tuple(k % every == 0 for every in self.plan.ticks.every)
+
+    def begin(self) -> Flown:
+        """Before the first tick."""
+        return Flown(self.loop.start(self.plan.start, self.p), Vector(()))
+
+    def tasks(self, flown: Flown, k: int, p: Structure) -> tuple[Flown, Structure]:
+        """After the tasks of tick k; the command, () where the law is not due."""
+        cycle, asked, command = flown.cycle, flown.asked, ()
+        for task, every, due in zip(self.loop.tasks, self.plan.ticks.every, self.due(k), strict=True):
+            clock = Clock(k * self.h, float(k), self.h * every)
+            if due and task.name == "law":
+                command, memory = self.loop.controller.law(
+                    cycle.memory, self.loop.told(cycle, p), self.loop.wanted(clock.time, p), p.gains, clock.time, clock.period
+                )
+                asked = Vector(commanded(self.loop, p, command))
+                cycle = cycle._replace(memory=memory, held=self.loop.plant.actuate(p, command))
+            elif due:
+                cycle, _ = task.run(cycle, p, clock)
+        return Flown(cycle, asked), command
+
+    def step(self, flown: Flown, k: int) -> Flown:
+        """After the integrator's step."""
+        clock = Clock(k * self.h, float(k), self.h)
+        return flown._replace(cycle=self.loop.advance(flown.cycle, self.p, clock))
+
+    def fly(self, flown: Flown, first: int, past: int) -> Flown:
+        """Ticks of floats."""
+        for k in range(first, past):
+            flown = self.step(self.tasks(flown, k, self.p)[0], k)
+        return flown
+
+
+def states(flown: Flown) -> tuple[list[float], list[str]]:
+    """What a deviation can be of: all that lives, but for the command as it is logged."""
+    kept = flown._replace(cycle=flown.cycle._replace(command=()))
+    return flatten(kept), [name.removeprefix("cycle.") for name in leaf_names(kept)]
+
+
+def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
+    """These in their place."""
+    bare = rebuild(flown._replace(cycle=flown.cycle._replace(command=())), iter(values))
+    return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
+
+
+def linearised(loops: Loops, flown: Flown, first: int) -> Period:
+    """One period from tick `first` on, a multiple of the period's. flown: once the law has run. Raises NotLinearError."""
+    values, names = states(flown)
+    done: dict[tuple[bool, ...], tuple[Array, Tick]] = {}
+    ticks: list[Tick] = []
+    kinds: tuple[Channel, ...] = ()
+    begun = np.array(values)
+    for k in range(first, first + loops.count):
+        now = np.array(states(flown)[0])
+        known = done.get(loops.due(k))
+        after, command = loops.tasks(flown, k, loops.p)
+        if command != ():
+            kinds = channels(loops.loop, command)
+            held = command
+        if known is None or np.abs((known[0] - now) / (1.0 + np.abs(now))).max() > SAME:
+            known = now, tick_of(loops, flown, after, held, k)
+            done[loops.due(k)] = known
+        ticks.append(known[1])
+        flown = loops.step(after, k)
+    return Period(tuple(ticks), tuple(names), kinds, begun, np.array(states(flown)[0]), loops.h, first * loops.h)
+
+
+def tick_of(loops: Loops, flown: Flown, after: Flown, command: Structure, k: int) -> Tick:
+    """The slopes of tick k. after: its tasks. command: the law's last. Raises NotLinearError."""
+    tick, values, edges = one_side(loops, flown, after, command, k, 1.0)
+    if not edges:
+        return tick
+    other, others, _ = one_side(loops, flown, after, command, k, -1.0)
+    for a, b, what in ((values, others, "jumps"), (slopes(tick), slopes(other), "has a kink")):
+        apart = np.abs(a - b) > SAME * (1.0 + np.abs(a))
+        if apart.any():
+            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the edge at {' or '.join(edges)}")
+    return tick
+
+
+def slopes(tick: Tick) -> Array:
+    """All of them."""
+    return np.concatenate([tick.tasks.ravel(), tick.path.ravel(), tick.step.ravel(), tick.acting.ravel()])
+
+
+def one_side(
+    loops: Loops, flown: Flown, after: Flown, command: Structure, k: int, side: float
+) -> tuple[Tick, Array, list[str]]:
+    """The slopes of tick k to one side of what edges there are; the values that go with them; the edges."""
+    values, names = states(flown)
+    n, m, r = len(values), len(flown.asked) or len(after.asked), len(WANTED)
+    try:
+        first = Seeds(n + r, side)
+        duals = first.seeded([*values, *(0.0 for _ in WANTED)], 0)
+        made, _ = loops.tasks(with_states(flown, duals[:n]), k, loops.p._replace(path=(loops.p.path[0], Vector(duals[n:]))))
+        tasks = checked(states(made)[0], names, n + r)
+        second = Seeds(n, side)
+        made = loops.step(with_states(after, second.seeded(states(after)[0], 0)), k)
+        step = checked(states(made)[0], names, n)
+        third = Seeds(m, side)
+        spun = loops.loop.plant.actuate(loops.p, moved(loops.p, command, third.seeded([0.0] * m, 0)))
+        held = checked(flatten(spun), ["held"] * len(flatten(spun)), m)
+    except NotDifferentiableError as error:
+        raise NotLinearError(str(error)) from None
+    acting = np.zeros((n, m))
+    acting[[name.startswith("held") for name in names]] = held[1]
+    tick = Tick(tasks[1][:, :n], tasks[1][:, n:], step[1], acting, loops.due(k)[-1])
+    edges = list(dict.fromkeys([*first.edges, *second.edges, *third.edges]))
+    return tick, np.concatenate([tasks[0], step[0], held[0]]), edges
+
+
+def checked(numbers: Sequence[Number], names: list[str], count: int) -> tuple[Array, Array]:
+    """Values and slopes. Raises NotLinearError where slopes were lost."""
+    values, slopes, lost = slopes_of(numbers, count)
+    for name, place in zip(names, lost, strict=True):
+        if place:
+            raise NotLinearError(f"{name} has no slope: {place}")
+    return values, slopes

@@ -1,0 +1,110 @@
+"""What is said of an analysis, as tables for people: dB, degrees, milliseconds."""
+
+import math
+from typing import NamedTuple
+
+from quadstep.linear.analysis import Analysis
+from quadstep.linear.margins import Margins
+from quadstep.linear.poles import Pole
+from quadstep.linear.step import Step
+
+MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [deg]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
+POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "how many")
+STEP_HEADER = ("step of 1", "overshoot [%]", "settled within 2 % [s]")
+METHOD = (
+    "One loop is opened at a time, between the controller's command and the rotors: by how much that command can be scaled, "
+    "turned in phase, or come later before the sampled loop is no longer stable. S and T are the largest sensitivity and "
+    "complementary sensitivity."
+)
+
+SHOWN = 10
+"""Of the poles, the slowest first; the files have all."""
+
+ALIKE = 1e-4
+"""Poles that differ by less of themselves are one row."""
+
+
+class Group(NamedTuple):
+    """Poles that are the same but for rounding. times: how often; a pair counts as two."""
+
+    pole: Pole
+    times: int
+
+
+def decibels(factor: float) -> str:
+    """A factor in dB; beyond 60 dB there is none to speak of."""
+    return "none" if factor in (0.0, math.inf) else f"{20.0 * math.log10(factor):.1f}"
+
+
+def number(value: float, digits: str = ".1f") -> str:
+    """A margin, if there is one."""
+    return f"{value:{digits}}" if math.isfinite(value) else "none"
+
+
+def margin_cells(one: Margins) -> list[str]:
+    """A row of `MARGIN_HEADER` without its name."""
+    return [
+        decibels(one.gain_up),
+        decibels(one.gain_down),
+        number(math.degrees(one.phase)),
+        number(one.phase_at),
+        number(1e3 * one.delay),
+        f"{one.disk:.2f}",
+        f"{one.sensitivity:.2f}",
+        f"{one.complementary:.2f}",
+    ]
+
+
+def margin_rows(found: Analysis) -> list[list[str]]:
+    """A row a channel."""
+    return [[channel.name, *margin_cells(one)] for channel, one in zip(found.channels, found.margins, strict=False)]
+
+
+def grouped(poles: list[Pole]) -> list[Group]:
+    """Poles in order, those alike as one."""
+    groups: list[Group] = []
+    for pole in poles:
+        twice = 2 if pole.imaginary else 1
+        for place, (first, count) in enumerate(groups):
+            if math.hypot(pole.real - first.real, pole.imaginary - first.imaginary) <= ALIKE * first.frequency:
+                groups[place] = Group(first, count + twice)
+                break
+        else:
+            groups.append(Group(pole, twice))
+    return groups
+
+
+def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
+    """A row for each that differs, the slowest first."""
+    return [
+        [
+            f"{pole.real:.4g}" + (f" +- {pole.imaginary:.4g}j" if pole.imaginary else ""),
+            number(pole.time_constant, ".4g"),
+            f"{pole.damping:.3f}",
+            f"{pole.frequency:.4g}",
+            str(count),
+        ]
+        for pole, count in grouped(poles)[:most]
+    ]
+
+
+def sentences(found: Analysis) -> list[str]:
+    """What is to be said before any number."""
+    slowest = found.poles[0]
+    if not found.stable:
+        return [
+            f"The loop is not stable: a mode grows {math.e:.3g} times in {-slowest.time_constant:.3g} s. It has no margins."
+        ]
+    period = found.loop.period
+    said = f"The loop is stable: its slowest mode has a time constant of {number(slowest.time_constant, '.3g')} s."
+    if slowest.time_constant == math.inf:
+        said = "The loop is stable, but for what it does not hold: a mode neither grows nor decays."
+    sampled = (
+        f"Sampled: {len(period.names)} states, every loop at its own rate, together again every {1e3 * period.length:g} ms."
+    )
+    return [said, sampled]
+
+
+def step_rows(steps: list[Step]) -> list[list[str]]:
+    """A row of `STEP_HEADER` for each."""
+    return [[one.name, f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]

@@ -1,0 +1,74 @@
+"""Several loops: laws, instants of a flight, or draws; each on a row, and which of them has the least margins."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from quadstep.linear.analysis import Analysis, least
+from quadstep.linear.margins import Margins
+from quadstep.linear.tables import decibels, number
+
+Found = Sequence[tuple[str, Analysis | str]]
+"""Loops by name; of one that cannot be linearised, why."""
+
+ROW_HEADER = ("", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [deg]", "delay [ms]", "disk")
+WORST_HEADER = ("margin", "worst", "channel", "where")
+
+MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
+    ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
+    ("gain down [dB]", lambda one: one.gain_down, False, lambda one: decibels(one.gain_down)),
+    ("phase [deg]", lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
+    ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
+    ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
+    ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
+)
+"""Name, value, whether less is worse, and the value as text."""
+
+
+class Worst(NamedTuple):
+    """The least of one margin. where: the name of the loop."""
+
+    margin: str
+    text: str
+    channel: str
+    where: str
+
+
+def stable(found: Found) -> list[tuple[str, Analysis]]:
+    """Those that have margins."""
+    return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
+
+
+def rows(found: Found) -> list[list[str]]:
+    """A row of `ROW_HEADER` for each that is linear: the least margins of all its channels."""
+    made = []
+    for name, one in found:
+        if isinstance(one, Analysis):
+            pole = f"{one.poles[0].real:.3g}"
+            made.append([name, pole, *(cells(least(one.margins)) if one.stable else ["not stable"] + ["-"] * 4)])
+    return made
+
+
+def cells(one: Margins) -> list[str]:
+    """Of a row."""
+    return [text(one) for _, _, _, text in MEASURES[:5]]
+
+
+def refused(found: Found) -> list[str]:
+    """A line for each that cannot be linearised, or has no margins."""
+    return [f"{name}: {one}" for name, one in found if isinstance(one, str)]
+
+
+def worst(found: Found) -> list[Worst]:
+    """Each margin's least, over all loops and channels."""
+    made = []
+    for title, value, less, text in MEASURES:
+        every = [
+            (value(margins), name, channel.name, margins)
+            for name, one in stable(found)
+            for channel, margins in zip(one.channels, one.margins, strict=True)
+        ]
+        if every:
+            best = (min if less else max)(every, key=lambda one: one[0])
+            made.append(Worst(title, text(best[3]), best[2], best[1]))
+    return made

@@ -1,0 +1,85 @@
+"""report.html of a flight."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.log import REASONS, FlightLog
+from quadstep.metrics.of_log import Metrics
+from quadstep.report import page, units
+
+if TYPE_CHECKING:
+    from quadstep.mission.schema import Mission
+
+IN_SUMMARY = 3
+"""Figures."""
+
+
+def write_report(
+    path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str], figures: dict[str, str]
+) -> None:
+    """Write it beside the flight's other files. figures: their captions by path from there, without ending."""
+    drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
+    body = [page.summary(answer(log, metrics), facts(metrics), drawn[:IN_SUMMARY])]
+    body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
+    body.append(
+        page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
+    )
+    if "position" in metrics:
+        body += [page.heading("Errors", "errors"), page.table(HEADER, error_rows(metrics))]
+    if drawn[IN_SUMMARY:]:
+        body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
+    content = escape(mission.model_dump_json(indent=2))
+    body += [
+        page.heading("What was flown", "flown"),
+        f"<details><summary>the mission, every key</summary><pre>{content}</pre></details>",
+    ]
+    page.write_page(path, mission.name, body, "Flight")
+
+
+def answer(log: FlightLog, metrics: Metrics) -> str:
+    """How it went, in a sentence."""
+    if log.outcome is not Outcome.COMPLETED:
+        return f"The flight diverged at {log.ended:.4g} s: {REASONS[log.outcome]}."
+    off = metrics.get("position_rmse[m]")
+    return f"The flight completed {log.ended:g} s" + (
+        f" and was off its path by {units.quantity(off, 'm')} (RMSE)." if off is not None else "."
+    )
+
+
+def facts(metrics: Metrics) -> list[page.Fact]:
+    """The numbers that say most, as far as the flight has them."""
+    found = []
+    if "position" in metrics:
+        largest = metrics.get("largest_error[m]") or max(one["largest[m]"] for one in metrics["position"].values())
+        along = "from the path" if "largest_error[m]" in metrics else "along one axis"
+        found.append(page.Fact("largest error", units.quantity(largest, "m"), along))
+    if "largest_tilt[rad]" in metrics:
+        found.append(
+            page.Fact("largest tilt", f"{math.degrees(metrics['largest_tilt[rad]']):.3g}°", "of the thrust from vertical")
+        )
+    if "largest_thrust_share" in metrics:
+        share = metrics["largest_thrust_share"]
+        more = f"at most {units.percent(share)} of the rotors' thrust was used"
+        found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
+    if "saturated_share" in metrics:
+        found.append(page.Fact("rotors at their limits", units.percent(metrics["saturated_share"]), "of the log's rows"))
+    return found
+
+
+HEADER = ("", "RMSE", "largest", "final", "unit")
+
+
+def error_rows(metrics: Metrics) -> list[list[str]]:
+    """Each axis and angle, those of a kind in one unit."""
+    rows = []
+    for group, base in (("position", "m"), ("attitude", "rad")):
+        largest = max((one[f"largest[{base}]"] for one in metrics.get(group, {}).values()), default=0.0)
+        unit, factor = units.handy(base, largest)
+        for axis, one in metrics.get(group, {}).items():
+            values = (one[f"{key}[{base}]"] for key in ("rmse", "largest", "final"))
+            rows.append([axis, *(units.number(factor * value) for value in values), unit])
+    return rows

@@ -1,0 +1,354 @@
+"""Enclosures: numbers that hold every value that a law gives while its inputs stay in a box, in f64 and in exact arithmetic.
+
+An affine form (Stolfi and de Figueiredo, "Self-validated numerical methods and applications", 1997): the value is
+
+    centre + sum of parts_i e_i + something of size `rest` at most,    each e_i in [-1, 1],
+
+where e_1, e_2 ... are the box's directions. What is linear in the inputs cancels as it does in the law; what is not, and every
+rounding, goes into `rest`: that of the flown operation, whose result in f64 the form holds as it holds the exact one, and that
+of the form itself. Without directions it is a ball. Arrays throughout: one operation encloses many samples.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Operand: TypeAlias = Any
+"""A number of any kind, or what is given beside one."""
+
+Array: TypeAlias = NDArray[Operand]
+
+ROUNDING = 2.0**-49
+"""Sixteen half units in the last place: more than the flown operation and the few that make its form lose together."""
+
+CLEAR = 1.0 + 1e-6
+"""By so much a distance from zero must be larger than what may be taken from it, for their difference to be known well."""
+
+ELEMENTARY = 2.0**-48
+"""Sixteen units in the last place: what `elementary.py` may be off by. It is measured at 2.3 (docs/decisions/0012)."""
+
+TINY = 1e-300
+"""More than what underflows."""
+
+PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
+"""Numbers that are known, beside enclosures."""
+
+HERE = str(Path(__file__).parent)
+
+
+class UndefinedError(Exception):
+    """A law that has no bounded value on all of a box: what, and where."""
+
+
+def place() -> str:
+    """File and line of the law that is at work."""
+    frame = sys._getframe(1)
+    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
+        frame = frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
+
+
+class Fresh:
+    """Directions that functions may still take for what they are off a straight line by, so that it cancels too."""
+
+    def __init__(self, first: int, past: int) -> None:
+        self.next, self.past = first, past
+
+
+class Enclosure:
+    """centre, rest, reach: of one shape S; parts: (directions, *S), or None for a ball.
+
+    reach: how far a value may be from the centre, at most. square: whether it is a sum of squares, never below zero.
+    """
+
+    __slots__ = ("centre", "fresh", "known", "parts", "reach", "rest", "square")
+    __array_ufunc__ = None
+    functions: Operand
+
+    def __init__(
+        self, centre: Array, parts: Array | None, rest: Array, reach: Array, fresh: Fresh | None = None, square: bool = False
+    ) -> None:
+        self.centre, self.parts, self.rest, self.reach = centre, parts, rest, reach
+        self.fresh, self.square = fresh, square
+        self.known = parts is None
+
+    def __repr__(self) -> str:
+        return f"Enclosure({self.centre!r} +- {self.tight!r})"
+
+    @property
+    def tight(self) -> Array:
+        """How far a value may be from the centre, summed up from the parts."""
+        if not self.known:
+            assert self.parts is not None
+            summed = np.abs(self.parts).sum(axis=0)
+            self.reach = np.minimum(self.reach, (summed + self.rest) * (1.0 + 1e-13) + TINY)
+            self.known = True
+        return self.reach
+
+    @property
+    def low(self) -> Array:
+        """A lower bound."""
+        width = self.tight
+        return np.where(width == 0.0, self.centre, np.nextafter(self.centre - width, -np.inf))
+
+    @property
+    def high(self) -> Array:
+        """An upper bound."""
+        width = self.tight
+        return np.where(width == 0.0, self.centre, np.nextafter(self.centre + width, np.inf))
+
+    @property
+    def size(self) -> Array:
+        """A bound of its magnitude."""
+        return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
+
+    def made(
+        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, square: bool = False
+    ) -> Enclosure:
+        """The form whose operations have lost `lost` in rounding."""
+        return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, square)
+
+    def __add__(self, other: Operand) -> Operand:
+        if isinstance(other, Enclosure):
+            centre, reach = self.centre + other.centre, self.reach + other.reach
+            lost = ROUNDING * (np.abs(centre) + reach)
+            parts = added(self.parts, other.parts)
+            return self.made(centre, parts, self.rest + other.rest, reach, lost, self.square and other.square)
+        if not isinstance(other, PLAIN):
+            return NotImplemented
+        if isinstance(other, float | int) and other == 0.0:
+            return self
+        centre = self.centre + other
+        lost = ROUNDING * (np.abs(centre) + self.reach)
+        return self.made(centre, self.parts, self.rest, self.reach, lost)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Enclosure:
+        return Enclosure(-self.centre, None if self.parts is None else -self.parts, self.rest, self.reach, self.fresh)
+
+    def __pos__(self) -> Enclosure:
+        return self
+
+    def __sub__(self, other: Operand) -> Operand:
+        if isinstance(other, (Enclosure, PLAIN)):
+            return self + (-other)
+        return NotImplemented
+
+    def __rsub__(self, other: Operand) -> Operand:
+        return (-self) + other
+
+    def __mul__(self, other: Operand) -> Operand:
+        if isinstance(other, Enclosure):
+            return self.squared() if other is self else product(self, other)
+        if not isinstance(other, PLAIN):
+            return NotImplemented
+        if np.all(np.asarray(other) == 0.0):
+            return 0.0
+        if isinstance(other, float | int) and other == 1.0:
+            return self
+        size, centre = np.abs(other), self.centre * other
+        reach = size * self.reach
+        parts = None if self.parts is None else self.parts * other
+        lost = ROUNDING * (np.abs(centre) + reach) + underflow(self)
+        positive = self.square and bool(np.all(np.asarray(other) >= 0.0))
+        return self.made(centre, parts, size * self.rest, reach, lost, positive)
+
+    __rmul__ = __mul__
+
+    def squared(self) -> Enclosure:
+        """Its product with itself: centre^2 + 2 centre d + d^2, d^2 between 0 and the reach's square."""
+        size, half = np.abs(self.centre), 0.5 * self.tight * self.tight
+        centre = self.centre * self.centre + half
+        parts = None if self.parts is None else (2.0 * self.centre) * self.parts
+        reach = 2.0 * size * self.reach + half
+        return self.made(
+            centre, parts, 2.0 * size * self.rest + half, reach, ROUNDING * (centre + reach) + underflow(self), True
+        )
+
+    def __truediv__(self, other: Operand) -> Operand:
+        if isinstance(other, Enclosure):
+            return self * inverse(other)
+        if isinstance(other, PLAIN):
+            if np.any(np.asarray(other) == 0.0):
+                raise UndefinedError(f"a quotient by zero ({place()})")
+            size, centre = np.abs(other), self.centre / other
+            reach = self.reach / size
+            parts = None if self.parts is None else self.parts / other
+            return self.made(centre, parts, self.rest / size, reach, ROUNDING * (np.abs(centre) + reach) + underflow(self))
+        return NotImplemented
+
+    def __rtruediv__(self, other: Operand) -> Operand:
+        return inverse(self) * other
+
+    def __abs__(self) -> Enclosure:
+        below_zero = self < 0.0
+        chosen: Enclosure = Enclosure.functions.where(below_zero, -self, self)
+        return chosen
+
+    def over(self, other: Operand) -> Enclosure:
+        """self - other, for a comparison: no limit is as good as a far one."""
+        far = isinstance(other, float) and abs(other) == np.inf
+        gap: Enclosure = self - (np.copysign(1e300, other) if far else other)
+        return gap
+
+    def __lt__(self, other: Operand) -> Truth:
+        gap = self.over(other)
+        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0))  # what is no number is undecided
+
+    def __le__(self, other: Operand) -> Truth:
+        gap = self.over(other)
+        return Truth(~(gap.low > 0.0), ~(gap.high <= 0.0))
+
+    def __gt__(self, other: Operand) -> Operand:
+        return -self < -other
+
+    def __ge__(self, other: Operand) -> Operand:
+        return -self <= -other
+
+
+class Truth:
+    """What comparing enclosures gives: sample by sample, whether it can hold, and whether it can fail."""
+
+    __slots__ = ("fails", "holds")
+    functions: Operand
+
+    def __init__(self, holds: Operand, fails: Operand) -> None:
+        self.holds, self.fails = np.asarray(holds), np.asarray(fails)
+
+    def __and__(self, other: Truth) -> Truth:
+        return Truth(self.holds & other.holds, self.fails | other.fails)
+
+    def __or__(self, other: Truth) -> Truth:
+        return Truth(self.holds | other.holds, self.fails & other.fails)
+
+    def __invert__(self) -> Truth:
+        return Truth(self.fails, self.holds)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a law chooses with `where`, never with `if`")
+
+
+def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
+    """What a product may lose at the lower end of the floats: nothing where a factor is exactly zero."""
+    may: Array = TINY * ((np.abs(a.centre) + a.reach) != 0.0)
+    return may if b is None else may * ((np.abs(b.centre) + b.reach) != 0.0)
+
+
+def ball(centre: Operand, rest: Operand = 0.0) -> Enclosure:
+    """An enclosure without directions."""
+    centre = np.asarray(centre, dtype=np.float64)
+    width = np.broadcast_to(np.asarray(rest, dtype=np.float64), centre.shape)
+    return Enclosure(centre, None, width, width)
+
+
+def added(a: Array | None, b: Array | None) -> Array | None:
+    """The sum of two forms' parts."""
+    if a is None or b is None:
+        return a if b is None else b
+    return a + b
+
+
+def product(a: Enclosure, b: Enclosure) -> Enclosure:
+    """centre_a centre_b + centre_a d_b + centre_b d_a + d_a d_b."""
+    size_a, size_b, bend = np.abs(a.centre), np.abs(b.centre), a.tight * b.tight
+    centre = a.centre * b.centre
+    parts = added(None if a.parts is None else a.parts * b.centre, None if b.parts is None else b.parts * a.centre)
+    reach = size_a * b.reach + size_b * a.reach + bend
+    rest = size_a * b.rest + size_b * a.rest + bend
+    return a.made(centre, parts, rest, reach, ROUNDING * (np.abs(centre) + reach) + underflow(a, b))
+
+
+def straight(x: Enclosure, value: Array, slope: Array, bend: Array, error: float = ROUNDING) -> Enclosure:
+    """A smooth function: its value and slope at the centre, and how far it leaves that line.
+
+    error: of value and slope, and of the flown function, beside 1 and their size.
+    """
+    size = np.abs(slope)
+    reach = size * x.reach + bend
+    lost = error * (np.abs(value) + reach + x.reach) + TINY
+    parts = None if x.parts is None else slope * x.parts
+    return of_its_own(x.made(value, parts, size * x.rest + bend, reach, lost))
+
+
+def of_its_own(x: Enclosure) -> Enclosure:
+    """The form with its rest as a direction of its own, where one is left."""
+    if x.fresh is None or x.parts is None or x.fresh.next >= x.fresh.past:
+        return x
+    parts = x.parts.copy()
+    parts[x.fresh.next] = x.rest
+    x.fresh.next += 1
+    return Enclosure(x.centre, parts, np.zeros_like(x.rest), x.reach, x.fresh, x.square)
+
+
+def inverse(x: Enclosure) -> Enclosure:
+    """1 / x: off its tangent by d^2 / (c^2 (c + d))."""
+    size, width = np.abs(x.centre), x.tight
+    if np.any(size <= width * CLEAR + TINY):
+        raise UndefinedError(f"a quotient by what may be zero ({place()})")
+    value = 1.0 / x.centre
+    square = value * value
+    bend = width * width * square / (size - width) * (1.0 + 1e-12)
+    return without_fresh(x, value, -square, bend)
+
+
+def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
+    """A smooth function that takes no direction of its own."""
+    size = np.abs(slope)
+    reach = size * x.reach + bend
+    lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
+    return x.made(value, None if x.parts is None else slope * x.parts, size * x.rest + bend, reach, lost)
+
+
+def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
+    """An elementary function: value and slope are off by what `elementary.py` may be."""
+    size = np.abs(slope)
+    reach = size * x.reach + bend * (1.0 + 1e-12)
+    lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + TINY
+    parts = None if x.parts is None else slope * x.parts
+    return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
+
+
+def finite(x: Operand) -> Operand:
+    """The same. Raises UndefinedError."""
+    if not np.all(np.isfinite(x)):
+        raise UndefinedError(f"an angle or exponent beyond all bounds ({place()})")
+    return x
+
+
+def zeros_like(parts: Array | None) -> Array | None:
+    """No parts, of the same shape."""
+    return None if parts is None else np.zeros_like(parts)
+
+
+def lifted(x: Operand, like: Enclosure) -> Enclosure:
+    """A number as an enclosure of the same shape."""
+    if isinstance(x, Enclosure):
+        return x
+    centre = np.broadcast_to(np.asarray(x, dtype=np.float64), np.broadcast_shapes(np.shape(x), like.centre.shape))
+    nothing = np.zeros_like(centre)
+    return Enclosure(centre, None, nothing, nothing, like.fresh)
+
+
+def merged(choice: Array, yes: Enclosure, no: Enclosure) -> Enclosure:
+    """`yes` for some samples, `no` for the others."""
+    parts = None
+    if yes.parts is not None or no.parts is not None:
+        parts = np.where(choice, 0.0 if yes.parts is None else yes.parts, 0.0 if no.parts is None else no.parts)
+    fields = [np.where(choice, getattr(yes, name), getattr(no, name)) for name in ("centre", "rest", "reach")]
+    return Enclosure(fields[0], parts, fields[1], fields[2], yes.fresh or no.fresh, yes.square and no.square)
+
+
+def either(yes: Enclosure, no: Enclosure) -> Enclosure:
+    """What holds both: half of each, and as much as they are apart."""
+    apart = (0.5 * yes) - (0.5 * no)
+    middle: Enclosure = (0.5 * yes) + (0.5 * no)
+    far = apart.size
+    return Enclosure(
+        middle.centre, middle.parts, middle.rest + far, middle.reach + far, middle.fresh, yes.square and no.square
+    )

@@ -1,0 +1,250 @@
+"""Dual numbers: a value and its slopes along many directions at once, so that any law yields its own derivative.
+
+Forward differentiation (Griewank and Walther, "Evaluating Derivatives", 2008, chapter 3). The value is a Python float computed
+as `quadstep.numbers` computes it, so a law takes the branches that it takes in flight. Two things have no derivative, and are
+found instead of guessed:
+
+* A comparison of equal numbers, the edge of a `where`. The branch is that of a state moved a little to one side (`Seeds`), so
+  that all edges are decided for one and the same neighbour. Whoever differentiates does it for both sides and compares.
+* A slope that does not exist: the square root at zero, a quotient by zero. The number is `lost`, with the place in the law; a
+  factor of zero redeems it, as in |v| v at v = 0.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.numbers.functions import FLOATS, Number
+
+Slopes: TypeAlias = NDArray[np.float64]
+
+CLOSE = 1e-11
+"""Numbers that differ by less, beside 1 and their own size, stand on an edge: what rounding leaves of an equilibrium."""
+
+HERE = str(Path(__file__).parent)
+
+
+class NotDifferentiableError(Exception):
+    """A law that dual numbers cannot pass: one line that says what, and where."""
+
+
+class Seeds:
+    """What the duals of one differentiation share.
+
+    count: of directions. side: +1.0 or -1.0, to which side of an edge the state is moved. edges: places of comparisons that
+    were decided so.
+    """
+
+    def __init__(self, count: int, side: float) -> None:
+        self.count = count
+        spread = np.array([place * 0.6180339887498949 % 1.0 + 0.5 for place in range(1, count + 1)])  # no two balance
+        spread[1::2] *= -1.0
+        self.aside = side * spread
+        self.edges: dict[str, None] = {}
+
+    def seeded(self, values: Sequence[float], first: int) -> list[Number]:
+        """Duals of these values, the i-th along direction first + i."""
+        rows = np.zeros((len(values), self.count))
+        rows[np.arange(len(values)), first + np.arange(len(values))] = 1.0
+        return [cast(Number, Dual(value, row, self)) for value, row in zip(values, rows, strict=True)]
+
+
+def place() -> str:
+    """File and line of the law that is at work."""
+    frame = sys._getframe(2)
+    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
+        frame = frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
+
+
+class Dual:
+    """value, slopes of shape (directions,), and where the slopes were lost, if they were."""
+
+    __slots__ = ("lost", "seeds", "slopes", "value")
+    __array_ufunc__ = None
+    functions: Duals
+
+    def __init__(self, value: float, slopes: Slopes, seeds: Seeds, lost: str | None = None) -> None:
+        self.value, self.slopes, self.seeds, self.lost = value, slopes, seeds, lost
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value!r}, {self.slopes!r})"
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __add__(self, other: Dual | float) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value + other.value, self.slopes + other.slopes, self.seeds, self.lost or other.lost)
+        if isinstance(other, float | int):
+            return Dual(self.value + other, self.slopes, self.seeds, self.lost)
+        return NotImplemented
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Dual | float) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value - other.value, self.slopes - other.slopes, self.seeds, self.lost or other.lost)
+        if isinstance(other, float | int):
+            return Dual(self.value - other, self.slopes, self.seeds, self.lost)
+        return NotImplemented
+
+    def __rsub__(self, other: float) -> Dual:
+        if not isinstance(other, float | int):
+            return NotImplemented
+        return Dual(other - self.value, -self.slopes, self.seeds, self.lost)
+
+    def __mul__(self, other: Dual | float) -> Dual:
+        if isinstance(other, Dual):
+            slopes = self.slopes * other.value + other.slopes * self.value
+            lost = self.lost or other.lost
+            if lost:  # what is lost is bounded, and counts for nothing beside a factor of zero
+                kept = (self.lost if abs(other.value) > CLOSE else None), (other.lost if abs(self.value) > CLOSE else None)
+                lost = kept[0] or kept[1]
+            return Dual(self.value * other.value, slopes, self.seeds, lost)
+        if isinstance(other, float | int):
+            return Dual(self.value * other, self.slopes * other, self.seeds, self.lost if other else None)
+        return NotImplemented
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Dual | float) -> Dual:
+        if isinstance(other, float | int):
+            if other == 0.0:
+                return lost(self, place())
+            return Dual(self.value / other, self.slopes / other, self.seeds, self.lost)
+        if not isinstance(other, Dual):
+            return NotImplemented
+        if other.value == 0.0:
+            return lost(self, place())
+        value = self.value / other.value
+        slopes = (self.slopes - other.slopes * value) / other.value
+        return Dual(value, slopes, self.seeds, self.lost or (other.lost if abs(self.value) > CLOSE else None))
+
+    def __rtruediv__(self, other: float) -> Dual:
+        if not isinstance(other, float | int):
+            return NotImplemented
+        if self.value == 0.0:
+            return lost(self, place())
+        value = other / self.value
+        return Dual(value, self.slopes * (-value / self.value), self.seeds, self.lost if other else None)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slopes, self.seeds, self.lost)
+
+    def __pos__(self) -> Dual:
+        return self
+
+    def __abs__(self) -> Dual:
+        return -self if self < 0.0 else self
+
+    def over(self, other: Dual | float) -> float:
+        """self - other for a comparison: on an edge, the side to which the state is moved."""
+        value, slopes = (other.value, self.slopes - other.slopes) if isinstance(other, Dual) else (other, self.slopes)
+        gap = self.value - value
+        if abs(gap) <= CLOSE * (1.0 + abs(value)):
+            moved = float(slopes @ self.seeds.aside)
+            if abs(moved) > CLOSE:
+                self.seeds.edges[place()] = None
+                return moved
+        return gap
+
+    def __lt__(self, other: Dual | float) -> bool:
+        return self.over(other) < 0.0
+
+    def __le__(self, other: Dual | float) -> bool:
+        return self.over(other) <= 0.0
+
+    def __gt__(self, other: Dual | float) -> bool:
+        return self.over(other) > 0.0
+
+    def __ge__(self, other: Dual | float) -> bool:
+        return self.over(other) >= 0.0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Dual | float | int) and self.over(other) == 0.0
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def lost(x: Dual, where: str) -> Dual:
+    """What is left of a quotient by zero."""
+    return Dual(FLOATS.sqrt(-1.0), np.zeros_like(x.slopes), x.seeds, f"a quotient by zero ({where})")
+
+
+def value_of(x: Dual | float) -> float:
+    """Its value."""
+    return x.value if isinstance(x, Dual) else x
+
+
+class Duals:
+    """The functions of `quadstep.numbers` for them. Values are those of floats, to the bit."""
+
+    def sin(self, x: Dual) -> Dual:
+        return Dual(FLOATS.sin(x.value), x.slopes * FLOATS.cos(x.value), x.seeds, x.lost)
+
+    def cos(self, x: Dual) -> Dual:
+        return Dual(FLOATS.cos(x.value), x.slopes * -FLOATS.sin(x.value), x.seeds, x.lost)
+
+    def exp(self, x: Dual) -> Dual:
+        value = FLOATS.exp(x.value)
+        return Dual(value, x.slopes * value, x.seeds, x.lost)
+
+    def sigmoid(self, x: Dual) -> Dual:
+        value = FLOATS.sigmoid(x.value)
+        return Dual(value, x.slopes * (value * (1.0 - value)), x.seeds, x.lost)
+
+    def log(self, x: Dual) -> Dual:
+        return Dual(FLOATS.log(x.value), x.slopes / x.value if x.value else x.slopes, x.seeds, x.lost)
+
+    def sqrt(self, x: Dual) -> Dual:
+        value = FLOATS.sqrt(x.value)
+        if value > CLOSE:
+            return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
+        broken = x.lost or f"a square root or length at zero ({place()})"
+        return Dual(value, np.zeros_like(x.slopes), x.seeds, broken)
+
+    def atan2(self, y: Dual | float, x: Dual | float) -> Dual:
+        rise, run = value_of(y), value_of(x)
+        some = y if isinstance(y, Dual) else x
+        assert isinstance(some, Dual)
+        square = rise * rise + run * run
+        broken = (y.lost if isinstance(y, Dual) else None) or (x.lost if isinstance(x, Dual) else None)
+        slopes = np.zeros_like(some.slopes)
+        if square == 0.0:
+            return Dual(0.0, slopes, some.seeds, broken or f"the angle of a point at the origin ({place()})")
+        if isinstance(y, Dual):
+            slopes = slopes + y.slopes * (run / square)
+        if isinstance(x, Dual):
+            slopes = slopes - x.slopes * (rise / square)
+        return Dual(FLOATS.atan2(rise, run), slopes, some.seeds, broken)
+
+    def where(self, condition: bool, yes: Dual | float, no: Dual | float) -> Dual | float:
+        return yes if condition else no
+
+    def word(self, x: Dual) -> int:
+        raise NotDifferentiableError(f"the law works on the bits of a number ({place()})")
+
+    def number(self, word: int) -> float:
+        return float(word)
+
+    def opaque(self, *_: object) -> list[Dual]:
+        raise NotDifferentiableError(f"it calls an opaque function, which has no equations ({place()})")
+
+
+Dual.functions = Duals()
+
+
+def slopes_of(
+    numbers: Sequence[Number | Dual], count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[str | None]]:
+    """Values of shape (numbers,), slopes of shape (numbers, count), and where those of each were lost."""
+    values = np.array([value_of(one) for one in numbers], dtype=np.float64)
+    slopes = np.array([one.slopes if isinstance(one, Dual) else np.zeros(count) for one in numbers]).reshape(-1, count)
+    return values, slopes, [one.lost if isinstance(one, Dual) else None for one in numbers]

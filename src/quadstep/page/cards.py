@@ -1,0 +1,89 @@
+"""The list of results as cards with pictures, which can be sorted, filtered and compared; works without scripts, too."""
+
+import time
+from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from urllib.parse import quote
+
+from quadstep.page.folder import Result
+from quadstep.report import units
+from quadstep.report.page import page_text
+
+
+def part(name: str) -> str:
+    """A file beside this one, as markup."""
+    kind = "style" if name.endswith(".css") else "script"
+    return f"<{kind}>{files('quadstep.page').joinpath(name).read_text(encoding='utf-8')}</{kind}>"
+
+
+def list_page(root: Path, found: list[Result], share: str = "") -> str:
+    """The list of results as HTML, every text escaped. share: markup that says how others open it."""
+    if not found:
+        body = ["<p>No results yet. `quadstep fly` and `quadstep reproduce` write some.</p>"]
+    else:
+        cards = "".join(card(result) for result in sorted(found, key=lambda one: -one.changed))
+        together = '<a class="together" id="together" hidden>Compare the two</a>'
+        body = [bar(found), f'<ul class="cards" id="cards">{cards}</ul>', together, part("results.js")]
+    return page_text(f"Results in {root.name or root}", [share, *body], "Results", part("results.css"))
+
+
+def bar(found: Iterable[Result]) -> str:
+    """Search, kind and order."""
+    kinds = "".join(f"<option>{escape(kind)}</option>" for kind in sorted({one.kind for one in found}))
+    orders = {"newest": "newest first", "name": "by name", "error": "smallest error first", "folder": "by folder"}
+    options = "".join(f'<option value="{key}">{text}</option>' for key, text in orders.items())
+    return (
+        '<div class="bar" role="search">'
+        '<input data-scripted type="search" id="search" placeholder="Search" aria-label="Search results">'
+        f'<select data-scripted id="kind" aria-label="Kind"><option value="">all kinds</option>{kinds}</select>'
+        f'<select data-scripted id="order" aria-label="Order">{options}</select>'
+        '<span data-scripted id="count" role="status"></span></div>'
+    )
+
+
+def address(result: Result, name: str) -> str:
+    """Where a file of a result is."""
+    place = result.place.as_posix()
+    return f"/files/{'' if place == '.' else quote(place) + '/'}{quote(name)}"
+
+
+def best(result: Result) -> str:
+    """What a card opens: the page or report, or the flight drawn from its log."""
+    if "flight.csv" in result.files and not {"page.html", "report.html"} & set(result.files):
+        return address(result, "").replace("/files/", "/fly/", 1)
+    return address(result, result.files[0])
+
+
+def picture(result: Result) -> str:
+    """Its thumbnail."""
+    if result.picture is None:
+        return f"<span>{escape(result.kind)}</span>"
+    return f'<img loading="lazy" alt="" src="{escape(address(result, result.picture))}">'
+
+
+def card(result: Result) -> str:
+    """One result: its picture and name lead to its page or report; then every file."""
+    place = result.place.as_posix()
+    links = " ".join(f'<a href="{escape(address(result, name))}">{escape(name)}</a>' for name in result.files)
+    try:
+        written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
+    except (ValueError, OverflowError):  # a time that no calendar has
+        written = ""
+    said = [escape(result.ending)] if result.ending else []
+    if result.rmse is not None:
+        said.append(f"RMSE {units.quantity(result.rmse, 'm')}")
+    data = {
+        "name": result.name, "place": place, "kind": result.kind, "changed": f"{result.changed:.0f}",
+        "rmse": "" if result.rmse is None else f"{result.rmse!r}",
+    }  # fmt: skip
+    attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
+    href = escape(best(result))
+    return (
+        f'<li {attributes}><a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{picture(result)}</a>'
+        '<div class="card">'
+        f'<span class="kind">{escape(result.kind)}</span><h2><a href="{href}">{escape(result.name)}</a></h2>'
+        f'<p>{", ".join(said)}</p><p>{escape(place)} · {written}</p><div class="files">{links}</div>'
+        f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
+    )

@@ -1,0 +1,87 @@
+"""Two results beside each other: what their metrics.json say, number by number."""
+
+import math
+from html import escape
+from urllib.parse import urlencode
+
+from quadstep.judging.verdict import scalars
+from quadstep.metrics.of_log import Metrics
+from quadstep.page.cards import best, picture
+from quadstep.page.folder import Result
+from quadstep.report import page, units
+
+MOST_ROWS = 400
+RMSE = "position_rmse[m]"
+
+STYLE = """<style>
+.two { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 12px; }
+.two figure { margin: 0; }
+</style>"""
+
+
+def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metrics]) -> str:
+    """The page. contents: of their metrics.json."""
+    first, second = (numbers(content) for content in contents)
+    names = [one.name if results[0].name != results[1].name else one.place.as_posix() for one in results]
+    shown = "".join(
+        f'<figure><div class="drawn">{picture(one)}</div><figcaption><a href="{escape(best(one))}">{escape(name)}</a>'
+        f"</figcaption></figure>"
+        for one, name in zip(results, names, strict=True)
+    )
+    rows = [[key, *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
+    body = [
+        page.summary(answer(names, first, second), facts(names, first, second)),
+        f'<div class="two">{shown}</div>',
+    ]
+    if all("flight.csv" in one.files for one in results):
+        places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
+        body.append(page.links([(f"/both?{places}", "Both flights in one page")]))
+    body += [page.heading("Number by number", "numbers")]
+    body += [
+        page.table(("", *names, "second / first"), rows, escape) if rows else page.paragraph("Neither has numbers to compare.")
+    ]
+    return page.page_text(
+        f"{names[0]} and {names[1]}", [*body, page.links([("/", "All results")])], "Comparison of two", STYLE
+    )
+
+
+def numbers(content: Metrics) -> dict[str, float]:
+    """The numbers of a metrics.json by dotted name, without those of the mission."""
+    kept = {key: value for key, value in content.items() if key != "mission"}
+    found = {}
+    for key, value in scalars(kept).items():
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
+            found[key] = float(value)
+    return found
+
+
+def answer(names: list[str], first: dict[str, float], second: dict[str, float]) -> str:
+    """Which is closer to its path, as far as that is known."""
+    errors = [one.get(RMSE) for one in (first, second)]
+    if errors[0] is None or errors[1] is None:
+        return f"{names[0]} beside {names[1]}: only their numbers can be compared."
+    if errors[0] == errors[1]:
+        return "Both are equally far from their paths."
+    near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
+    ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
+    times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"
+    return f"{names[near]} is {times} to its path than {names[far]}."
+
+
+def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -> list[page.Fact]:
+    """The errors of both."""
+    errors = [(name, one[RMSE]) for name, one in zip(names, (first, second), strict=True) if RMSE in one]
+    return [page.Fact(f"{name}: position RMSE", units.quantity(value, "m")) for name, value in errors]
+
+
+def value(one: float, unit: str) -> str:
+    """A number as people write it; a count as it is."""
+    return f"{one:.0f}" if unit == "-" and one.is_integer() and abs(one) < 1e9 else units.quantity(one, unit, 4)
+
+
+def row(key: str, first: float | None, second: float | None) -> list[str]:
+    """Both numbers and their ratio."""
+    _, unit = units.metric(key)
+    shown = ["–" if one is None else value(one, unit) for one in (first, second)]
+    ratio = units.number(second / first) if first and second is not None else "–"
+    return [*shown, ratio]

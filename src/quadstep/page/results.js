@@ -1,0 +1,33 @@
+// The list of results: search, order, compare two. Without it the list stands as it is.
+(() => {
+  const by = id => document.getElementById(id), list = by("cards"), cards = [...list.children];
+  document.body.classList.add("scripted");
+  const orders = {
+    newest: (a, b) => b.dataset.changed - a.dataset.changed,
+    name: (a, b) => a.dataset.name.localeCompare(b.dataset.name),
+    error: (a, b) => (a.dataset.rmse || Infinity) - (b.dataset.rmse || Infinity),
+    folder: (a, b) => a.dataset.place.localeCompare(b.dataset.place),
+  };
+  const show = () => {
+    const words = by("search").value.toLowerCase().split(/\s+/).filter(Boolean), kind = by("kind").value;
+    let shown = 0;
+    for (const card of cards) {
+      const text = (card.dataset.name + " " + card.dataset.place + " " + card.dataset.kind).toLowerCase();
+      card.hidden = !(words.every(word => text.includes(word)) && (!kind || kind === card.dataset.kind));
+      shown += !card.hidden;
+    }
+    list.append(...cards.sort(orders[by("order").value]));
+    by("count").textContent = shown === cards.length ? `${shown} results` : `${shown} of ${cards.length} results`;
+  };
+  const picked = [];
+  list.addEventListener("change", event => {
+    const place = event.target.value;
+    if (event.target.checked) picked.push(place); else picked.splice(picked.indexOf(place), 1);
+    if (picked.length > 2) list.querySelector(`input[value="${CSS.escape(picked.shift())}"]`).checked = false;
+    const [a, b] = picked.map(encodeURIComponent);
+    by("together").hidden = picked.length !== 2;
+    by("together").href = `/compare?a=${a}&b=${b}`;
+  });
+  for (const id of ["search", "kind", "order"]) by(id).addEventListener("input", show);
+  show();
+})();

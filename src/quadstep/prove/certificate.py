@@ -1,0 +1,85 @@
+"""The file that says what was proved, with all that a check of it needs: the mission, the unknowns, the flight, the boxes."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import zlib
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep import __version__
+from quadstep.atomic import write_beside
+from quadstep.documents import read_json
+from quadstep.errors import UserError
+from quadstep.prove.sampled import Array
+from quadstep.prove.unknown import Unknown
+
+FORMAT = "quadstep tube 1"
+LARGEST = 2**28
+"""Bytes of a flight."""
+
+
+class Certificate(NamedTuple):
+    """mission: text of its file. states: names. flown: (samples + 1, states), the centre line. block: samples of one. dense:
+    blocks in which all states are summed up at every stride. spread: the coordinates in which `boxes` (blocks, states) are
+    half widths. position: claimed for each axis [m].
+    """
+
+    mission: str
+    unknown: Unknown
+    states: tuple[str, ...]
+    flown: Array
+    block: int
+    dense: int
+    spread: Array
+    boxes: Array
+    position: Array
+
+
+def write_certificate(path: Path, found: Certificate) -> None:
+    """Write the file. Raises UserError."""
+    content = {
+        "format": FORMAT,
+        "quadstep": __version__,
+        "mission": found.mission,
+        "unknown": {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), found.unknown, strict=True)},
+        "states": list(found.states),
+        "samples_per_block": found.block,
+        "dense_blocks": found.dense,
+        "position[m]": found.position.tolist(),
+        "spread": found.spread.tolist(),
+        "boxes": found.boxes.tolist(),
+        "flown": base64.b64encode(zlib.compress(np.ascontiguousarray(found.flown, "<f8").tobytes(), 6)).decode(),
+    }
+    write_beside(path, json.dumps(content, indent=None) + "\n", parents=True)
+
+
+UNITS = {"force": "N", "torque": "N m", "mass": "-", "inertia": "-", "start": "m"}
+
+
+def read_certificate(path: Path) -> Certificate:
+    """What the file says. Raises UserError."""
+    content = read_json(path)
+    try:
+        if content["format"] != FORMAT:
+            raise ValueError(f"format should be {FORMAT!r}")  # noqa: TRY301 (one message for all)
+        states = tuple(str(name) for name in content["states"])
+        unknown = Unknown(*(float(content["unknown"][f"{name}[{unit}]"]) for name, unit in UNITS.items()))
+        unpacked = zlib.decompressobj().decompress(base64.b64decode(content["flown"], validate=True), LARGEST)
+        flown = np.frombuffer(unpacked, "<f8").reshape(-1, len(states)).astype(np.float64)
+        spread, boxes = (np.array(content[name], dtype=np.float64) for name in ("spread", "boxes"))
+        position, size = np.array(content["position[m]"], dtype=np.float64), int(content["samples_per_block"])
+        dense = int(content["dense_blocks"])
+        mission = str(content["mission"])
+    except (KeyError, TypeError, ValueError, zlib.error, binascii.Error) as error:
+        raise UserError(f"{path}: no certificate of `quadstep prove`: {error}") from None
+    blocks = -(-(len(flown) - 1) // size) if size > 0 else 0
+    shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
+    numbers = (flown, spread, boxes, position, np.array(unknown))
+    if not shapes or blocks < 1 or not all(np.isfinite(one).all() for one in numbers):
+        raise UserError(f"{path}: no certificate of `quadstep prove`: its tables do not fit each other")
+    return Certificate(mission, unknown, states, flown, size, dense, spread, boxes, position)

@@ -1,0 +1,284 @@
+"""An independent check of a certificate: it shares the laws and the arithmetic of enclosures with the prover, nothing else.
+
+The prover carries what every sample did forwards; here each bound is asked for from its end, backwards: a row c of what is
+to be bounded goes back by c A from sample to sample, and the sum of |c| times what a sample adds is the bound. Rounding of c A
+is counted as something added too. The centre line need not be trusted: whatever it is off by from sample to sample is counted.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.documents import parse_toml
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Clock
+from quadstep.flight.engines import FlightPlan
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers import Vector, flatten, leaf_names, rebuild
+from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.prove.certificate import Certificate, read_certificate
+from quadstep.prove.unknown import Unknown
+
+UP = 1.0 + 1e-11
+"""More than sums of some thousand numbers above zero lose."""
+
+STRIDE = 10
+PUSHES = 6
+
+
+class Checked(NamedTuple):
+    """failed: what does not hold, empty if all does. position: bound of each axis [m]; off_path: from the path [m]."""
+
+    name: str
+    axes: tuple[str, ...]
+    unknown: Unknown
+    failed: str
+    position: Array
+    off_path: Array
+    seconds: float
+
+
+class Stretch(NamedTuple):
+    """Samples of a block: e' = step e + inputs u + d, |u| <= 1 (pushes first, then constants), |d| <= rest of each sample."""
+
+    step: Array
+    inputs: Array
+    rest: Array
+
+
+def rounding(count: int) -> float:
+    """What a sum of `count` products loses at most beside the sum of their sizes."""
+    return (count + 2) * 2.0**-52
+
+
+class Loop:
+    """The mission's loop on enclosures; leaves that are no states stay as they are, or are written before they are read."""
+
+    def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
+        self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
+        names = [name.partition(".")[2] for name in leaf_names(self.like)]
+        self.start = [float(leaf) for leaf in flatten(self.like)]
+        moving = len(flatten(self.like.state))
+        if len(set(states)) != len(states) or set(states) - set(names) or set(names[:moving]) - set(states):
+            raise UserError("its states are not those of its mission")
+        self.places = [names.index(name) for name in states]
+        self.dead: set[int] | None = None
+        self.span = max(plan.ticks.every)
+        if any(self.span % every for every in plan.ticks.every):
+            raise UserError("the check knows only loops whose periods divide the slowest one")
+
+    def after(self, x: list[Enclosure], ticks: Array, p: Operand) -> list[Operand]:
+        """The states a sample later. Leaves that the loop writes before it reads them begin as no number at all.
+
+        Raises UndefinedError, UserError.
+        """
+        samples = len(ticks)
+        if self.dead is None:
+            found = self.run(self.filled(x, {}), ticks, p)
+            others = set(range(len(found))) - set(self.places)
+            self.dead = {i for i in others if not (isinstance(found[i], float) and found[i] == self.start[i])}
+        nothing = np.full(samples, np.nan)
+        found = self.run(self.filled(x, dict.fromkeys(self.dead, Enclosure(nothing, None, nothing, nothing))), ticks, p)
+        for i, leaf in enumerate(found):
+            held = isinstance(leaf, float) and leaf == self.start[i]
+            if i not in self.dead and i not in self.places and not held:
+                raise UserError("something that is no state of the certificate changes the flight")
+        return [found[i] for i in self.places]
+
+    def filled(self, x: list[Enclosure], others: dict[int, Enclosure]) -> list[Operand]:
+        """All leaves of the cycle."""
+        leaves: list[Operand] = list(self.start)
+        for place, number in [*others.items(), *zip(self.places, x, strict=True)]:
+            leaves[place] = number
+        return leaves
+
+    def run(self, leaves: list[Operand], ticks: Array, p: Operand) -> list[Operand]:
+        """One sample: what is due, and the vehicle, step by step."""
+        loop, step = self.plan.loop, self.plan.ticks.step
+        cycle = rebuild(self.like, iter(leaves))
+        for past in range(self.span):
+            now: Operand = ticks + past
+            for task, every in zip(loop.tasks, self.plan.ticks.every, strict=True):
+                if past % every == 0:
+                    cycle, code = task.run(cycle, p, Clock(now * step, now, step * every))
+                    if isinstance(code, Enclosure) or np.any(np.asarray(code) != 0.0):
+                        raise UndefinedError("the flight may end at a limit of the mission")
+            cycle = loop.advance(cycle, p, Clock(now * step, now, step))
+        return flatten(cycle)
+
+
+def pushed(p: Operand, found: Certificate, first: int, total: int, samples: int) -> Operand:
+    """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia."""
+    force, torque, mass, inertia, _ = found.unknown
+    if not any((force, torque, mass, inertia)):
+        return p
+
+    def one(value: float, radius: float, place: int) -> Enclosure:
+        parts = np.zeros((total, samples))
+        parts[first + place] = radius
+        size = np.full(samples, abs(radius))
+        return Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), size)
+
+    def three(values: Vector, radii: list[float], place: int) -> Operand:
+        return Vector([one(x, r, place + i) for i, (x, r) in enumerate(zip(values, radii, strict=True))])  # type: ignore[misc]
+
+    body = p.vehicle
+    disturbance = p.disturbance._replace(
+        force=three(p.disturbance.force, [force] * 3, 0), torque=three(p.disturbance.torque, [torque] * 3, 3)
+    )
+    moments = three(body.inertia, [inertia * x for x in body.inertia], PUSHES + 1)
+    return p._replace(
+        disturbance=disturbance, vehicle=body._replace(mass=one(body.mass, mass * body.mass, PUSHES), inertia=moments)
+    )
+
+
+def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
+    """A block, over its box. Raises UndefinedError, UserError."""
+    n, spare = len(found.states), 6
+    begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
+    samples, total = end - begin, n + PUSHES + 4 + spare
+    width = found.spread * found.boxes[place]
+    x = []
+    for i in range(n):
+        parts = np.zeros((total, samples))
+        parts[:n] = width[i][:, None]
+        reach = np.full(samples, np.abs(width[i]).sum() * UP)
+        x.append(Enclosure(found.flown[begin:end, i].copy(), parts, np.zeros(samples), reach, Fresh(total - spare, total)))
+    p = pushed(loop.plan.parameters, found, n, total, samples)
+    with np.errstate(all="ignore"):
+        after = loop.after(x, np.arange(begin, end) * float(loop.span), p)
+    linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
+    for i, number in enumerate(after):
+        if not isinstance(number, Enclosure) or number.parts is None or not np.all(np.isfinite(number.centre)):
+            raise UserError(f"{found.states[i]} does not come out of the loop as a state does")
+        linear[:, i] = number.parts.T
+        rest[:, i] = number.rest + np.abs(number.centre - found.flown[begin + 1 : end + 1, i]) * UP
+    into = 2.0 * np.eye(n) - found.spread
+    middle = linear[samples // 2]
+    step = (middle[:, :n] / np.where(found.boxes[place] > 0.0, found.boxes[place], 1.0)) @ into
+    kept = np.concatenate([(step @ found.spread) * found.boxes[place], middle[:, n : n + PUSHES + 4]], axis=1)
+    rest += np.abs(linear[:, :, : n + PUSHES + 4] - kept).sum(axis=2) + np.abs(linear[:, :, n + PUSHES + 4 :]).sum(axis=2)
+    reach = np.abs(found.spread) @ found.boxes[place]  # |e|
+    rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`, and going back by `step`
+    return Stretch(step, kept[:, n:], rest * UP)
+
+
+def asked(found: Certificate, blocks: list[Stretch], into: Array, axes: int) -> dict[int, Array]:
+    """Bounds of z by sample, each summed up over all that came before: at the ends of blocks, at every stride in the first
+    `dense` blocks; of the position at every stride, the rest of z then infinite.
+    """
+    n, samples = len(into), len(found.flown) - 1
+    rows_of: list[tuple[int, Array]] = []
+    for place in range(len(blocks)):
+        begin, end = place * found.block, min((place + 1) * found.block, samples)
+        some = into if place < found.dense else into[:axes]
+        rows_of += [(k, some) for k in range(begin + STRIDE, end, STRIDE)] + [(end, into)]
+    order = [(sample, len(rows)) for sample, rows in rows_of]
+    total = sum(len(rows) for _, rows in rows_of)
+    rows, sums, constants = np.zeros((total, n)), np.zeros(total), np.zeros((total, 4))
+    used, places = 0, [0] * len(rows_of)
+    for sample in range(samples, 0, -1):
+        while rows_of and rows_of[-1][0] == sample:
+            places[len(rows_of) - 1] = used
+            _, new = rows_of.pop()
+            rows[used : used + len(new)] = new
+            used += len(new)
+        one = blocks[(sample - 1) // found.block]
+        now, size = rows[:used], np.abs(rows[:used])
+        inside = one.rest[(sample - 1) % found.block]
+        made = now @ one.inputs
+        sums[:used] += np.abs(made[:, :PUSHES]).sum(axis=1) + size @ (inside + rounding(n) * np.abs(one.inputs).sum(axis=1))
+        sums[:used] += samples * 2.0**-52 * np.abs(made[:, PUSHES:]).sum(axis=1)  # what their sum loses
+        constants[:used] += made[:, PUSHES:]
+        rows[:used] = now @ one.step
+    start = np.zeros(n)
+    start[:axes] = found.unknown.start
+    bounds = (sums + np.abs(rows) @ start + np.abs(constants).sum(axis=1)) * UP
+    result = {0: np.abs(into) @ start * UP}
+    for (sample, count), place in zip(order, places, strict=True):
+        result[sample] = np.full(n, np.inf)
+        result[sample][:count] = bounds[place : place + count]
+    return result
+
+
+def grown(one: Stretch, into: Array, spread: Array, known: dict[int, Array], begin: int) -> Array:
+    """z at most at every sample of a block, (samples + 1, states), from its start and anew from every stride."""
+    n, samples = len(into), len(one.rest)
+    size, rest = np.abs(into), one.rest.max(axis=0)
+    power, off = np.eye(n), np.zeros((n, n))
+    more, steady = np.zeros(n), np.zeros((n, 4))
+    carried, local = [], []
+    for _ in range(samples + 1):
+        carried.append(np.abs(into @ power @ spread) + size @ (off + 3.0 * rounding(n) * np.abs(power)) @ np.abs(spread))
+        local.append(more + np.abs(into @ steady).sum(axis=1))
+        reach = np.abs(into @ power) + size @ (off + rounding(n) * np.abs(power))
+        pushes = np.abs(into @ (power @ one.inputs[:, :PUSHES])).sum(axis=1)
+        more = more + pushes + size @ (off + 2.0 * rounding(n) * np.abs(power)) @ np.abs(one.inputs).sum(axis=1) + reach @ rest
+        steady = steady + power @ one.inputs[:, PUSHES:]
+        off = (off @ np.abs(one.step) + rounding(n) * (np.abs(power) @ np.abs(one.step))) * UP
+        power = power @ one.step
+    found = np.array([c @ known[begin] + m for c, m in zip(carried, local, strict=True)])
+    for sample in range(samples + 1):
+        found[sample] = np.minimum(found[sample], known.get(begin + sample, np.inf))
+        back = sample % STRIDE
+        found[sample] = np.minimum(found[sample], carried[back] @ found[sample - back] + local[back])
+    result: Array = found * UP
+    return result
+
+
+def check_certificate(path: Path) -> Checked:
+    """Whether what the certificate in `path` says holds. Raises UserError where it says nothing that can be checked."""
+    found = read_certificate(path)
+    mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
+    plan = plan_mission(mission, path)
+    try:
+        loop = Loop(plan, found.states)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    n, axes = len(found.states), len(plan.loop.plant.axes)
+    shear = found.spread - np.eye(n)
+    moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
+    if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
+        raise UserError(f"{path}: its coordinates are no shear that leaves the position alone")
+    if (len(found.flown) - 1) * loop.span != plan.ticks.last // loop.span * loop.span or found.block % STRIDE:
+        raise UserError(f"{path}: its samples are not those of its mission")
+    if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
+        raise UserError(f"{path}: its flight does not begin where its mission does")
+    into = 2.0 * np.eye(n) - found.spread
+    blocks, seconds = [], loop.span * plan.ticks.step
+    failed, position = "", np.zeros((len(found.flown), axes))
+    for place in range(len(found.boxes)):
+        try:
+            blocks.append(stretch(loop, found, place))
+        except UndefinedError as error:
+            failed = f"at {place * found.block * seconds:g} s: {error}"
+            break
+    if not failed:
+        bounds = asked(found, blocks, into, axes)
+        for place, one in enumerate(blocks):
+            begin = place * found.block
+            inside = grown(one, into, found.spread, bounds, begin)
+            position[begin : begin + len(inside)] = inside[:, :axes]
+            wide = inside.max(axis=0) > found.boxes[place]
+            if np.any(wide):
+                name = found.states[int(np.argmax(wide))]
+                failed = f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
+                break
+    most = position.max(axis=0)
+    if not failed and np.any(most > found.position):
+        failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within what the file claims"
+    time = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step
+    wanted = plan.loop.path.reference(time, plan.parameters.path).position
+    off = [np.abs(found.flown[:, i] - wanted[i]) + found.position[i] for i in range(axes)]
+    return Checked(
+        mission.name,
+        tuple(plan.loop.plant.axes),
+        found.unknown,
+        failed,
+        found.position,
+        np.array([one.max() for one in off]),
+        float(time[-1]),
+    )

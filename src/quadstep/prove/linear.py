@@ -1,0 +1,127 @@
+"""One block of samples as one linear map with what is left of it, and how a box grows on its way through."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.numbers import leaf_names
+from quadstep.numbers.enclosure import Operand, UndefinedError
+from quadstep.prove.box import Image, image, seeded
+from quadstep.prove.products import UP, Known, lost, powers
+from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
+
+STRIDE = 10
+"""Samples between the points of a block at which the whole past is summed up."""
+
+SPARE = 6
+"""Directions for what functions are off a straight line by."""
+
+
+class Coordinates(NamedTuple):
+    """e = spread z, z = into e, exactly: the box is one of z. Both (states, states), the position's rows and columns unit."""
+
+    into: Array
+    spread: Array
+
+
+class Block(NamedTuple):
+    """Samples `first` to `past` - 1. e_(k+1) = step e_k + pushes w + constants c + d, |w|, |c| <= 1, |d| <= rest."""
+
+    first: int
+    past: int
+    step: Array
+    pushes: Array
+    constants: Array
+    rest: Array
+
+
+def block(loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinates, box: Array, first: int, past: int) -> Block:
+    """The block, for all states within `box` (in z) of those flown. Raises UndefinedError."""
+    count, samples = len(box), past - first
+    known = count + PUSHES + CONSTANTS
+    width = np.zeros((count, known))
+    width[:, :count] = coordinates.spread * box
+    numbers = seeded(flown[first:past].T, width, SPARE)
+    p = with_unknown(loop.parameters, unknown, count, known + SPARE, samples)
+    ticks = np.arange(first, past) * float(loop.span)
+    with np.errstate(all="ignore"):
+        found = image(loop.step(numbers, ticks, p), known, samples)
+    return straightened(found, flown[first + 1 : past + 1].T, coordinates, box, first)
+
+
+def straightened(found: Image, after: Array, coordinates: Coordinates, box: Array, first: int) -> Block:
+    """One linear map for all samples: that of the middle one; how the others differ from it is left as rest."""
+    count, samples = after.shape
+    parts, middle = found.parts, samples // 2
+    step = (parts[:, :count, middle] / box) @ coordinates.into
+    kept = np.concatenate([(step @ coordinates.spread) * box, parts[:, count:, middle]], axis=1)
+    rest = found.rest + np.abs(found.centre - after) * UP + np.abs(parts - kept[:, :, None]).sum(axis=1) * UP
+    rounded = lost(count + 2) * (np.abs(step) @ np.abs(coordinates.spread) @ box)
+    pushes, constants = kept[:, count : count + PUSHES], kept[:, count + PUSHES :]
+    return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)
+
+
+class Way(NamedTuple):
+    """The powers of a block's map. near: 0 to STRIDE. far: of near's last, so many as the block has strides."""
+
+    near: Known
+    far: Known
+
+    @property
+    def strides(self) -> int:
+        """Of the block."""
+        return len(self.far.middle) - 1
+
+
+def way(one: Block) -> Way:
+    """The powers of a block's map."""
+    near = powers(Known(one.step, np.zeros_like(one.step)), STRIDE)
+    last = Known(near.middle[-1], near.off[-1])
+    return Way(near, powers(last, (one.past - one.first) // STRIDE))
+
+
+def after_each(maps: Known, sources: Array) -> Known:
+    """Each of the stacked maps times the sources."""
+    size = np.abs(sources)
+    off = (lost(sources.shape[0] + 2) * (np.abs(maps.middle) @ size) + maps.off @ size) * UP
+    return Known(maps.middle @ sources, off)
+
+
+def through(rows: Array, maps: Known) -> Array:
+    """|rows| of each of the stacked maps, magnitudes at most."""
+    rounded = lost(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
+    result: Array = (np.abs(rows @ maps.middle) + rounded) * UP
+    return result
+
+
+def coordinates(loop: Sampled, flown: Array, unknown: Unknown) -> Coordinates:
+    """The torque in place of the rates, as far as it is linear in the state half way: what cancels in it is seen in a box.
+
+    Worth it where the inertia, by which the torque is divided, is unknown; else, and where there is no torque that every rate
+    moves, the state as it is, whose boxes are smaller.
+    """
+    states = len(loop.places)
+    plain = Coordinates(np.eye(states), np.eye(states))
+    rates = [i for i, name in enumerate(loop.names) if name.startswith("rates.")]
+    torque = [i for i, name in enumerate(leaf_names(loop.like)) if name.startswith("held.torque.")]
+    if not unknown.inertia or len(rates) != len(torque) or len(rates) != 3:
+        return plain
+    sample, small = len(flown) // 2, 1e-9
+    leaves: list[Operand] = list(loop.start)
+    for place, number in zip(loop.places, seeded(flown[sample : sample + 1].T, np.eye(states) * small), strict=True):
+        leaves[place] = number
+    try:
+        after = image(loop.run(leaves, np.array([float(sample * loop.span)])), states, 1)
+    except UndefinedError:
+        return plain
+    slopes = after.parts[torque, :, 0] / small
+    if abs(np.linalg.det(slopes[:, rates])) < 1e-12 * np.abs(slopes[:, rates]).max() ** 3:
+        return plain
+    shear = np.linalg.solve(slopes[:, rates], slopes)
+    shear[:, rates] = 0.0
+    into, spread = np.eye(states), np.eye(states)
+    into[rates], spread[rates] = into[rates] + shear, spread[rates] - shear
+    return Coordinates(into, spread)

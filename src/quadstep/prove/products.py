@@ -1,0 +1,46 @@
+"""Products of matrices with bounds of their rounding, and powers."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.prove.sampled import Array
+
+HALF_UNIT = 2.0**-53
+UP = 1.0 + 1e-12
+"""What sums of some hundred numbers above zero lose at most."""
+
+
+def lost(count: int) -> float:
+    """What a sum of `count` products loses at most beside the sum of their sizes, in any order (Higham 2002, section 3.5)."""
+    return count * HALF_UNIT / (1.0 - count * HALF_UNIT) * UP
+
+
+class Known(NamedTuple):
+    """Matrices and how far they are from the exact ones, entry by entry; leading axes alike."""
+
+    middle: Array
+    off: Array
+
+    def times(self, other: "Known") -> "Known":
+        """The product."""
+        size = np.abs(self.middle)
+        rounded = lost(self.middle.shape[-1] + 2) * (size @ np.abs(other.middle))
+        off = (rounded + size @ other.off + self.off @ (np.abs(other.middle) + other.off)) * UP
+        return Known(self.middle @ other.middle, off)
+
+    @property
+    def size(self) -> Array:
+        """A bound of the entries' magnitudes."""
+        return (np.abs(self.middle) + self.off) * UP
+
+
+def powers(base: Known, count: int) -> Known:
+    """base^0 to base^count, stacked."""
+    n = len(base.middle)
+    now = Known(np.eye(n), np.zeros((n, n)))
+    found = [now]
+    for _ in range(count):
+        now = now.times(base)
+        found.append(now)
+    return Known(np.stack([one.middle for one in found]), np.stack([one.off for one in found]))

@@ -1,0 +1,76 @@
+"""What is not known of a flight, and holds for all of it that is proved."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.flight.engines import FlightPlan
+from quadstep.numbers import Structure, Vector
+from quadstep.numbers.enclosure import Enclosure, Operand
+from quadstep.plants.lagrange import Parameters
+from quadstep.prove.sampled import Array
+from quadstep.vehicle.disturbance import Disturbance
+
+PUSHES, CONSTANTS = 6, 4
+
+
+class Unknown(NamedTuple):
+    """Bounds. force [N], torque [N m]: of each axis, held from sample to sample, anything else about them free. mass, inertia:
+    of the vehicle, constant, beside what the mission says (0.01: within 1 %). start [m]: of the position at first, each axis.
+    """
+
+    force: float = 0.0
+    torque: float = 0.0
+    mass: float = 0.0
+    inertia: float = 0.0
+    start: float = 0.0
+
+    @property
+    def pushes(self) -> Array:
+        """Bounds of what may change at every sample: three forces, three torques."""
+        return np.array([self.force] * 3 + [self.torque] * 3)
+
+    @property
+    def shares(self) -> Array:
+        """Bounds of what is constant: mass, three inertias, each as a share."""
+        return np.array([self.mass] + [self.inertia] * 3)
+
+
+def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
+    """Raises UserError where a plan has no such numbers, or for bounds that leave nothing."""
+    for name, value, most in zip(Unknown._fields, unknown, (1e3, 1e3, 0.9, 0.9, 1e3), strict=True):
+        if not 0.0 <= value <= most:
+            raise UserError(f"--{name}: should be from 0 to {most:g}, not {value:g}")
+    given = [name for name, value in zip(Unknown._fields[:4], unknown, strict=False) if value]
+    paper = isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance)
+    if given and not paper:
+        raise UserError(f"--{given[0]}: only on the paper's plant with its own disturbance; leave it out")
+
+
+def with_unknown(p: Structure, unknown: Unknown, first: int, total: int, samples: int) -> Structure:
+    """The parameters as enclosures whose directions begin at `first`, of `total`."""
+
+    def number(value: float, radius: float, place: int) -> Operand:
+        if not radius:
+            return value
+        parts = np.zeros((total, samples))
+        parts[first + place] = radius
+        width = np.full(samples, abs(radius))
+        return Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), width)
+
+    if not isinstance(p, Parameters) or not any(unknown[:4]):
+        return p
+    force, torque, shares = unknown.pushes[:3], unknown.pushes[3:], unknown.shares
+    disturbance = p.disturbance._replace(
+        force=Vector(number(x, r, i) for i, (x, r) in enumerate(zip(p.disturbance.force, force, strict=True))),
+        torque=Vector(number(x, r, 3 + i) for i, (x, r) in enumerate(zip(p.disturbance.torque, torque, strict=True))),
+    )
+    inertia = p.vehicle.inertia
+    vehicle = p.vehicle._replace(
+        mass=number(p.vehicle.mass, shares[0] * p.vehicle.mass, PUSHES),
+        inertia=Vector(number(x, r * x, PUSHES + 1 + i) for i, (x, r) in enumerate(zip(inertia, shares[1:], strict=True))),
+    )
+    return p._replace(disturbance=disturbance, vehicle=vehicle)

@@ -1,0 +1,63 @@
+"""What a finished piece of a run leaves, as rare.json holds it."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from quadstep.rare.section import Method
+
+Count = Annotated[int, Field(ge=0)]
+Probability = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+class Record(BaseModel):
+    """A table of rare.json."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class DoneEvent(Record):
+    """Failures of one kind. score: the metrics that announced them. levels: threshold, None for failure itself; probability.
+
+    crude: flights drawn as the campaign draws, and those of them that failed; failures: all that were found at last.
+    """
+
+    failure: str
+    score: list[str]
+    probability: Probability
+    crude: Count
+    crude_failures: Count
+    failures: Count
+    levels: list[tuple[float | None, float]]
+
+
+class Nearest(Record):
+    """The most likely failure found: how far from the middle of what is drawn, its values, each with its own deviations."""
+
+    deviations: float
+    values: dict[str, object]
+    deviations_by_key: dict[str, float]
+
+
+class Again(Record):
+    """Failures that were flown again with other noise, and those of them that failed again."""
+
+    flights: Count
+    failures: Count
+
+
+class Done(Record):
+    """A piece. kind: why it was flown."""
+
+    kind: str
+    method: Method
+    probability: Probability
+    flights: Count
+    events: Annotated[list[DoneEvent], Field(min_length=1)]
+    nearest: Nearest | None = None
+    again: Again | None = None
+
+    @property
+    def score(self) -> str:
+        """What announced the failures, in words."""
+        return " and ".join(f"by {', '.join(event.score)}" for event in self.events)

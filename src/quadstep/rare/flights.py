@@ -1,0 +1,117 @@
+"""Points flown: which of them failed, and how close to failure the others came by a score made of the campaign's metrics."""
+
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from quadstep.campaign.draws import draw
+from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer
+from quadstep.campaign.planner import TYPICAL
+from quadstep.campaign.schema import Campaign
+from quadstep.errors import UserError
+from quadstep.rare.points import Evaluate, Floats, Points
+from quadstep.rare.space import values
+
+FAR = 8.0
+"""Deviations up to which values are tried before anything is flown: what the mission takes there, it takes in between."""
+
+
+class Failure(Enum):
+    """Which failures are looked for."""
+
+    ABOVE = "completed, above a limit"
+    EARLY = "ended early"
+    ANY = "any"
+
+
+class Scale(NamedTuple):
+    """What a metric is counted from, and in."""
+
+    zero: float
+    unit: float
+
+
+class Event(NamedTuple):
+    """Failures, and what announces them: the largest of some metrics, each by its own scale. scales: by bare name."""
+
+    failure: Failure
+    scales: dict[str, Scale]
+
+
+class Flights:
+    """Flies points of a campaign. noisy: whether two flights with the same values may differ."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign, self.flyer = campaign, Flyer(campaign)
+        self.flyer.rehearse()
+        first, planner = np.arange(TYPICAL), self.flyer.planner
+        self.typical = self.flyer.fly_drawn(first, dict(planner.typical))
+        one = next(iter(planner.batches(first[:1], draw(campaign.file, first[:1]))))
+        self.noisy = hasattr(one.parameters, "key")
+        far = values(campaign.file, np.outer([FAR, -FAR], np.ones(len(campaign.file.keys))))
+        try:
+            list(planner.batches(first[:2], far))
+        except UserError:  # refused flight by flight, if ever it comes to that
+            return
+
+    def events(self) -> list[Event]:
+        """What is looked for, each with the score that announces it. A score that the user names is for any failure.
+
+        Without one, the largest ratio of a metric to its limit announces that a limit is exceeded, and how much the inputs
+        vary, beside what is typical, that a flight ends early: a loop that becomes unstable is seen there first.
+        """
+        file = self.campaign.file
+        if file.rare.score:
+            return [Event(Failure.ANY, self.scales(file.rare.score))]
+        early = Event(Failure.EARLY, self.activity)
+        limits = {name: Scale(0.0, most) for name, most in file.failure.items()}
+        return [Event(Failure.ABOVE, limits), early] if limits else [early]
+
+    @property
+    def activity(self) -> dict[str, Scale]:
+        """How much the inputs vary."""
+        names = [name for name in self.campaign.thresholds if name.startswith("variation_")]
+        return self.scales(names or ["largest_error"])
+
+    def scales(self, names: Sequence[str]) -> dict[str, Scale]:
+        """Of these metrics over typical flights: zero in the middle, one where a tenth is above."""
+        return {name: scale(self.typical[self.campaign.thresholds[name]].to_numpy()) for name in names}
+
+    def evaluate(self, event: Event, told: Callable[[int], None]) -> Evaluate:
+        """What flies points and says how close they came to the event, infinite where it happened. told: new flights."""
+        columns = [(self.campaign.thresholds[name], scale) for name, scale in event.scales.items()]
+
+        def fly(points: Points) -> Floats:
+            table = self.fly(points)
+            told(table.num_rows)
+            parts = [(table[name].to_numpy().astype(np.float64) - zero) / unit for name, (zero, unit) in columns]
+            score = np.nan_to_num(np.max(parts, axis=0), nan=-1e300, posinf=1e300, neginf=-1e300)
+            return np.where(happened(table, event.failure), np.inf, score)
+
+        return fly
+
+    def fly(self, points: Points) -> pa.Table:
+        """The flights of these points, one row each. Raises UserError for values that cannot be flown."""
+        with np.errstate(all="ignore"):
+            return self.flyer.fly_drawn(points.noise, values(self.campaign.file, points.latent))
+
+
+def happened(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
+    """Which flights failed in this way."""
+    failed: NDArray[np.bool_] = ~table[SUCCESS].to_numpy()
+    completed: NDArray[np.bool_] = table[OUTCOME].to_numpy() == OUTCOMES[0]
+    of_this_kind = {Failure.ANY: failed, Failure.ABOVE: failed & completed, Failure.EARLY: failed & ~completed}
+    return of_this_kind[failure]
+
+
+def scale(column: NDArray[np.float64]) -> Scale:
+    """Of a metric."""
+    known = column[np.isfinite(column.astype(np.float64))].astype(np.float64)
+    if not len(known):
+        return Scale(0.0, 1.0)
+    middle, high = np.quantile(known, [0.5, 0.9])
+    return Scale(float(middle), float(high - middle) or 1.0)

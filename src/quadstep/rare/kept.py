@@ -1,0 +1,146 @@
+"""The folder of a run: rare.json, rewritten with each piece that is finished, so that a run that was stopped can go on."""
+
+import contextlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from quadstep import __version__
+from quadstep.atomic import WRITING, replace_file
+from quadstep.campaign import draws
+from quadstep.campaign.manifest import machine
+from quadstep.campaign.schema import Campaign
+from quadstep.campaign.store import held
+from quadstep.documents import read_json
+from quadstep.errors import UserError
+from quadstep.rare.done import Done
+
+MANIFEST = "rare.json"
+
+
+class Manifest(BaseModel):
+    """rare.json. decides: all that decides a result; wanted: how many pieces; files: of the report."""
+
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    version: str
+    decides: dict[str, object]
+    seed: int
+    precision: str
+    campaign: str
+    mission: str
+    machine: dict[str, object]
+    wanted: int
+    complete: bool = False
+    pieces: list[Done] = []
+    summary: dict[str, object] | None = None
+    files: list[str] = []
+
+
+class Kept:
+    """The folder of one run, held by it. Made by `opened`."""
+
+    def __init__(self, folder: Path, manifest: Manifest) -> None:
+        self.folder, self.manifest = folder, manifest
+
+    @property
+    def pieces(self) -> list[Done]:
+        """Those finished, in order."""
+        return self.manifest.pieces
+
+    def add(self, piece: Done) -> None:
+        """Keep one more. Raises UserError where the disk does not take it."""
+        self.manifest.pieces.append(piece)
+        self.save()
+
+    def save(self) -> None:
+        """Write rare.json. Raises UserError."""
+        with self.explained():
+            content = json.dumps(self.manifest.model_dump(mode="json"), indent=1, allow_nan=False) + "\n"
+            replace_file(self.folder / MANIFEST, content.encode(), synced=True)
+
+    @contextlib.contextmanager
+    def explained(self) -> Iterator[None]:
+        """What a disk refuses, in one line."""
+        try:
+            yield
+        except OSError as error:
+            raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}; --resume continues") from None
+
+
+@contextlib.contextmanager
+def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Iterator[Kept]:
+    """The folder of a run, made or resumed, and locked while the block runs.
+
+    Raises UserError for a folder that holds something else, another run, or a run that another process is writing.
+    """
+    with held(folder, resume):
+        yield prepared(folder, campaign, resume, overwrite)
+
+
+def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Kept:
+    """What is kept in a folder that is locked."""
+    mine = new_manifest(campaign)
+    found = read_manifest(folder)
+    if found is None:
+        if resume:
+            raise UserError(f"{folder}: there is nothing to resume; leave out --resume to start")
+        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING)]
+        if strange:
+            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
+        kept = Kept(folder, mine)
+        kept.save()
+        return kept
+    kept = Kept(folder, found)
+    if resume:
+        changed = "the campaign, its mission or a file it names has changed"
+        if found.version != __version__:
+            changed = f"it was flown by quadstep {found.version}, this is {__version__}"
+        elif found.decides == mine.decides:
+            found.complete = False
+            kept.save()
+            return kept
+        raise UserError(f"{folder}: cannot be resumed: {changed}; choose another --out, or start over with --overwrite")
+    if not overwrite and found.pieces:
+        state = "complete" if found.complete else f"{len(found.pieces)} of {found.wanted} replicates"
+        raise UserError(
+            f"{folder}: holds the estimate {found.name!r} ({state}); continue with --resume, choose another --out, or "
+            "replace it with --overwrite"
+        )
+    with kept.explained():
+        for name in found.files:
+            if not Path(name).is_absolute() and ".." not in Path(name).parts:
+                (folder / name).unlink(missing_ok=True)
+    kept = Kept(folder, mine)
+    kept.save()
+    return kept
+
+
+def new_manifest(campaign: Campaign) -> Manifest:
+    """rare.json before the first flight."""
+    file = campaign.file
+    rare = file.rare.model_dump(mode="json")
+    return Manifest(
+        name=file.name,
+        version=__version__,
+        decides={"fingerprint": campaign.fingerprint, "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
+        seed=file.seed,
+        precision=file.precision,
+        campaign=campaign.text,
+        mission=str(campaign.defaults["name"]),
+        machine=machine(),
+        wanted=file.rare.replicates + file.rare.opinions,
+    )
+
+
+def read_manifest(folder: Path) -> Manifest | None:
+    """rare.json of a folder, None where there is none. Raises UserError for one that cannot be read."""
+    path = folder / MANIFEST
+    if not path.exists():
+        return None
+    try:
+        return Manifest.model_validate(read_json(path))
+    except (UserError, ValidationError):
+        raise UserError(f"{path}: is not one of ours, or damaged; choose another --out") from None

@@ -1,0 +1,115 @@
+"""What a run consists of: independent replicates, and second opinions that do not count but must agree."""
+
+from collections.abc import Callable, Iterator
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.campaign.flown import SUCCESS
+from quadstep.campaign.schema import Campaign
+from quadstep.rare.cross_entropy import cross_entropy
+from quadstep.rare.done import Again, Done, DoneEvent, Nearest
+from quadstep.rare.flights import Event, Failure, Flights
+from quadstep.rare.points import A_REPLICATE, Points, Random, joined
+from quadstep.rare.replicate import LEAST, Replicate
+from quadstep.rare.section import Method
+from quadstep.rare.space import values
+from quadstep.rare.subset import subset_simulation
+
+METHODS = {Method.SUBSET: subset_simulation, Method.CROSS_ENTROPY: cross_entropy}
+
+EVENTS = 2
+"""Of a piece, at most."""
+
+NEGLIGIBLE = 0.01
+"""Share of what other events add to the probability below which an event need not be followed further."""
+
+AGAIN = 50
+"""Failures that are flown again with other noise."""
+
+
+class Kind(StrEnum):
+    """Why a piece is flown."""
+
+    REPLICATE = "replicate"
+    METHOD = "other method"
+    SCORE = "other method and score"
+
+
+class Piece(NamedTuple):
+    """One piece of a run, with the place that decides its random numbers."""
+
+    kind: Kind
+    place: int
+
+
+def pieces(campaign: Campaign) -> Iterator[Piece]:
+    """All pieces of a campaign, in order; the second opinions are of both kinds in turn."""
+    rare = campaign.file.rare
+    kinds = [Kind.REPLICATE] * rare.replicates + ([Kind.METHOD, Kind.SCORE] * rare.opinions)[: rare.opinions]
+    yield from (Piece(kind, place) for place, kind in enumerate(kinds))
+
+
+def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Done:
+    """A piece's results. told: new flights. Raises UserError for values that cannot be flown."""
+    file = flights.campaign.file
+    name = file.rare.method if piece.kind is Kind.REPLICATE else file.rare.method.other
+    method = METHODS[name]
+    events = other_events(flights) if piece.kind is Kind.SCORE else flights.events()
+    found: list[Replicate] = []
+    for place, event in enumerate(events):
+        random = Random(file.seed, EVENTS * piece.place + place, len(file.keys))
+        least = max(LEAST, NEGLIGIBLE * sum(one.probability for one in found))
+        found.append(method(flights.evaluate(event, told), random, file.rare.flights, least))
+    failures = joined([one.failures for one in found])
+    flown_again = again(flights, failures, told) if flights.noisy and len(failures.noise) else None
+    return Done(
+        kind=piece.kind.value,
+        method=name,
+        probability=sum(one.probability for one in found),
+        flights=sum(one.flights for one in found) + (flown_again.flights if flown_again else 0),
+        events=[recorded(event, one) for event, one in zip(events, found, strict=True)],
+        nearest=nearest(flights, failures) if len(failures.noise) else None,
+        again=flown_again,
+    )
+
+
+def other_events(flights: Flights) -> list[Event]:
+    """Any failure, announced by all that may tell: what is limited and how much the inputs vary."""
+    limits = flights.scales(tuple(flights.campaign.file.failure) or ("largest_error",))
+    return [Event(Failure.ANY, {**limits, **flights.activity})]
+
+
+def recorded(event: Event, one: Replicate) -> DoneEvent:
+    """What one event has shown."""
+    return DoneEvent(
+        failure=event.failure.value,
+        score=list(event.scales),
+        probability=one.probability,
+        crude=one.crude,
+        crude_failures=one.crude_failures,
+        failures=len(one.failures.noise),
+        levels=[(level.threshold, level.probability) for level in one.levels],
+    )
+
+
+def nearest(flights: Flights, failures: Points) -> Nearest:
+    """The most likely of some failures."""
+    distance = np.linalg.norm(failures.latent, axis=1)
+    place = int(np.argmin(distance))
+    drawn = values(flights.campaign.file, failures.latent[place : place + 1])
+    return Nearest(
+        deviations=float(distance[place]),
+        values={name: column.at(0) for name, column in drawn.items()},
+        deviations_by_key=dict(zip(drawn, failures.latent[place].tolist(), strict=True)),
+    )
+
+
+def again(flights: Flights, failures: Points, told: Callable[[int], None]) -> Again:
+    """How many of some failures fail again with other noise."""
+    count = len(failures.noise)
+    some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
+    failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()
+    told(len(failed))
+    return Again(flights=len(failed), failures=int(failed.sum()))

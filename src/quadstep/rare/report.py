@@ -1,0 +1,112 @@
+"""report.html of an estimate, and its picture."""
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from quadstep.atomic import WRITING
+from quadstep.campaign.schema import Campaign
+from quadstep.campaign.varied import text_of, told
+from quadstep.rare.done import Done
+from quadstep.rare.kept import Kept
+from quadstep.rare.picture import draw_levels
+from quadstep.rare.summary import Summary, sentences
+from quadstep.report import page
+from quadstep.report.sheet import Sheet
+
+REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
+
+READING = (
+    "A replicate leads flights towards failure in steps: each keeps those that came closest by the score and flies more like "
+    "them. Subset simulation multiplies the shares that the steps keep; cross-entropy fits a distribution to the failures, "
+    "draws from it and weighs each flight by how likely the campaign would have drawn it. All replicates do this anew, with "
+    "other random numbers, and what differs between them makes the interval.",
+    "The interval takes the replicates as log-normal (Cox's interval of the mean, Student's quantile). It knows of no way "
+    "to fail that no replicate found: that is what the crude flights and the second opinions are for. Nor does it "
+    "know whether the keys are distributed as the campaign says, and a small probability is made of the tails.",
+    "Noise is drawn anew: in subset simulation half of the candidates meet noise of their own and the others keep their "
+    "predecessor's; by cross-entropy every flight has its own. It is not led towards failure as the keys are.",
+)
+
+
+def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
+    """Write it beside its place, then move it there, and name its files in rare.json. Raises UserError for a full disk."""
+    with kept.explained():
+        temporary = Path(tempfile.mkdtemp(dir=kept.folder, prefix=WRITING))
+        try:
+            (temporary / FIGURES).mkdir()
+            draw_levels(temporary / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
+            body = sections(kept, campaign, summary, path, temporary / FIGURES)
+            page.write_page(temporary / REPORT, f"Probability of failure: {campaign.file.name}", body)
+            names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
+            kept.manifest.files = names
+            kept.save()  # so that what a kill leaves is known to be ours
+            (kept.folder / FIGURES).mkdir(exist_ok=True)
+            for name in sorted(names, key=lambda name: name == REPORT):
+                (temporary / name).chmod(0o644)
+                (temporary / name).replace(kept.folder / name)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figures: Path) -> list[str]:
+    """The body of the page."""
+    file = campaign.file
+    limits = " or ".join(f"{campaign.thresholds[name]} above {limit:g}" for name, limit in file.failure.items())
+    flown = [
+        ("campaign", f"{file.name}, {path}"),
+        ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
+        ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
+        ("method", f"{file.rare.method.words}, {file.rare.flights} flights in each level"),
+        ("seed, precision", f"{file.seed}, {file.precision}"),
+        ("quadstep", kept.manifest.version),
+    ]
+    return [
+        *(page.paragraph(line) for line in sentences(summary, file.rare.method)),
+        *(page.paragraph(f"Warning: {line}") for line in summary.warnings),
+        page.heading("The way to failure", "levels"),
+        page.figure(figures / f"{LEVELS}.svg", "Probability over score"),
+        page.heading("Replicates", "replicates"),
+        page.table(("", "method", "probability", "by failure and score", "flights"), replicate_rows(kept.pieces)),
+        page.heading("The most likely failure found", "nearest"),
+        *nearest(summary),
+        page.heading("What was flown", "flown"),
+        page.table(("", ""), flown),
+        page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys]),
+        page.heading("How to read this", "reading"),
+        *(page.paragraph(line) for line in READING),
+    ]
+
+
+def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
+    """One row per piece."""
+    return [
+        (
+            one.kind,
+            one.method.value,
+            f"{one.probability:.3g}",
+            "; ".join(f"{event.failure}: {event.probability:.3g}, {', '.join(event.score)}" for event in one.events),
+            str(one.flights),
+        )
+        for one in pieces
+    ]
+
+
+def nearest(summary: Summary) -> list[str]:
+    """What varied, in the failure that is nearest to the middle."""
+    if summary.nearest is None:
+        return [page.paragraph("No failure was found.")]
+    return [
+        page.paragraph(f"{summary.nearest.deviations:.3g} deviations from the middle of what was drawn."),
+        page.table(("key", "value", "deviations from the median"), nearest_rows(summary)),
+    ]
+
+
+def nearest_rows(summary: Summary) -> list[tuple[str, str, str]]:
+    """Key, value, deviations of its normal number: those that are farthest out first."""
+    if summary.nearest is None:
+        return []
+    away = summary.nearest.deviations_by_key
+    ordered = sorted(summary.nearest.values.items(), key=lambda item: -abs(away[item[0]]))
+    return [(name, text_of(value), f"{away[name]:+.2f}") for name, value in ordered]

@@ -1,0 +1,69 @@
+"""`quadstep campaign --rare`: from file to folder."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.campaign.schema import Campaign, read_campaign
+from quadstep.errors import InterruptedRun
+from quadstep.rare.flights import Flights
+from quadstep.rare.kept import opened
+from quadstep.rare.pieces import fly_piece, pieces
+from quadstep.rare.report import write_report
+from quadstep.rare.space import check_space
+from quadstep.rare.summary import Summary, as_json, summarise
+from quadstep.report.sheet import Sheet
+
+
+class Found(NamedTuple):
+    """A run that is over."""
+
+    campaign: Campaign
+    summary: Summary
+    folder: Path
+
+
+Progress = Callable[[int, str], None]
+"""Told flights over, and what is being flown."""
+
+
+def estimate(
+    path: Path,
+    folder: Path,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+    sheet: Sheet | None = None,
+) -> Found:
+    """Estimate the probability that a flight of the campaign in `path` fails, and write rare.json and a report into `folder`.
+
+    sheet: what the figures are drawn on. Raises UserError, and InterruptedRun on Ctrl-C; in both cases finished replicates are
+    kept.
+    """
+    campaign = read_campaign(path)
+    check_space(campaign.file, path)
+    flights = Flights(campaign)
+    with opened(folder, campaign, resume, overwrite) as kept:
+        all_of = list(pieces(campaign))
+        over = sum(one.flights for one in kept.pieces)
+        try:
+            for piece in all_of[len(kept.pieces) :]:
+                note = f"{piece.place + 1} of {len(all_of)}"
+
+                def told(more: int, note: str = note) -> None:
+                    nonlocal over
+                    over += more
+                    if progress:
+                        progress(over, note)
+
+                told(0)
+                kept.add(fly_piece(flights, piece, told))
+            summary = summarise(kept.pieces)
+            write_report(kept, campaign, summary, path, sheet or Sheet())
+            kept.manifest.complete, kept.manifest.summary = True, as_json(summary)
+            kept.save()
+        except KeyboardInterrupt:
+            raise InterruptedRun(
+                f"{len(kept.pieces)} of {len(all_of)} replicates are kept in {folder}; continue with --resume"
+            ) from None
+    return Found(campaign, summary, folder)

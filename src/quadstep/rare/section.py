@@ -1,0 +1,52 @@
+"""`[rare]` of a campaign file: how a small probability is estimated."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from quadstep.mission.fields import Quantity, Section, as_tuple
+
+
+class Method(StrEnum):
+    """How a replicate makes failures frequent."""
+
+    CROSS_ENTROPY = "cross-entropy"
+    SUBSET = "subset"
+
+    @property
+    def words(self) -> str:
+        """In a sentence."""
+        return "cross-entropy" if self is Method.CROSS_ENTROPY else "subset simulation"
+
+    @property
+    def other(self) -> "Method":
+        """The one that gives a second opinion."""
+        return Method.SUBSET if self is Method.CROSS_ENTROPY else Method.CROSS_ENTROPY
+
+
+def as_method(value: object) -> object:
+    """TOML has text. Raises ValueError for another name."""
+    if value not in tuple(Method):
+        raise ValueError(f"should be {' or '.join(Method)}, not {value!r:.60}")
+    return Method(str(value))
+
+
+def as_names(value: object) -> object:
+    """One name stands for a list of one."""
+    return (value,) if isinstance(value, str) else as_tuple(value)
+
+
+class RareSection(Section):
+    """How a small probability is estimated."""
+
+    method: Annotated[Method, BeforeValidator(as_method), Quantity("", "how failures are made frequent")] = Method.SUBSET
+    score: Annotated[
+        Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None,
+        Quantity("", "metrics that announce a failure; the largest ratio to its limit in failure, or the inputs' variations"),
+    ] = None
+    flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "in each level or fit")] = 1000
+    replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 10
+    opinions: Annotated[
+        int, Field(ge=0, le=10), Quantity("", "replicates of the other method with another score, which must agree")
+    ] = 2

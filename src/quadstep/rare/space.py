@@ -1,0 +1,35 @@
+"""What a campaign varies as independent standard normal numbers: one for each key."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.special import ndtr
+
+from quadstep.campaign.distributions import Grid, Sobol
+from quadstep.campaign.draws import Drawn, from_shares
+from quadstep.campaign.schema import CampaignFile
+from quadstep.errors import UserError
+from quadstep.rare.points import Floats
+
+LEAST, MOST = 2.0**-1000, 1.0 - 2.0**-53
+"""Of a share: quantile functions are finite in between. Beyond it, 8.2 deviations up, is a probability of 1e-16."""
+
+
+def check_space(file: CampaignFile, path: Path) -> None:
+    """Refuses a campaign of which nothing is drawn, or not everything. Raises UserError."""
+    grids = [name for name, one in file.vary.items() if isinstance(one, Grid)]
+    if grids:
+        raise UserError(
+            f"{path}: vary.{grids[0]}: a grid is flown value by value and has no probabilities; use a choice or a distribution"
+        )
+    if not file.keys:
+        raise UserError(f"{path}: vary: is empty; --rare needs keys whose values are drawn, --until does not")
+
+
+def values(file: CampaignFile, latent: Floats) -> dict[str, Drawn]:
+    """The values of all keys. latent: shape (flights, keys)."""
+    shares = np.clip(ndtr(latent), LEAST, MOST)
+    shared = dict(zip(file.keys, shares.T, strict=True))
+    drawn = from_shares(file, shared)
+    drawn |= {name: Drawn(one.quantile(shared[name])) for name, one in file.vary.items() if isinstance(one, Sobol)}
+    return {name: drawn[name] for name in file.keys}

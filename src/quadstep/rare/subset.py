@@ -1,0 +1,69 @@
+"""Subset simulation (Au and Beck 2001): a rare event as the last of nested events, each frequent given the one before.
+
+An event is that a flight fails, or its score exceeds a threshold, so failure is inside every one of them whatever the score
+is. Flights given an event are drawn by Markov chains that start from those that are already there, by conditional sampling
+whose step adapts to the share accepted (Papaioannou, Betz, Zwirglmaier and Straub 2015).
+"""
+
+import math
+
+import numpy as np
+
+from quadstep.numbers import exp, log
+from quadstep.rare.points import Evaluate, Floats, Points, Random, joined
+from quadstep.rare.replicate import LEAST, MOST_KEPT, Level, Replicate, beyond
+
+SHARE = 0.1
+"""Of the flights that each event keeps."""
+
+STEP, WANTED = 0.6, 0.44
+"""The first step of the chains, a standard deviation, and the share of candidates that should be accepted."""
+
+NEW_NOISE = 0.5
+"""Share of the candidates that meet noise of their own; the others keep their predecessor's."""
+
+
+def subset_simulation(evaluate: Evaluate, random: Random, size: int, least: float = LEAST) -> Replicate:
+    """One replicate with so many flights in each level. least: a probability below which it gives up."""
+    points = random.points(size)
+    scores = evaluate(points)
+    crude, flights = int(np.isinf(scores).sum()), size
+    probability, step, levels = 1.0, STEP, list[Level]()
+    while probability > least:
+        share = float(np.isinf(scores).mean())
+        if share >= SHARE:
+            failures = points.at(np.isinf(scores))
+            return Replicate(probability * share, flights, size, crude, (*levels, Level(None, probability * share)), failures)
+        threshold = beyond(scores, SHARE)
+        above = scores >= threshold
+        if above.mean() > MOST_KEPT:
+            break
+        probability *= float(above.mean())
+        levels.append(Level(threshold, probability))
+        points, scores, flown, step = chains(evaluate, random, points.at(above), scores[above], threshold, size, step)
+        flights += flown
+    failures = points.at(np.isinf(scores))
+    return Replicate(0.0, flights, size, crude, tuple(levels), failures)
+
+
+def chains(
+    evaluate: Evaluate, random: Random, points: Points, scores: Floats, threshold: float, size: int, step: float
+) -> tuple[Points, Floats, int, float]:
+    """About `size` flights whose score is at least the threshold, those given among them; their scores, new flights, step."""
+    all_points, all_scores = [points], [scores]
+    count, turns = len(scores), -(-size // len(scores)) - 1
+    drawn = random.points(turns * count)
+    renewed = random.uniform(drawn) < NEW_NOISE
+    for turn in range(1, turns + 1):
+        own = np.arange((turn - 1) * count, turn * count)
+        fresh = drawn.at(own)
+        latent = math.sqrt(1.0 - step * step) * points.latent + step * fresh.latent
+        noise = np.where(renewed[own], fresh.noise, points.noise)
+        found = evaluate(Points(latent, noise))
+        accepted = found >= threshold
+        points = Points(np.where(accepted[:, None], latent, points.latent), np.where(accepted, noise, points.noise))
+        scores = np.where(accepted, found, scores)
+        step = min(1.0, exp(log(step) + (float(accepted.mean()) - WANTED) / math.sqrt(turn)))
+        all_points.append(points)
+        all_scores.append(scores)
+    return joined(all_points), np.concatenate(all_scores), len(drawn.noise), step

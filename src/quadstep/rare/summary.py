@@ -1,0 +1,176 @@
+"""What the replicates have shown: a probability with an interval from how much they differ, and what speaks against it."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.rare.done import Done, Nearest
+from quadstep.rare.pieces import Kind
+from quadstep.rare.points import Floats
+from quadstep.rare.section import Method
+
+APART = 10.0
+"""Ratio of the largest to the smallest replicate above which they disagree."""
+
+MORE = 5.0
+"""Ratio of a second opinion to the probability above which it speaks against it."""
+
+DOUBT = 0.01
+"""Chance that an interval of crude flights misses the truth, where it is used as a check."""
+
+FEW_AGAIN = 0.1
+"""Share of failures that fail again with other noise below which noise decides."""
+
+
+class Crude(NamedTuple):
+    """Flights drawn as the campaign draws, and those of them that failed. rate: with its exact 99 % interval."""
+
+    flights: int
+    failures: int
+    rate: Estimate
+
+
+class Summary(NamedTuple):
+    """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
+
+    spread: standard deviation of the replicates over their mean. one_by_one: flights whose rate would be as sure as this.
+    """
+
+    probability: Estimate
+    replicates: tuple[float, ...]
+    flights: int
+    spread: float
+    one_by_one: float | None
+    crude: Crude
+    opinions: dict[str, float]
+    nearest: Nearest | None
+    again: float | None
+    warnings: tuple[str, ...]
+
+
+def summarise(done: Sequence[Done]) -> Summary:
+    """The summary of all pieces."""
+    own = [one for one in done if one.kind == Kind.REPLICATE.value]
+    probabilities = np.array([one.probability for one in own])
+    crude = crude_of(own)
+    probability = interval(probabilities, crude)
+    mean = probability.value
+    spread = float(probabilities.std(ddof=1)) / mean if mean > 0.0 else 0.0
+    one_by_one = (1.0 - mean) / mean * len(own) / spread**2 if spread > 0.0 else None
+    opinions = {f"{one.method.words}, {one.score}": one.probability for one in done if one not in own}
+    nearest = min((one.nearest for one in done if one.nearest), key=lambda one: one.deviations, default=None)
+    again = [one.again for one in own if one.again]
+    flown, failed = sum(one.flights for one in again), sum(one.failures for one in again)
+    found = Summary(
+        probability, tuple(probabilities.tolist()), sum(one.flights for one in done), spread, one_by_one, crude, opinions,
+        nearest, failed / flown if flown else None, (),
+    )  # fmt: skip
+    return found._replace(warnings=tuple(warnings(found)))
+
+
+def interval(probabilities: Floats, crude: Crude) -> Estimate:
+    """The mean of independent estimates with its 95 % interval.
+
+    Estimates of small probabilities scatter by factors: they are taken as log-normal, and the interval is Cox's for the mean
+    (Zhou and Gao 1997) with Student's quantile. Where some are 0 it begins at 0 and ends at Student's for the numbers
+    themselves; where all are, it is that of the crude flights.
+    """
+    count, mean = len(probabilities), float(probabilities.mean())
+    if mean == 0.0:
+        return Estimate(0.0, 0.0, crude.rate.high)
+    quantile = student_quantile(0.5 * (1.0 + LEVEL), count - 1)
+    if probabilities.min() == 0.0:
+        return Estimate(mean, 0.0, mean + quantile * float(probabilities.std(ddof=1)) / math.sqrt(count))
+    logs = np.log(probabilities)
+    middle, variance = float(logs.mean()), float(logs.var(ddof=1))
+    half = quantile * math.sqrt(variance / count + variance**2 / (2.0 * (count - 1)))
+    low, high = (math.exp(middle + 0.5 * variance + side) for side in (-half, half))
+    return Estimate(mean, min(low, mean), min(max(high, mean), 1.0))
+
+
+def crude_of(own: Sequence[Done]) -> Crude:
+    """The flights that replicates begin with, of all events together: each adds its own rate."""
+    rates: dict[str, tuple[int, int]] = {}
+    for event in (event for one in own for event in one.events):
+        flown, failed = rates.get(event.failure, (0, 0))
+        rates[event.failure] = (flown + event.crude, failed + event.crude_failures)
+    tail = 0.5 * DOUBT / len(rates)
+    ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
+    rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
+    flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
+    return Crude(flown, failed, rate)
+
+
+def warnings(found: Summary) -> list[str]:
+    """What speaks against the estimate, in sentences; none where nothing does."""
+    said, own = [], np.array(found.replicates)
+    none = int((own == 0.0).sum())
+    if none:
+        said.append(
+            f"{none} of {len(own)} replicates reached no failure: the score does not lead there, or hardly any flight fails. "
+            "Name another score (rare.score), or fly more flights in each level (rare.flights)."
+        )
+    elif own.max() > APART * own.min():
+        said.append(
+            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Fly more flights in "
+            "each level (rare.flights), or name another score (rare.score)."
+        )
+    if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
+        said.append(
+            f"Crude flights disagree: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+            f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
+        )
+    for what, probability in found.opinions.items():
+        if probability > max(MORE * found.probability.value, found.probability.high):
+            said.append(
+                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a way to "
+                "fail; name the metrics that announce it (rare.score)."
+            )
+    if found.again is not None and found.again < FEW_AGAIN:
+        said.append(
+            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with other noise, which is drawn anew "
+            "and not led towards failure. Expect an estimate no better than crude flights."
+        )
+    return said
+
+
+def as_json(found: Summary) -> dict[str, object]:
+    """The summary for rare.json and `--json`."""
+    return {
+        "probability": found.probability._asdict(),
+        "replicates": list(found.replicates),
+        "flights": found.flights,
+        "spread": found.spread,
+        "flights_one_by_one": found.one_by_one,
+        "crude": {**found.crude._asdict(), "rate": found.crude.rate._asdict()},
+        "opinions": found.opinions,
+        "nearest_failure": found.nearest.model_dump() if found.nearest else None,
+        "fail_again_with_other_noise": found.again,
+        "warnings": list(found.warnings),
+    }
+
+
+def sentences(found: Summary, method: Method) -> list[str]:
+    """The summary in words."""
+    value, low, high = (f"{part:.3g}" for part in found.probability)
+    count = len(found.replicates)
+    lines = [
+        f"A flight fails with probability {value}; with 95 % confidence {low} to {high}, from {count} independent replicates "
+        f"by {method.words}."
+    ]
+    if found.one_by_one:
+        times = found.one_by_one / found.flights
+        lines.append(
+            f"{found.flights} flights in all; one by one it would take {found.one_by_one:.2g} to be as sure, "
+            f"{times:.2g} times as many."
+        )
+    lines.append(
+        f"Crude flights: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+        f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
+    )
+    if found.again is not None:
+        lines.append(f"{100 * found.again:.3g} % of the failures fail again with other noise.")
+    return lines

@@ -1,0 +1,79 @@
+"""report.html of a tuning run."""
+
+import math
+from html import escape
+from pathlib import Path
+
+from quadstep.analysis.statistics import Estimate
+from quadstep.report import page, units
+from quadstep.tuning.ground import Asked
+from quadstep.tuning.search import Found
+from quadstep.tuning.unseen import AGGREGATES, Compared, Row
+
+
+def write_report(path: Path, asked: Asked, found: Found, compared: Compared, figure: str) -> None:
+    """Write it beside tuned.toml. figure: of the search, its file without ending."""
+    before, after = found.present.judged.objective, found.best.judged.objective
+    drawn = page.figure(path.parent / figure, "The search: objective and gains of the candidates, over the flights flown")
+    both = (found.present.values, found.best.values)
+    gains = [(one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in both)) for one in asked.gains]
+    measured = [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
+    body = [
+        page.summary(compared.verdict, facts(compared), [drawn]),
+        page.heading("The gains", "gains"),
+        page.table(("gain", "present", "tuned"), gains, escape),
+        page.heading("On flights that no gain was tuned on", "unseen"),
+        page.paragraph(
+            f"{compared.flights} flights with each, the same for both; intervals at 95 %. The difference is taken flight by "
+            "flight."
+        ),
+        page.table(("", "present", "tuned", "tuned less present"), measured),
+        page.heading("The search", "search"),
+        page.paragraph(
+            f"Objective over the flights tuned on, their {AGGREGATES[asked.section.aggregate]}: {units.number(before)} "
+            f"before, {units.number(after)} after {found.history[-1].flights} flights. Every candidate is in history.csv."
+        ),
+    ]
+    page.write_page(path, asked.mission.name, body, "Tuning")
+
+
+def listed(values: list[float]) -> str:
+    """Some numbers, or just one where all are equal."""
+    return ", ".join(units.number(value, 4) for value in (values if len(set(values)) > 1 else values[:1]))
+
+
+def facts(compared: Compared) -> list[page.Fact]:
+    """Success with either, and what the objective gains."""
+    found = []
+    for name, one in zip(("succeed with present gains", "succeed with tuned gains"), compared.success, strict=True):
+        many = not math.isnan(one.low)
+        more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
+        found.append(page.Fact(name, units.percent(one.value), more, page.Span("", one.low, one.value, one.high)))
+    before, difference = compared.objective.present, compared.objective.difference
+    if before and difference and before.value:
+        low, value, high = (100.0 * part / before.value for part in (difference.low, difference.value, difference.high))
+        size = max(abs(one) for one in (low, value, high) if math.isfinite(one))
+        more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
+        span = page.Span("", low, value, high, -1.2 * size, 1.2 * size) if math.isfinite(low) and size else None
+        found.append(page.Fact("objective, tuned less present", f"{value:+.3g} %".replace("-", "−"), more, span))
+    return found
+
+
+def shares(compared: Compared) -> list[page.Cell]:
+    """The row of success."""
+    return [
+        "succeed",
+        *(units.percent(*one) for one in compared.success),
+        f"{100.0 * compared.success_difference.value:+.3g} points".replace("-", "−"),
+    ]
+
+
+def row(one: Row) -> list[page.Cell]:
+    """The row of a metric."""
+    words, unit = units.metric(one.name)
+    return [words, *(shown(part, unit) for part in (one.present, one.tuned, one.difference))]
+
+
+def shown(one: Estimate | None, unit: str) -> str:
+    """A value with its interval."""
+    return "–" if one is None else units.interval(*one, unit)

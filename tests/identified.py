@@ -1,0 +1,94 @@
+"""How well vehicles are identified.
+
+python -m tests.identified coverage 100: a vehicle whose numbers are known is flown so many times, with noise, lag and
+jitter, and identified; how often each true number lies within its 95 % interval. With a third number the position loop
+runs that often [s]: at 0.01, what it does between the rows of a log stays hidden.
+
+python -m tests.identified split LOG... --held LOG...: some flights are fitted, the others predicted.
+"""
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from quadstep.analysis.statistics import share
+from quadstep.identify.errors import GROUPS, HORIZONS
+from quadstep.identify.fit import identify
+from quadstep.identify.table import compare
+from quadstep.logs.read import read_log
+from tests.made_flights import logged, start, true_value
+
+FIRST_SEED = 1000
+
+
+def trial(guidance: float, seed: int) -> dict[str, tuple[float, float, bool]]:
+    """Of each number: its error and half its interval, both over the true one, and whether that lies inside."""
+    found = identify(logged(seed, guidance), start(), lambda _: None, predictors=False)
+    rows = {}
+    for key, one in found.fitted.items():
+        true = true_value(key)
+        rows[key] = (one.value - true) / abs(true), 0.5 * (one.high - one.low) / abs(true), one.low <= true <= one.high
+    return rows
+
+
+def coverage(count: int, guidance: float) -> None:
+    """Print how often the true numbers lie inside; after Ctrl-C, of the trials until then."""
+    found: list[dict[str, tuple[float, float, bool]]] = []
+    with ProcessPoolExecutor(2) as pool:
+        try:
+            for rows in pool.map(partial(trial, guidance), range(FIRST_SEED, FIRST_SEED + count)):
+                found.append(rows)
+                print(f"\r{len(found)} of {count}", end="", file=sys.stderr, flush=True)
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+    if len(found) < 2:
+        return
+    print(f"\n{len(found)} trials {'number':15}{'mean error':>12}{'scatter':>10}{'interval':>10}{'inside':>8}   95 % sure")
+    for key in found[0]:
+        errors, halves, inside = (np.array([rows[key][i] for rows in found if key in rows]) for i in range(3))
+        held = share(int(inside.sum()), len(inside))
+        numbers = f"{100 * errors.mean():+11.2f}%{100 * errors.std(ddof=1):9.2f}%{100 * np.median(halves):9.2f}%"
+        print(f"{key:26}{numbers}{100 * held.value:7.0f}%   {100 * held.low:.0f} to {100 * held.high:.0f} %")
+    every = [inside for rows in found for _, _, inside in rows.values()]
+    print(f"all numbers together: {100 * np.mean(every):.1f} % inside")
+
+
+def split(fitted: list[Path], held: list[Path]) -> None:
+    """Print the mean of the ratios to "constant" of flights that were not fitted."""
+    flights, unseen = ([read_log(path) for path in paths] for paths in (fitted, held))
+    vehicle = start()
+    found = identify(flights, vehicle, lambda what: print(f"fitting: {what}", file=sys.stderr))
+    knowing = {"commands": found.numbers}
+    if found.guided:
+        knowing["setpoints too"] = found.numbers._replace(observer=found.guided)
+    for knows, numbers in knowing.items():
+        errors = compare(unseen, vehicle, numbers, guided=knows != "commands")
+        print(f"\n{knows + ', samples':26}" + "".join(f"{group:>10}" for group in GROUPS) + f"{'rates to zero rate':>20}")
+        for horizon in HORIZONS:
+            ratios = "".join(f"{errors.ratio(horizon, group).value:10.2f}" for group in GROUPS)
+            print(f"{horizon:<26}{ratios}{errors.ratio(horizon, 'rates', 'zero').value:20.2f}")
+
+
+def main() -> None:
+    """Read the command line."""
+    reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = reader.add_subparsers(dest="command", required=True)
+    one = commands.add_parser("coverage")
+    one.add_argument("count", type=int)
+    one.add_argument("guidance", type=float, nargs="?", default=0.002)
+    other = commands.add_parser("split")
+    other.add_argument("logs", type=Path, nargs="+")
+    other.add_argument("--held", type=Path, nargs="+", required=True)
+    given = reader.parse_args()
+    if given.command == "coverage":
+        coverage(given.count, given.guidance)
+    else:
+        split(given.logs, given.held)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,238 @@
+"""The documentation: every listing is valid, some run, and the reference has everything. `make docs` runs all of them."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs.site import running
+from docs.site.checking import check_toml
+from docs.site.listings import Kind, listings
+from docs.site.pages import DOCS, ROOT, mentions, name_of, pages, run_pages
+from docs.site.reference import equations, keys
+from docs.site.reference.commands import commands
+from docs.site.reference.commands import page as commands_page
+from docs.site.reference.python import page as python_page
+from docs.site.running import Ran, prepare
+from docs.site.runs import run_one
+from docs.site.writing import with_flights, with_further, with_links, with_listings
+from tests.needs import SITE, needs
+
+PAGES = run_pages()
+COMMANDS = dict(commands())
+
+
+PAGE = """# Page
+
+<!-- file: a.toml -->
+
+```toml
+[path]
+type = "step"
+end = [0.0, 0.0, 1.0]
+```
+
+    cat a.toml
+
+```python
+x = 2
+```
+
+```python
+print(x + 1)
+```
+
+<!-- exit: 3 -->
+
+    eval 'exit 3'
+
+This fails:
+
+    cat nothing
+
+and this is a formula:
+
+    a = b + c
+"""
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory):
+    """A folder as listings have it, for what they name."""
+    folder = tmp_path_factory.mktemp("reader")
+    prepare(folder, ROOT / "README.md", [])
+    return folder
+
+
+def quadstep_lines(text):
+    """The commands of quadstep in a shell listing, as words."""
+    whole = text.replace(".venv/bin/quadstep", "quadstep").replace("\\\n", " ")
+    for line in whole.splitlines():
+        for part in re.split(r"&&|\||;", re.sub(r"\s#.*", "", line)):
+            words = part.split(">")[0].strip()
+            if words.startswith("quadstep ") and "..." not in words and "[" not in words:
+                yield shlex.split(words)
+
+
+def parsed(words):
+    """Whether the command line takes these words; nothing is run."""
+    words = [word for word in words if word not in ("--no-user-code", "--traceback")]
+    count = 3 if " ".join(words[:3]) in COMMANDS else 2
+    name = " ".join(words[:count])
+    if name.startswith("quadstep --"):
+        return True
+    COMMANDS[name].make_context(name, list(words[count:]))
+    return True
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_command_of_a_page_is_one_that_the_command_line_takes(page):
+    for listing in listings(page.read_text(encoding="utf-8")):
+        if listing.kind is Kind.SHELL:
+            said = [listing.text, listing.marks.get("instead", "")]
+            assert all(parsed(words) for text in said for words in quadstep_lines(text)), f"{page}:{listing.first + 1}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_part_of_a_file_is_one_that_quadstep_reads(page, reader, monkeypatch):
+    monkeypatch.chdir(reader)
+    for listing in listings(page.read_text(encoding="utf-8")):
+        if listing.kind is Kind.TOML and "not run" not in listing.marks:
+            (reader / listing.marks.get("file", "listing.toml")).write_text(listing.text, encoding="utf-8")
+            if 'file = "mine.toml"' not in listing.text:  # which a command of the page makes
+                check_toml(listing.text, f"{name_of(page)}:{listing.first + 1}", reader)
+
+
+def test_what_is_not_run_says_why_and_names_tests_that_are_there():
+    for page in PAGES:
+        for listing in listings(page.read_text(encoding="utf-8")):
+            reason = listing.marks.get("not run", "because")
+            assert reason.strip()
+            assert all((ROOT / name).is_file() for name in re.findall(r"tests/\w+\.py", reason)), reason
+
+
+def test_a_wrong_listing_is_found(reader):
+    with pytest.raises(Exception, match=r"radius"):
+        check_toml('[path]\ntype = "circle"\nradius = -1.0\nperiod = 3.0\n', "page", reader)
+    with pytest.raises(Exception, match=r"unknown"):
+        check_toml("[wind]\nspeed = 3.0\n", "page", reader)
+    with pytest.raises(Exception, match=r"No such option"):
+        parsed(["quadstep", "fly", "mission.toml", "--fast"])
+
+
+def test_a_page_runs_from_the_top_down_and_says_what_failed(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(PAGE)
+    before = Path.cwd()
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(running, "name_of", lambda _: "page.md")
+            ran = running.run_page(page, tmp_path / "folder")
+    finally:
+        os.chdir(before)
+    assert [one.status for one in ran] == ["checked", "ran", "ran", "ran", "ran", "failed", "not run"]
+    assert ran[3].output == "3\n"
+    assert "[path]" in ran[1].output
+    assert "nothing: No such file" in ran[5].output
+
+
+def test_every_mention_of_a_page_is_of_one_that_is_there():
+    made = {f"docs/reference/{name}.md" for name in ("commands", "python", "equations", *keys.FILES)}
+    texts = [
+        *pages(),
+        ROOT / "README.md",
+        *(ROOT / "src").rglob("*.py"),
+        *(ROOT / "examples").rglob("*.*"),
+        *DOCS.glob("*.py"),
+    ]
+    for path in texts:
+        if path.suffix in (".md", ".py", ".toml"):
+            for name in mentions(path.read_text(encoding="utf-8")) - made - {"docs/NAME.py", "docs/NAME.png"}:
+                assert (ROOT / name).is_file(), f"{path} names {name}"
+
+
+def test_every_picture_has_the_module_that_draws_it():
+    for path in DOCS.glob("*.png"):
+        assert path.with_suffix(".py").is_file(), path
+
+
+def test_a_page_gets_output_links_and_what_flew(tmp_path):
+    shown = with_listings("# T\n\n    quadstep vehicles\n", [Ran(3, "ran", "x500\n", 0.1)], showing=True)
+    assert "```bash\nquadstep vehicles\n```" in shown
+    assert ":class: printed\nx500\n```" in shown
+    there = {"docs/ci.md": "ci.md"}
+    assert with_links("See `docs/ci.md`.\n\n```text\n`docs/ci.md`\n```", "lessons/a.md", there).startswith(
+        "See [`docs/ci.md`](../ci.md).\n\n```text\n`docs/ci.md`"
+    )
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "page.html").write_text("page")
+    flown = with_flights("<!-- page: out/page.html | Live -->", tmp_path, tmp_path / "static", "lessons/a.md")
+    assert 'src="../flown/' in flown
+    assert "Further" in with_further("a\n\n<!-- further -->", ["a.md", "new.md"])
+
+
+def test_the_reference_has_every_command_and_option():
+    text = commands_page()
+    for name, command in COMMANDS.items():
+        assert f"## {name}\n" in text
+        for option in command.params:
+            assert option.name == "help" or option.help or option.name == "shown", f"{name} {option.name} has no help"
+
+
+@pytest.mark.parametrize("name", keys.FILES)
+def test_every_key_of_every_file_says_what_it_means(name):
+    for found in keys.tables(name).values():
+        for model in found:
+            for one in keys.keys(model):
+                table = "(#" in one.takes
+                assert one.meaning or table or one.name == "type", f"{model.__name__}.{one.name}"
+    assert len(keys.page(name)) > 500
+
+
+def test_keys_say_unit_range_and_default():
+    text = keys.page("mission-file")
+    assert "| `radius` | a number above 0 | m | needed | of the circle |" in text
+    assert "| `height` | a number from 3 to 305 | m | `6.096` |" in text
+    assert '| `kinematics` | `"standard"`, `"printed"`, `"rigid"` |  | `"standard"` |' in text
+    assert "| `k_x` | one number or three numbers above 0 | 1/s^2 | suits the vehicle | stiffness of" in text
+
+
+def test_the_index_of_equations_has_each_with_file_and_test():
+    text = equations.page()
+    for number in range(1, 76):
+        (line,) = re.findall(rf"^\| {number} \|.*$", text, flags=re.MULTILINE)
+        cells = line.split(" | ")
+        assert (ROOT / cells[3].strip("`")).is_file()
+        assert all((ROOT / "tests" / one).is_file() for one in re.findall(r"`(test_\w+\.py)`", cells[4]))
+        assert "test_" in cells[4]
+    assert equations.numbers("Eq. 5, Eqs 9 and 10, Eqs 68-70") == {5, 9, 10, 68, 69, 70}
+
+
+def test_the_page_of_the_interface_has_its_names():
+    text = python_page()
+    for name in ("fly", "fly_all", "Mission", "Flight", "read_mission", "invert_force", "sqrt"):
+        assert f"### {name}\n" in text
+
+
+def test_a_tutorial_runs(tmp_path):
+    ran = run_one(DOCS / "tutorials" / "first-flight.md", tmp_path, "")
+    assert {one.status for one in ran} <= {"ran", "checked"}
+    assert (tmp_path / "docs-tutorials-first-flight" / "out" / "windy" / "page.html").is_file()
+
+
+@needs(SITE)
+def test_the_site_builds_without_a_warning(tmp_path):
+    (tmp_path / "index.md").write_text("# A\n\n```{toctree}\nkeys\ncommands\n```\n")
+    (tmp_path / "keys.md").write_text(keys.page("campaign-file").replace("(docs/campaigns.md)", ""))
+    (tmp_path / "commands.md").write_text(commands_page())
+    build = ["-m", "sphinx", "-b", "html", "-W", "-q", "-c", str(DOCS / "site"), str(tmp_path), str(tmp_path / "html")]
+    done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    html = (tmp_path / "html" / "keys.html").read_text()
+    assert 'id="uniform"' in html
+    fetched = re.findall(r'<(?:link|script|img)[^>]+(?:href|src)="(https?:[^"]+)"', html)
+    assert fetched == []

@@ -1,0 +1,214 @@
+"""Poles and margins of the sampled loop: against finite differences, other formulas, and flights."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from quadstep import Mission
+from quadstep.control.controller import Controller
+from quadstep.linear.analysis import studied
+from quadstep.linear.equilibrium import at_rest, hovering
+from quadstep.linear.sampled import Flown, Loops, states, with_states
+from quadstep.numbers import vector
+
+HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
+
+
+def hover(controller, latency=0.0, **more):
+    """The vehicle of docs/linear.md."""
+    return Mission(
+        vehicle={"preset": "research-2.6kg"},
+        path=HOLD,
+        controller=controller,
+        sensors={"fix_period": 0.004, "latency": latency},
+        **more,
+    )
+
+
+KNOWN = {  # phase [deg], delay [ms], disk of roll; phase of thrust [deg]; slowest pole [1/s], latency 0 and 20 ms
+    ("geometric", 0.0): (19.8, 13.0, 0.35, 26, -0.96),
+    ("geometric", 0.02): (20.4, 15.6, 0.36, 20, -0.96),
+    ("pid", 0.0): (16.4, 10.7, 0.29, 33, -0.50),
+    ("lqr", 0.02): (25.3, 27.3, 0.44, 55, -0.79),
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Each law once."""
+    made = {}
+
+    def of(controller, latency=0.0):
+        key = controller, latency
+        if key not in made:
+            made[key] = studied(hover({"type": controller}, latency))
+        return made[key]
+
+    return of
+
+
+@pytest.mark.parametrize(("law", "latency"), KNOWN)
+def test_margins_are_those_of_a_search_over_spectral_radii(found, law, latency):
+    """Measured another way, by another program, before this one was written (no code in common but the laws)."""
+    analysis = found(law, latency).analysis
+    by_name = dict(zip([channel.name for channel in analysis.channels], analysis.margins, strict=True))
+    phase, delay, disk, thrust, slowest = KNOWN[law, latency]
+    roll = by_name["roll"]
+    assert math.degrees(roll.phase) == pytest.approx(phase, abs=0.06)
+    assert 1e3 * roll.delay == pytest.approx(delay, abs=0.06)
+    assert roll.disk == pytest.approx(disk, abs=0.006)
+    assert math.degrees(by_name["thrust"].phase) == pytest.approx(thrust, abs=0.6)
+    assert analysis.poles[0].real == pytest.approx(slowest, abs=0.006)
+
+
+def scaled(loop, channel, factor):
+    """Largest growth in a period of a mode with this factor on a channel's command."""
+    whole = np.eye(len(loop.period.names), dtype=complex)
+    for tick in loop.period.ticks:
+        after = tick.tasks @ whole
+        more = (factor - 1.0) * np.outer(tick.acting[:, channel], after[loop.commands[channel]])
+        whole = tick.step @ (after + more)
+    return np.abs(np.linalg.eigvals(whole)).max()
+
+
+@pytest.mark.parametrize(("law", "latency"), [("pid", 0.0), ("geometric", 0.02)])
+def test_on_either_side_of_each_margin_the_loop_is_stable_and_not(found, law, latency):
+    analysis = found(law, latency).analysis
+    for i, one in enumerate(analysis.margins):
+        turned = min((1.0, -1.0), key=lambda way: abs(scaled(analysis.loop, i, np.exp(1j * way * one.phase)) - 1.0))
+        edges = [np.exp(1j * turned * one.phase)]
+        edges += [gain for gain in (one.gain_up, one.gain_down) if 0.0 < gain < math.inf]
+        for edge in edges:
+            for share, stable in ((0.99, True), (1.01, False)):
+                factor = np.exp(share * np.log(complex(edge)))
+                assert (scaled(analysis.loop, i, factor) < 1.0) == stable, (i, edge, share)
+        shrunk = 0.99 * one.disk * np.exp(1j * np.linspace(0.0, math.pi, 9))
+        assert max(scaled(analysis.loop, i, (1.0 + d / 2.0) / (1.0 - d / 2.0)) for d in shrunk) < 1.0
+
+
+def late(loop, channel, ticks):
+    """Largest growth in a period with one channel's command so many ticks late, each command on its way a state."""
+    count = len(loop.period.names)
+    x, line = np.eye(count, count + ticks), np.eye(ticks, count + ticks, count)
+    for tick in loop.period.ticks:
+        x = tick.tasks @ x
+        past = np.vstack([x[loop.commands[channel]], line])
+        x = tick.step @ (x + np.outer(tick.acting[:, channel], past[ticks] - past[0]))
+        line = past[:-1]
+    return np.abs(np.linalg.eigvals(np.vstack([x, line]))).max()
+
+
+@pytest.mark.parametrize("law", ["pid", "lqr"])
+def test_delay_margin_is_that_of_commands_kept_as_states(found, law):
+    analysis = found(law).analysis
+    for i, one in enumerate(analysis.margins):
+        ticks = one.delay / analysis.loop.period.step
+        if ticks < 60:
+            assert late(analysis.loop, i, math.floor(ticks)) < 1.0 < late(analysis.loop, i, math.ceil(ticks)), i
+
+
+def test_slopes_are_those_of_finite_differences():
+    """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences."""
+    rest = at_rest(hovering(hover({"type": "geometric"}, 0.02, wind={"mean": [6.0, 2.0, 0.0]})))
+    loops, first = rest.loops, rest.first
+    values = np.array(states(rest.flown)[0])
+    places = rest.period.places
+
+    steps = 1e-4 * (1.0 + np.abs(values[places]))
+
+    def flown(share):
+        """Of each place in turn, all in one flight of arrays."""
+        moved = np.repeat(values[:, None], len(places), axis=1)
+        moved[places, np.arange(len(places))] += share * steps
+        flown = loops.fly(with_states(rest.flown, list(moved)), first, first + loops.count)
+        return np.array([np.broadcast_to(leaf, len(places)) for leaf in states(flown)[0]])[places]
+
+    coarse, fine = ((flown(share) - flown(-share)) / (2.0 * share * steps) for share in (2.0, 1.0))
+    near, exact = (4.0 * fine - coarse) / 3.0, rest.period.map
+    assert np.abs(near - exact).max() < 1e-6 * np.abs(exact).max()
+    assert near == pytest.approx(exact, rel=1e-5, abs=1e-6)
+
+
+@dataclass(frozen=True)
+class Late(Controller):
+    """A controller whose command comes `ticks` samples late."""
+
+    flown: Controller
+    ticks: int
+
+    def loops(self):
+        return self.flown.loops()
+
+    def start(self, measured, gains):
+        return self.flown.start(measured, gains), ()
+
+    def slower(self, loop, memory, *given):
+        return self.flown.slower(loop, memory[0], *given), memory[1]
+
+    def law(self, memory, *given):
+        command, own = self.flown.law(memory[0], *given)
+        line = (*(memory[1] or (command,) * self.ticks), command)
+        return line[0], (own, line[1:])
+
+
+@pytest.mark.parametrize(("law", "ticks"), [("pid", 5), ("lqr", 12), ("geometric", 6)])
+def test_flights_decay_below_the_delay_margin_and_grow_above_it(found, law, ticks):
+    """All four commands late by whole samples of 2 ms, of which roll and pitch have the least margin."""
+    rest = found(law).rest
+    margin = min(one.delay for one in found(law).analysis.margins)
+    assert 2e-3 * ticks < margin < 2e-3 * (ticks + 1)
+    for late_by, grows in ((ticks, False), (ticks + 1, True)):
+        loops = Loops(rest.loops.plan)
+        loops.loop = replace(loops.loop, controller=Late(loops.loop.controller, late_by))
+        cycle = rest.flown.cycle
+        turning = cycle.state._replace(rates=vector(1e-6, 0.0, 0.0))
+        flown = Flown(cycle._replace(state=turning, memory=(cycle.memory, ())), rest.flown.asked)
+        sizes, k = [], rest.first
+        for _ in range(4):
+            most = 0.0
+            for _ in range(25):
+                flown = loops.fly(flown, k, k + 5)
+                most, k = max(most, abs(flown.cycle.state.rates[0])), k + 5
+            sizes.append(most)
+        assert (sizes[-1] > sizes[1]) == grows
+
+
+def test_the_planar_vehicle_has_the_poles_and_margins_of_its_textbook_loop():
+    """x'' = -g theta, theta'' = turn, sampled and held: the chain of integrators exactly, by SciPy's exponential."""
+    k_p, k_v, k_theta, k_q, g, h = 4.0, 3.5, 120.0, 20.0, 9.81, 0.002
+    mission = Mission(vehicle={"type": "planar"}, path=HOLD, controller={"type": "planar-pd"}, simulation={"step": h})
+    analysis = studied(mission).analysis
+    assert [channel.name for channel in analysis.channels] == ["thrust", "torque"]
+    chain = np.zeros((5, 5))  # x, v, theta, theta', turn
+    chain[0, 1], chain[1, 2], chain[2, 3], chain[3, 4] = 1.0, -g, 1.0, 1.0
+    held = expm(h * chain)
+    a, b = held[:4, :4], held[:4, 4]
+    gains = np.array([k_theta * k_p / g, k_theta * k_v / g, -k_theta, -k_q])
+    height = expm(h * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]))
+    up = height[:2, :2] - np.outer(height[:2, 2], [k_p, k_v])
+    wanted = np.concatenate([np.linalg.eigvals(a + np.outer(b, gains)), np.linalg.eigvals(up)])
+    s = np.log(wanted.astype(complex)) / h
+    found = [
+        complex(pole.real, sign * pole.imaginary) for pole in analysis.poles for sign in ((1, -1) if pole.imaginary else (1,))
+    ]
+    assert sorted(found, key=lambda one: (one.real, one.imag)) == pytest.approx(
+        sorted(s, key=lambda one: (one.real, one.imag)), rel=1e-6
+    )
+
+    def loop(omega):
+        return -gains @ np.linalg.solve(np.exp(1j * omega * h) * np.eye(4) - a, b)
+
+    torque = analysis.margins[1]
+    crossing = brentq(lambda omega: abs(loop(omega)) - 1.0, 5.0, 100.0)
+    assert torque.phase_at == pytest.approx(crossing, rel=1e-6)
+    assert torque.phase == pytest.approx(math.pi + np.angle(loop(crossing)), rel=1e-6)
+    assert torque.gain_up == pytest.approx(1.0 / abs(loop(math.pi / h)), rel=1e-6)  # where its phase reaches -180 deg
+    grid = np.geomspace(1.0, math.pi / h, 20_000)
+    values = np.array([loop(omega) for omega in grid])
+    assert torque.sensitivity == pytest.approx(np.abs(1.0 / (1.0 + values)).max(), rel=1e-5)
+    assert torque.complementary == pytest.approx(np.abs(values / (1.0 + values)).max(), rel=1e-5)
+    assert torque.disk == pytest.approx(np.abs(2.0 * (1.0 + values) / (1.0 - values)).min(), rel=1e-5)

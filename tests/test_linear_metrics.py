@@ -1,0 +1,131 @@
+"""Margins as metrics and constraints of `tune`, and the command line of `linear`."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from quadstep import Mission, UserError, read_mission
+from quadstep.linear.analysis import studied
+from quadstep.linear.metrics import margin_metrics, of_analysis
+from quadstep.linear.names import MARGINS, is_margin
+from quadstep.mission.tune import Constraint, as_constraints
+from quadstep.tuning.ground import Ground, asked
+from tests.commands import quadstep
+
+MISSION = """
+name = "Hold"
+vehicle = { preset = "research-2.6kg" }
+path = { type = "step", start = [0.0, 0.0, 5.0], end = [0.0, 0.0, 5.0], duration = 4.0 }
+controller = { type = "pid" }
+"""
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "hold.toml"
+    path.write_text(MISSION)
+    return path
+
+
+def test_a_margin_is_held_from_below_and_a_metric_from_above():
+    found = as_constraints({"phase_margin_roll": 0.5, "largest_error": 0.2, "sensitivity_peak": 2.0})
+    assert (found["phase_margin_roll"].least, found["phase_margin_roll"].most) == (0.5, None)
+    assert found["largest_error"].most == 0.2
+    assert found["sensitivity_peak"].most == 2.0
+    least = Constraint(least=0.5)
+    assert least.keeps(np.array([0.4, 0.5, 0.6])).tolist() == [False, True, True]
+    assert least.excess(np.array([0.4])) == pytest.approx(0.2)
+    assert least.excess(np.array([0.7])) == 0.0
+    assert Constraint(least=0.5, share=0.5).excess(np.array([0.4, 0.6])) == 0.0
+    with pytest.raises(ValueError, match="either most or least"):
+        Constraint(most=1.0, least=0.5)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"constraints": {"phase_margins": 0.5}}, "phase_margins: unknown metric"),
+        ({"objective": {"delay_margin": 1.0}}, "more is better; make it a constraint"),
+    ],
+)
+def test_unknown_margins_and_margins_to_be_minimised_are_refused(table, said):
+    with pytest.raises(UserError, match=said):
+        Mission(
+            vehicle={"preset": "x500"},
+            path={"type": "step", "end": [0.0, 0.0, 1.0]},
+            tune={"gains": {"controller.k_x": {"low": 1.0, "high": 9.0}}, **table},
+        )
+
+
+def test_metrics_are_those_of_the_analysis_and_finite(mission):
+    found = studied(read_mission(mission)).analysis
+    metrics = of_analysis(found)
+    assert set(metrics) == set(MARGINS)
+    assert all(map(math.isfinite, metrics.values()))
+    assert metrics["phase_margin"] == min(one.phase for one in found.margins)
+    roll = dict(zip([one.name for one in found.channels], found.margins, strict=True))["roll"]
+    assert metrics["delay_margin_roll"] == roll.delay
+    assert 10.0 ** (metrics["gain_margin_down_roll"] / -20.0) == pytest.approx(roll.gain_down)
+    assert not is_margin("sensitivity_peak_roll")
+    assert margin_metrics(read_mission(mission), ["disk_margin"]) == {"disk_margin": metrics["disk_margin"]}
+
+
+def test_candidates_are_given_their_own_margins(mission):
+    tune = (
+        "[tune]\nconstraints = { phase_margin_roll = 0.5 }\n[tune.gains]\ncontroller.position = { low = 0.1, high = 50.0 }\n"
+    )
+    mission.write_text(MISSION + tune)
+    ground = Ground(asked(mission), 1)
+    (place,) = ground.asked.start
+    values = ground.asked.numbers([place - 0.3])
+    written = Mission.model_validate({**ground.asked.tuned(values), "tune": None})
+    assert ground.margins(values) == list(margin_metrics(written, ["phase_margin_roll"]).values())
+    assert ground.margins(values) != ground.margins(ground.asked.present)
+    assert ground.asked.names["phase_margin_roll"] == "phase_margin_roll[rad]"
+
+
+def test_the_command_writes_a_report_and_prints_json(mission, tmp_path):
+    shown = quadstep("linear", mission, "--out", tmp_path / "out", "--json", "--figures", "svg")
+    assert shown.code == 0, shown.err
+    said = json.loads(shown.out)
+    assert said["stable"] is True
+    assert set(said["margins"]) == {"thrust", "roll", "pitch", "yaw"}
+    names = {path.name for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    assert {"report.html", "linear.json", "margins.csv", "poles.csv", "bode.svg", "nyquist.svg", "step.svg"} <= names
+
+
+@pytest.mark.parametrize(
+    ("more", "options", "said"),
+    [
+        ("", ["--controllers", "pdi"], "--controllers: 'pdi' is not known"),
+        ("", ["--along", "--controllers", "pid"], "--controllers: goes with one mission at rest"),
+        ("", ["--samples", "3"], "--samples: goes with --along or a campaign"),
+        ("sensors = { latency = 9.0 }\n", [], "sensors.latency: 9 s is not shorter than the flight of 4 s"),
+    ],
+)
+def test_bad_input_is_one_line(mission, tmp_path, more, options, said):
+    mission.write_text(MISSION + more)
+    shown = quadstep("linear", mission, "--out", tmp_path / "out", *options)
+    assert shown.refused
+    assert said in shown.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("controller", "said"),
+    [
+        ({"type": "mppi"}, "bits of a number"),
+        ({"type": "rotation-backstepping"}, "has no slope"),
+    ],
+)
+def test_laws_without_slopes_are_named(controller, said):
+    mission = Mission(
+        vehicle={"preset": "x500"},
+        path={"type": "step", "end": [0.0, 0.0, 1.0]},
+        controller=controller,
+        wind={"mean": [3.0, 0.0, 0.0]},
+    )
+    with pytest.raises(UserError, match=said):
+        studied(mission)

@@ -1,0 +1,188 @@
+"""`quadstep prove`: tubes that every flight stays in, and certificates that an independent check confirms or refuses."""
+
+import json
+
+import numpy as np
+import pytest
+
+from quadstep import Mission
+from quadstep.numbers import Vector
+from quadstep.prove.linear import coordinates
+from quadstep.prove.sampled import Sampled
+from quadstep.prove.tube import Tube, tube
+from quadstep.prove.unknown import Unknown
+from tests.commands import quadstep, write
+
+NETS_OFF = '[controller]\ntype = "backstepping"\nnets.enabled = false\n'
+SHORT = f'[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 4.0\n{NETS_OFF}[simulation]\nduration = 0.3\n'
+UNKNOWN = Unknown(force=2.3e-4, torque=2.3e-4, mass=0.003, inertia=0.02, start=1e-3)
+
+
+@pytest.fixture(scope="module")
+def loop():
+    controller = {"type": "backstepping", "nets": {"enabled": False}}
+    path = {"type": "minimum-jerk", "end": [1.0, 0.5, 0.5], "duration": 4.0}
+    return Sampled(Mission(path=path, controller=controller, simulation={"duration": 0.3}).plan())
+
+
+@pytest.fixture(scope="module")
+def found(loop):
+    flown, _ = loop.flown()
+    chosen = coordinates(loop, flown, UNKNOWN)
+    result = tube(loop, flown, UNKNOWN, chosen, 3, dense=2)
+    assert isinstance(result, Tube)
+    return flown, chosen, result
+
+
+def test_the_centre_line_is_the_flight_bit_by_bit(loop, found):
+    flown, _, _ = found
+    x = list(map(float, flown[0]))
+    for sample in range(3):
+        x = loop.step(x, float(sample))
+        assert np.array_equal(x, flown[sample + 1])
+
+
+def test_random_flights_never_leave_the_tube(loop, found):
+    flown, chosen, result = found
+    rng, flights = np.random.default_rng(7), 24
+    p = loop.parameters
+
+    def sign():
+        drawn = rng.uniform(-1.0, 1.0, (3, flights))
+        return np.sign(drawn) * np.where(np.arange(flights) % 2, 1.0, np.abs(drawn))
+
+    vehicle = p.vehicle._replace(
+        mass=p.vehicle.mass * (1.0 + UNKNOWN.mass * sign()[0]),
+        inertia=Vector([one * (1.0 + UNKNOWN.inertia * way) for one, way in zip(p.vehicle.inertia, sign(), strict=True)]),
+    )
+    x = [np.full(flights, one) for one in flown[0]]
+    x[:3] = [one + UNKNOWN.start * way for one, way in zip(x[:3], sign(), strict=True)]
+    steady, nearest = sign(), 0.0
+    for sample in range(len(flown) - 1):
+        push = steady if sample < 80 else sign()
+        disturbance = p.disturbance._replace(force=Vector(UNKNOWN.force * push), torque=Vector(UNKNOWN.torque * sign()))
+        x = loop.step(x, float(sample), p._replace(vehicle=vehicle, disturbance=disturbance))
+        off = np.array([np.broadcast_to(one, flights) for one in x]) - flown[sample + 1][:, None]
+        assert np.all(np.abs(chosen.into @ off) <= result.boxes[sample // 100][:, None] * (1.0 + 1e-9))
+        assert np.all(np.abs(off[:3]) <= result.position[sample + 1][:, None] * (1.0 + 1e-9))
+        nearest = max(nearest, float((np.abs(off[:3]) / result.position[sample + 1][:, None]).max()))
+    assert nearest > 0.5  # the tube is not idle
+
+
+def test_coordinates_are_inverse_to_each_other(found):
+    _, chosen, _ = found
+    assert np.array_equal(chosen.into @ chosen.spread, np.eye(len(chosen.into)))
+    assert np.array_equal(chosen.into[:3], np.eye(len(chosen.into))[:3])
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("proof")
+    run = quadstep("prove", write(folder, SHORT), "--out", folder / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert "proved: every flight of 0.3 s under any force within 0.00023 N" in run.out
+    return json.loads((folder / "proof.json").read_text())
+
+
+def checked(folder, content):
+    (folder / "proof.json").write_text(json.dumps(content))
+    return quadstep("prove", "--check", folder / "proof.json")
+
+
+def test_the_check_confirms_a_certificate(tmp_path, certificate):
+    run = checked(tmp_path, certificate)
+    assert (run.code, run.err) == (0, "")
+    assert "confirmed: every flight of 0.3 s" in run.out
+    assert "mm" in run.out
+
+
+def scaled(key, factor):
+    return lambda content: content.update({key: (np.array(content[key]) * factor).tolist()})
+
+
+def wider(name, value):
+    return lambda content: content["unknown"].update({name: value})
+
+
+def shrunk_box(content):
+    content["boxes"][1][3] *= 0.5
+
+
+def other_gain(content):
+    content["mission"] = content["mission"].replace("nets.enabled = false", "nets.enabled = false\nK_r1 = 2.9")
+
+
+MUTATIONS = {
+    "all boxes": scaled("boxes", 0.5),
+    "one box": shrunk_box,
+    "the position claimed": scaled("position[m]", 0.9),
+    "force": wider("force[N]", 3e-4),
+    "torque": wider("torque[N m]", 1.0),
+    "mass": wider("mass[-]", 1e-3),
+    "inertia": wider("inertia[-]", 0.05),
+    "start": wider("start[m]", 1e-4),
+    "the law": other_gain,
+}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_the_check_refuses_a_certificate_that_says_more_than_was_proved(tmp_path, certificate, name):
+    content = json.loads(json.dumps(certificate))
+    MUTATIONS[name](content)
+    run = checked(tmp_path, content)
+    assert (run.code, run.err) == (1, "")
+    assert "not confirmed: " in run.out
+    assert "proved" not in run.out
+
+
+BROKEN = {
+    "no JSON": lambda text: text[:-20],
+    "another format": lambda text: text.replace("quadstep tube 1", "quadstep tube 9"),
+    "no states": lambda text: text.replace('"integral_1.0"', '"integral_9.0"'),
+    "not a flight": lambda text: text.replace('"flown": "', '"flown": "!'),
+    "blocks of nothing": lambda text: text.replace('"samples_per_block": 100', '"samples_per_block": 0'),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_certificate_is_one_line(tmp_path, certificate, name):
+    (tmp_path / "proof.json").write_text(BROKEN[name](json.dumps(certificate)))
+    run = quadstep("prove", "--check", tmp_path / "proof.json")
+    assert run.refused
+    assert "proof.json" in run.err
+
+
+WAY = '[path]\ntype = "minimum-jerk"\nstart = [0.0, 0.0, 2.0]\nend = [1.0, 0.0, 2.0]\nduration = 2.0\n'
+X500 = '[vehicle]\npreset = "x500"\n' + WAY
+
+REFUSED = {
+    "force": (SHORT, ["--force", "-1.0"], "--force: should be from 0"),
+    "mass": (SHORT, ["--mass", "nan"], "--mass: should be from 0"),
+    "airframe": (X500 + '[controller]\ntype = "pid"\n', ["--force", "0.1"], "--force: only on the paper's plant"),
+    "singular": (SHORT, ["--start", "30.0"], "hold a singularity at t = 0 s: an angle across its jump"),
+    "noise": (X500 + "[sensors]\ngyro_noise = 0.01\n", [], "sensors: nothing can be proved under noise"),
+    "late": (X500 + "[sensors]\nlatency = 3.0\n", [], "latency"),
+    "random law": (X500 + '[controller]\ntype = "mppi"\n', [], "controller: nothing can be proved of it"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_proved_is_one_line(tmp_path, name):
+    text, options, needed = REFUSED[name]
+    run = quadstep("prove", write(tmp_path, text), *options)
+    assert run.refused
+    assert "mission.toml" in run.err
+    assert needed in run.err
+    assert list(tmp_path.iterdir()) == [tmp_path / "mission.toml"]
+
+
+def test_a_mission_or_a_certificate_is_needed():
+    assert quadstep("prove").refused
+
+
+def test_a_singularity_in_the_box_leaves_it_open_with_its_place(tmp_path):
+    run = quadstep("prove", write(tmp_path, SHORT), "--start", "0.6", "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (1, "")
+    assert "open: " in run.out
+    assert ".py, line" in run.out
+    assert not (tmp_path / "proof.json").exists()

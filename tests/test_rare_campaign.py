@@ -1,0 +1,204 @@
+"""`quadstep campaign --rare`: known probabilities through flights, what is kept and resumed, and what is refused."""
+
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from quadstep.campaign.normal import probability
+from quadstep.campaign.schema import read_campaign
+from quadstep.errors import InterruptedRun
+from quadstep.rare import run
+from quadstep.rare.flights import Flights
+from quadstep.rare.points import FIRST, Points
+from quadstep.rare.space import values
+from tests.campaigns import NOISY, of, refused
+from tests.commands import quadstep
+
+METRIC = """
+from quadstep.flight.own_metric import Metric
+from quadstep.numbers import maximum
+
+
+class Far(Metric):
+    name = "far"
+
+    def start(self):
+        return -1e9
+
+    def add(self, sums, sample):
+        return maximum(sums, (sample["x"] + sample["y"]) / 0.01)
+
+    def value(self, sums):
+        return sums
+"""
+"""x + y at the start, in deviations of one: the vehicle begins at rest, and one sample later is where it was."""
+
+MISSION = """
+metrics = ["far.py:Far"]
+[path]
+type = "minimum-jerk"
+end = [0.1, 0.0, 0.0]
+duration = 1.0
+[controller]
+type = "backstepping"
+nets = { enabled = false }
+[start]
+position = [0.0, 0.0, 0.0]
+[simulation]
+step = 1e-4
+control_period = 1e-4
+log_period = 1e-4
+duration = 2e-4
+"""
+
+VARY = """
+[vary]
+start.position.0 = { type = "normal", mean = 0.0, deviation = 0.01 }
+start.position.1 = { type = "normal", mean = 0.0, deviation = 0.01 }
+"""
+
+FAILURE = "[failure]\nfar = 6.0\n"
+"""A probability of 1 - Phi(6 / sqrt 2)."""
+
+RARE = '[rare]\nmethod = "cross-entropy"\nscore = "far"\nflights = 300\nreplicates = 5\nopinions = 1\n'
+
+
+def written(folder, rest=VARY + FAILURE + RARE, mission=MISSION):
+    """A campaign file, its mission and its metric, written into a folder; the campaign's path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "far.py").write_text(METRIC, encoding="utf-8")
+    (folder / "mission.toml").write_text(mission, encoding="utf-8")
+    path = folder / "camp.toml"
+    path.write_text(f'mission = "mission.toml"\n{rest}', encoding="utf-8")
+    return path
+
+
+def kept(folder):
+    """rare.json."""
+    return json.loads((folder / "rare.json").read_text(encoding="utf-8"))
+
+
+def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
+    path, out = written(tmp_path), tmp_path / "out"
+    ran = quadstep("campaign", path, "--rare", "--out", out)
+    assert (ran.code, ran.err) == (0, "")
+    assert "A flight fails with probability" in ran.out
+    assert "5 independent replicates by cross-entropy" in ran.out
+    found = kept(out)["summary"]
+    true = probability(-6.0 / 2.0**0.5)
+    assert found["probability"]["value"] == pytest.approx(true, rel=0.3)
+    assert found["probability"]["low"] < true < found["probability"]["high"]
+    assert found["flights"] * 10 < found["flights_one_by_one"]
+    assert found["warnings"] == []
+    near = found["nearest_failure"]
+    assert sum(near["values"].values()) == pytest.approx(0.06, rel=0.1)
+    assert near["deviations"] == pytest.approx(6.0 / 2.0**0.5, rel=0.1)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "The most likely failure found" in page
+    assert page.count("<figure") == 1
+    assert (out / "figures" / "levels.png").exists()
+
+    again = quadstep("campaign", path, "--rare", "--out", out)
+    refused(again, "holds the estimate 'Campaign' (complete)", "--resume", "--overwrite")
+    machine = quadstep("campaign", path, "--rare", "--out", out, "--resume", "--json", "--require", "0.999999")
+    told = json.loads(machine.out)
+    assert (machine.code, told["exit_code"], told["passed"]) == (4, 4, False)
+    assert told["probability"] == found["probability"]
+    assert told["requirement"]["measured"] == 1.0 - found["probability"]["high"]
+    assert quadstep("campaign", path, "--rare", "--out", out, "--resume", "--require", "0.9999").code == 0
+
+
+def test_an_interrupted_run_goes_on_to_the_same_result(tmp_path, monkeypatch):
+    path = written(tmp_path)
+    whole = run.estimate(path, tmp_path / "whole")
+    fly = run.fly_piece
+
+    def pressed(flights, piece, told):
+        if piece.place == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+        return fly(flights, piece, told)
+
+    monkeypatch.setattr(run, "fly_piece", pressed)
+    with pytest.raises(InterruptedRun, match=r"2 of 6 replicates are kept in .*; continue with --resume"):
+        run.estimate(path, tmp_path / "part")
+    assert len(kept(tmp_path / "part")["pieces"]) == 2
+    assert not kept(tmp_path / "part")["complete"]
+    monkeypatch.setattr(run, "fly_piece", fly)
+    assert run.estimate(path, tmp_path / "part", resume=True).summary == whole.summary
+
+
+def test_what_has_changed_cannot_be_resumed(tmp_path):
+    path, out = (
+        written(tmp_path, VARY + FAILURE + RARE.replace("300", "200").replace("opinions = 1", "opinions = 0")),
+        tmp_path / "out",
+    )
+    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "there is no campaign to resume")
+    assert quadstep("campaign", path, "--rare", "--out", out).code == 0
+    path.write_text(path.read_text().replace("far = 6.0", "far = 5.0"))
+    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "cannot be resumed", "has changed")
+    before = sorted(one.name for one in out.rglob("*"))
+    assert quadstep("campaign", path, "--rare", "--out", out, "--overwrite").code == 0
+    assert sorted(one.name for one in out.rglob("*")) == before
+    (out / "rare.json").write_text("{}")
+    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "is not one of ours, or damaged")
+    refused(quadstep("campaign", path, "--out", out), "holds files of another kind")
+
+
+@pytest.mark.parametrize(
+    ("rest", "options", "said"),
+    [
+        ("[vary]\n", (), ("vary: is empty",)),
+        ('[vary]\nstart.position.0 = { type = "grid", values = [0.0, 1.0] }\n', (), ("vary.start.position.0: a grid",)),
+        (VARY + "[rare]\nscore = 'speed'\n", (), ("rare.score: 'speed'", "allowed here: position_rmse", "far")),
+        (VARY + "[rare]\nscore = []\n", (), ("rare.score",)),
+        (VARY + "[rare]\nmethod = 'crude'\n", (), ("rare.method", "cross-entropy", "subset")),
+        (VARY + "[rare]\nflights = 10\n", (), ("rare.flights", "200")),
+        (VARY + "[rare]\nreplicates = 1\n", (), ("rare.replicates", "5")),
+        (VARY + "[rare]\nlevels = 3\n", (), ("rare.levels: unknown key", "replicates")),
+        (VARY, ("--flights", "100"), ("--flights: cannot be used with --rare",)),
+        (VARY, ("--engine", "gpu"), ("--engine: cannot be used with --rare",)),
+        (VARY, ("--until", "1e-3"), ("--until: cannot be used with --rare",)),
+        ('[vary]\nvehicle.mass = { type = "normal", mean = 0.1, deviation = 1.0 }\n', (), ("vehicle.mass",)),
+    ],
+)
+def test_wrong_input_is_one_line(tmp_path, rest, options, said):
+    refused(quadstep("campaign", written(tmp_path, rest), "--rare", "--out", tmp_path / "out", *options), *said)
+    assert not (tmp_path / "out").exists()
+
+
+def test_normal_numbers_become_the_campaigns_own_values():
+    """The same quantile functions as of any flight, at shares that the normal distribution gives."""
+    file = of(
+        """
+        [vary]
+        a = { type = "uniform", low = 1.0, high = 3.0 }
+        b = { type = "choice", values = ["x", "y"], weights = [1, 3] }
+        c = { type = "sobol", low = 0.0, high = 1.0 }
+        d = { type = "log-normal", median = 2.0, sigma = 0.5, high = 4.0 }
+        [[correlated]]
+        keys = ["e", "f"]
+        mean = [0.0, 1.0]
+        covariance = [[1.0, 0.8], [0.8, 1.0]]
+        """
+    )
+    found = values(file, np.array([[0.0] * 6, [1.0] * 6, [-9.0] * 6, [9.0] * 6]))
+    assert list(found) == ["a", "b", "c", "d", "e", "f"]
+    assert found["a"].values[:2].tolist() == pytest.approx([2.0, 1.0 + 2.0 * probability(1.0)])
+    assert [found["b"].at(i) for i in range(4)] == ["y", "y", "x", "y"]
+    assert found["e"].values[:2].tolist() == pytest.approx([0.0, 1.0])
+    assert found["f"].values[1] == pytest.approx(1.0 + 0.8 + 0.6)
+    assert all(np.isfinite(found[name].values.astype(float)).all() for name in found)
+    assert found["d"].values.max() == pytest.approx(4.0)
+
+
+def test_a_flight_keeps_or_changes_its_noise_by_its_number(tmp_path):
+    rest = '[vary]\nvehicle.mass = { type = "normal", mean = 2.6, deviation = 0.1 }\n[failure]\nlargest_error = 0.2\n'
+    flights = Flights(read_campaign(written(tmp_path, rest, NOISY)))
+    assert flights.noisy
+    assert [event.failure.value for event in flights.events()] == ["completed, above a limit", "ended early"]
+    table = flights.fly(Points(np.zeros((3, 1)), np.array([FIRST, FIRST + 1, FIRST])))
+    first, other, same = table["position_rmse[m]"].to_pylist()
+    assert first == same != other

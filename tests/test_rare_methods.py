@@ -1,0 +1,171 @@
+"""The methods behind `--rare`, on functions of normal numbers whose probabilities are known, and their intervals."""
+
+import math
+
+import numpy as np
+import pytest
+
+from quadstep.campaign.normal import probability
+from quadstep.rare.cross_entropy import cross_entropy
+from quadstep.rare.done import Done
+from quadstep.rare.pieces import Kind
+from quadstep.rare.points import FIRST, Points, Random
+from quadstep.rare.replicate import LEAST, beyond
+from quadstep.rare.section import Method
+from quadstep.rare.subset import subset_simulation
+from quadstep.rare.summary import Crude, Estimate, interval, summarise
+
+METHODS = (subset_simulation, cross_entropy)
+
+
+def failing(score, limit):
+    """A score that is infinite beyond a limit."""
+
+    def evaluate(points):
+        values = score(points.latent)
+        return np.where(values > limit, np.inf, values)
+
+    return evaluate
+
+
+def mean(method, evaluate, dimensions, count=6, size=1000):
+    """Of some replicates."""
+    return float(np.mean([method(evaluate, Random(1, r, dimensions), size).probability for r in range(count)]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("limit", [3.719, 4.753, 5.998])
+def test_a_normal_tail_from_1e_4_to_1e_9(method, limit):
+    found = mean(method, failing(lambda u: u.sum(axis=1) / math.sqrt(5.0), limit), 5)
+    assert found == pytest.approx(probability(-limit), rel=0.6 if method is subset_simulation else 0.1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_sides_are_both_found(method):
+    found = mean(method, failing(lambda u: np.abs(u[:, 0]), 4.417), 3)
+    assert found == pytest.approx(2.0 * probability(-4.417), rel=0.4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_score_that_rises_only_near_failure_is_led_there_by_another_metric(method):
+    """Failure need not be beyond a score: it belongs to every level whatever its score is."""
+    found = mean(method, lambda points: np.where(points.latent[:, 0] > 4.265, np.inf, points.latent[:, :2].sum(axis=1)), 2)
+    assert found == pytest.approx(1e-5, rel=0.6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_noise_of_its_own_counts_in_the_probability(method):
+    """Failure by the sum of a drawn number and of noise that belongs to the flight's number: variance 1 + 0.25."""
+
+    def evaluate(points):
+        numbers = np.sort(np.unique(points.noise))
+        noise = dict(zip(numbers.tolist(), (normal(number) for number in numbers.tolist()), strict=True))
+        return failing(lambda u: u[:, 0] + 0.5 * np.array([noise[n] for n in points.noise.tolist()]), 4.158)(points)
+
+    def normal(number):
+        return float(np.random.default_rng(number).standard_normal())
+
+    assert mean(method, evaluate, 1, count=4, size=600) == pytest.approx(1e-4, rel=0.5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_cannot_fail_is_given_up_below_1e_12(method):
+    found = method(lambda points: points.latent[:, 0], Random(1, 0, 2), 500)
+    assert found.probability == 0.0
+    assert found.levels[-1].probability < 30.0 * LEAST
+    assert found.flights <= 13 * 500
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_score_of_one_value_leads_nowhere_and_ends(method):
+    found = method(lambda points: np.zeros(len(points.noise)), Random(1, 0, 2), 200)
+    assert (found.probability, found.flights, found.levels[1:]) == (0.0, 200, ())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_replicate_is_decided_by_its_seed_and_number(method):
+    evaluate = failing(lambda u: u[:, 0], 4.0)
+    one, same, other = (method(evaluate, Random(seed, 3, 2), 300) for seed in (1, 1, 2))
+    assert (one.probability, one.flights, one.levels) == (same.probability, same.flights, same.levels)
+    assert one.probability != other.probability
+
+
+def test_points_are_numbered_beyond_the_flights_of_campaigns_and_standard_normal():
+    random = Random(7, 2, 3)
+    first, second = random.points(4000), random.points(10)
+    assert first.noise[0] >= FIRST
+    assert second.noise[0] == first.noise[-1] + 1
+    assert np.abs(first.latent.mean(axis=0)).max() < 0.06
+    assert np.abs(np.cov(first.latent.T) - np.eye(3)).max() < 0.08
+    assert Random(7, 2, 200).points(5).latent.shape == (5, 200)
+
+
+def test_a_threshold_keeps_equal_scores_together():
+    assert beyond(np.arange(1000.0), 0.1) == 900.0
+    assert beyond(np.array([0.0] * 850 + [1.0] * 150), 0.1) == 1.0
+
+
+def test_the_interval_holds_the_mean_of_skewed_estimates():
+    """Of a thousand sets of ten log-normal estimates; Student's on the raw numbers holds it less often."""
+    random = np.random.default_rng(5)
+    crude = Crude(1, 0, Estimate(0.0, 0.0, 1.0))
+    sets = np.exp(0.8 * random.standard_normal((1000, 10)) - 0.32)
+    held = np.mean([low <= 1.0 <= high for _, low, high in (interval(one, crude) for one in sets)])
+    assert 0.93 < held < 0.985
+
+
+def test_intervals_of_replicates_hold_a_known_probability():
+    evaluate = failing(lambda u: np.minimum(u[:, 0], u[:, 1]), 2.6)
+    crude = Crude(1, 0, Estimate(0.0, 0.0, 1.0))
+    held = 0
+    for k in range(20):
+        own = [cross_entropy(evaluate, Random(k, r, 2), 250).probability for r in range(6)]
+        _, low, high = interval(np.array(own), crude)
+        held += low <= probability(-2.6) ** 2 <= high
+    assert held >= 17
+
+
+def piece(probability, kind=Kind.REPLICATE, crude_failures=0, again=None):
+    """A finished piece of 10,000 flights, 1000 of them crude."""
+    event = {"failure": "any", "score": ["s"], "crude": 1000, "crude_failures": crude_failures, "failures": 0, "levels": []}
+    events = [{**event, "probability": probability}]
+    return Done(kind=kind.value, method=Method.SUBSET, probability=probability, flights=10_000, events=events, again=again)
+
+
+REPLICATES = [piece(p) for p in (0.9e-5, 1.0e-5, 1.1e-5, 0.8e-5, 1.2e-5)]
+
+
+def test_nothing_is_said_against_replicates_that_agree():
+    found = summarise([*REPLICATES, piece(3e-5, Kind.METHOD)])
+    assert found.warnings == ()
+    assert found.probability.value == pytest.approx(1e-5)
+    assert found.flights == 60_000
+    spread = math.sqrt(0.025)  # of the replicates, relative
+    assert found.one_by_one == pytest.approx(5 * (1 - 1e-5) / 1e-5 / spread**2)
+
+
+@pytest.mark.parametrize(
+    ("done", "said"),
+    [
+        ([*REPLICATES, piece(0.0)], "1 of 6 replicates reached no failure"),
+        ([*REPLICATES, piece(1e-4)], "the largest is 12.5 times the smallest"),
+        ([piece(p, crude_failures=3) for p in (1e-5, 1.1e-5, 0.9e-5)], "Crude flights disagree: 9 of 3000"),
+        ([piece(p) for p in (0.1, 0.11, 0.12)], "Crude flights disagree: 0 of 3000"),
+        ([*REPLICATES, piece(6e-5, Kind.SCORE)], "A second opinion finds more failures: 6e-05 (subset simulation, by s)"),
+        ([piece(1e-5, again={"flights": 50, "failures": 2})] * 5, "only 4 % of the failures fail again"),
+    ],
+)
+def test_it_warns_of_what_speaks_against_an_estimate(done, said):
+    (warning,) = summarise(done).warnings
+    assert said in warning
+
+
+def test_where_no_failure_is_found_the_interval_is_that_of_the_crude_flights():
+    found = summarise([piece(0.0)] * 5)
+    assert found.probability.value == found.probability.low == 0.0
+    assert found.probability.high == pytest.approx(1.0 - 0.005 ** (1 / 5000), rel=1e-6)
+
+
+def test_some_points_are_chosen_by_place():
+    points = Points(np.arange(6.0).reshape(3, 2), np.arange(3))
+    assert points.at(np.array([True, False, True])).noise.tolist() == [0, 2]

@@ -1,0 +1,150 @@
+"""Theorem B in numbers: exact rationals, the region of the defaults, flights from its edge, the figures of docs/theory.md."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep.control.command_filter import Filtered, command_filter
+from quadstep.control.inversion import invert_force
+from quadstep.errors import UserError
+from quadstep.flight.engines import fly
+from quadstep.numbers import vector
+from quadstep.study.cases import line
+from quadstep.theory import edge
+from quadstep.theory.edge import default_region, fly_edge, least_frequency, level_at_start, mission, setting_of, stretched
+from quadstep.theory.rationals import positive_definite, root_above, support
+from quadstep.theory.region import RATE, SHAPE, SIZE, certify_region, decay, upper_form
+from quadstep.theory.words import region_rows
+
+PAGE = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
+
+
+def rationals(matrix):
+    return [[Fraction(x) for x in row] for row in matrix]
+
+
+def test_elimination_tells_a_definite_form_from_others():
+    draw = np.random.default_rng(1)
+    for _ in range(30):
+        half = draw.normal(size=(4, 4)).round(3)
+        form = half @ half.T + draw.uniform(-1.0, 1.0) * np.eye(4)
+        least = np.linalg.eigvalsh(form)[0]
+        if abs(least) > 1e-9:
+            assert positive_definite(rationals(form)) == (least > 0.0)
+            if least > 0.0:
+                direction = draw.normal(size=4).round(3)
+                found = support(rationals(form), [Fraction(x) for x in direction])
+                assert float(found) == pytest.approx(direction @ np.linalg.solve(form, direction))
+    for x in (Fraction(0), Fraction(2), Fraction(1, 10**9)):
+        assert root_above(x) ** 2 >= x
+
+
+def test_the_defaults_have_a_region_and_its_figures_stand_in_the_docs():
+    region = default_region()
+    rows = dict(region_rows(region, least_frequency(region)))
+    said = {"|r1|": "0.32 m/s, in the end 0.034", "|r2|": "0.166 rad/s, in the end 0.018",
+            "|e1|: position": "0.439 m, in the end 0.046", "|e2|: attitude": "0.0707 rad, in the end 0.0075",
+            "least thrust upwards": "8.64 N (at least)", "filter frequency": "84 rad/s (at least)"}  # fmt: skip
+    assert {key: rows[key] for key in said} == said
+    for figure in ("0.32 m/s | 0.034 m/s", "0.439 m | 0.046 m", "0.0707 rad | 0.0075 rad", "0.166 rad/s | 0.018 rad/s",
+                   "above 8.64 N", "is 84 rad/s"):  # fmt: skip
+        assert figure in PAGE
+    pushed = default_region(force=0.005, torque=0.005)
+    assert dict(region_rows(pushed, Fraction(84)))["|e1|: position"].endswith("in the end 0.14")
+    assert default_region(force=0.0053, bias=0.0982)
+    assert pytest.approx(0.0241, abs=5e-5) == 0.5 * 0.0982**2 / 0.2
+    assert default_region(force=0.05) is None
+
+
+def test_what_the_theorem_needs_it_needs():
+    setting = setting_of(mission({}, nets=False).plan())
+    assert certify_region(setting)
+    for broken in (
+        setting._replace(filter_frequency=Fraction(40)),
+        setting._replace(gain_1=Fraction(1)),
+        setting._replace(gain_2=Fraction(60)),
+        setting._replace(integral_1=Fraction(0)),
+        setting._replace(yaw_rate=Fraction(1000)),
+        setting._replace(jerk=Fraction(2)),
+        setting._replace(bias=Fraction(9)),
+    ):
+        assert certify_region(broken) is None
+    assert certify_region(setting, level=Fraction(1)) is None
+    assert certify_region(setting, rate=Fraction(1, 10)) is None
+
+
+def test_every_norm_matters_to_the_certificate():
+    """Without the damping of any one norm the form is not definite."""
+    setting = setting_of(mission({}, nets=False).plan())
+    region = certify_region(setting)
+    q, _ = decay(setting, SHAPE, region.bounds)
+    form = upper_form(setting, SHAPE, region.bounds.inertia[1])
+    left = [[q[i][k] - RATE * form[i][k] for k in range(SIZE)] for i in range(SIZE)]
+    assert positive_definite(left)
+    for i in range(SIZE):
+        without = [list(row) for row in left]
+        without[i][i] -= q[i][i]
+        assert not positive_definite(without)
+
+
+def test_flights_from_the_edge_stay_inside_nets_off_and_on():
+    region = default_region()
+    flights = {flight.name: flight for flight in fly_edge(region, ("position, x", "velocity, z", "yaw", "everything"))}
+    for flight in flights.values():
+        assert level_at_start(mission(flight.off, nets=False).plan(), region) == pytest.approx(0.05, rel=1e-6)
+        assert max(flight.returned) <= 1.0
+        assert max(flight.learning) <= 1.0
+    assert f"{flights['position, x'].off['position'][0]:.3g} m off in x" in PAGE
+    assert f"{flights['velocity, z'].returned[0]:.2f} of its bound at most" in PAGE
+    assert f"{flights['yaw'].off['attitude'][0]:.3g} rad of yaw" in PAGE
+
+
+def test_a_region_needs_equal_axes():
+    from quadstep.study.cases import case_1
+
+    plan = case_1(controller={"type": "completed-backstepping", "K_r1": [3.0, 3.0, 4.0]}).plan()
+    with pytest.raises(UserError, match="K_r1: differs between axes"):
+        setting_of(plan)
+    assert stretched(edge.DIRECTIONS["yaw"], default_region())["attitude"][1] == 0.0
+
+
+@pytest.mark.parametrize(("frequency", "period"), [(100.0, 0.002), (200.0, 0.002), (100.0, 0.01)])
+def test_the_mean_lag_behind_a_ramp_is_two_over_w_and_half_a_sample(frequency, period):
+    filtered, parts = Filtered(vector(0.0), vector(1.0)), 50
+    for k in range(int(40.0 / (frequency * period))):
+        filtered = command_filter(filtered, vector(k * period), frequency, period)
+    start = (k + 1) * period
+    lags = []
+    for i in range(parts):
+        moved = (i + 0.5) * period / parts
+        inside = command_filter(filtered, vector(start), frequency, moved)
+        lags.append(start + moved - inside.value[0])
+    assert np.mean(lags) == pytest.approx(2.0 / frequency + period / 2.0, rel=1e-4)
+
+
+def test_the_wanted_tilt_turns_at_most_as_fast_as_the_force_over_its_part_across_x():
+    draw, step = np.random.default_rng(2), 1e-6
+    worst = 0.0
+    for _ in range(300):
+        force, rate = draw.normal(size=3) + np.array([0.0, 0.0, 3.0]), draw.normal(size=3)
+        before, after = (np.array(invert_force(vector(*(force + s * rate)))[1:]) for s in (-step, step))
+        turned = np.linalg.norm(after - before) / (2 * step)
+        bound = np.linalg.norm(rate) / np.hypot(force[1], force[2])
+        worst = max(worst, turned / bound)
+    assert 0.9 < worst <= 1.0 + 1e-6
+
+
+def test_yaw_turns_as_the_docs_say():
+    def largest(law: str, **path: float) -> float:
+        flight = line("turn", [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], controller={"type": law}, simulation={"duration": 8.0})
+        content = flight.model_dump(exclude_unset=True)
+        content["path"] = {"type": "minimum-jerk", "start": [0, 0, 0], "end": [1, 0, 0], "duration": 3.0, "yaw_end": 3.0}
+        log = fly(type(flight).model_validate(content).plan())
+        return 1e3 * float(np.abs(log.column("psi_d") - log.column("psi")).max())
+
+    assert f"{largest('backstepping'):.3g}" == "2.62"
+    assert f"{largest('completed-backstepping'):.3g}" == "0.0104"
+    assert "2.62" in PAGE
+    assert "is 0.0104 mrad" in PAGE
