@@ -486,7 +486,7 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     assert ids()[:2] == ["attitude", "position"]
     page.click("#plot-attitude button[aria-label^='log axis']")
     for kind, columns, title in (
-        ("time", ["norm_r1", "u"], "norm_r1, u"),
+        ("time", ["u", "norm_r1"], "u, norm_r1"),
         ("phase", ["x", "x_dot"], "x_dot over x"),
         ("spectrum", ["theta"], "Spectrum of θ"),
     ):
