@@ -108,7 +108,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
             page.heading("Linear margins", "linear"),
             page.paragraph(
                 "The sampled loop at rest where the path begins, without noise: one loop is opened at a time, and the least "
-                "margin of all channels stands here. `quadstep linear` says more of each."
+                "margin of all channels stands here. An estimator is left out with the latency of fixes, which it makes up "
+                "for. `quadstep linear` says more of each."
             ),
             page.table(linear.HEADER, linear.rows(found.linear)),
             page.listing(linear.refused(found.linear)),
