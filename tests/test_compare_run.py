@@ -90,7 +90,16 @@ def test_it_writes_tables_flights_gains_report_and_page(done):
     result, out, _ = done
     assert (result.code, result.err) == (0, "")
     names = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
-    wanted = {"cells.csv", "cells.parquet", "pairs.csv", "pairs.parquet", "table.tex", "metrics.json", "gains.json"}
+    wanted = {
+        "cells.csv",
+        "cells.parquet",
+        "pairs.csv",
+        "pairs.parquet",
+        "table.tex",
+        "metrics.json",
+        "gains.json",
+        "results.md",
+    }
     wanted |= {"report.html", "page.html", "figures/research-2-6kg.png", "figures/research-2-6kg.svg"}
     assert wanted <= names
     assert sum(name.startswith("flights/") for name in names) == 6

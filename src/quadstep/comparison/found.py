@@ -29,7 +29,7 @@ class Result(NamedTuple):
 class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
-    take part, or went wrong.
+    take part, or went wrong. notes: of whoever wrote the study, on its limits.
     """
 
     name: str
@@ -46,6 +46,7 @@ class Comparison(NamedTuple):
     costs: dict[tuple[str, str], Cost]
     problems: tuple[Problem, ...]
     linear: Mapping[tuple[str, str], Linear] = {}
+    notes: tuple[str, ...] = ()
 
     @property
     def metric(self) -> str:

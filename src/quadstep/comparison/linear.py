@@ -6,7 +6,9 @@ from quadstep.comparison.study import Cell
 from quadstep.errors import UserError
 from quadstep.linear.analysis import Analysis, least, studied
 from quadstep.linear.worst import cells as margin_cells
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 
 Linear = Analysis | str
 """The loop, or why it cannot be linearised."""
@@ -20,9 +22,20 @@ def linear_of(cell: Cell) -> Linear:
     """Of a cell's mission."""
     campaign = cell.campaign
     try:
-        return studied(check_mission(campaign.content, campaign.source, campaign.folder)).analysis
+        mission = without_estimator(check_mission(campaign.content, campaign.source, campaign.folder))
+        return studied(mission).analysis
     except UserError as error:
         return str(error).removeprefix(f"{campaign.source}: ")
+
+
+def without_estimator(mission: Mission) -> Mission:
+    """The loop without a Kalman filter and the latency of fixes that it makes up for: its covariance has hundreds of
+    states, the same for every controller.
+    """
+    if not isinstance(mission, MultirotorMission) or not mission.sensors.estimator:
+        return mission
+    sensors = mission.sensors.model_copy(update={"estimator": False, "latency": 0.0})
+    return mission.model_copy(update={"sensors": sensors})
 
 
 def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:

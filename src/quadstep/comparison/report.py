@@ -8,6 +8,7 @@ from quadstep.comparison import linear, tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
 from quadstep.comparison.jobs import Fly
+from quadstep.comparison.markdown import markdown
 from quadstep.comparison.picture import draw_vehicle
 from quadstep.errors import UserError
 from quadstep.linear.analysis import Analysis
@@ -17,7 +18,7 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.sheet import Sheet
 
-REPORT, PAGE = "report.html", "page.html"
+REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
 
 IN_SUMMARY = 3
 """Figures."""
@@ -26,6 +27,7 @@ IN_SUMMARY = 3
 def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
     """Everything but the flights and gains. Raises UserError."""
     tables.write_tables(out, found)
+    (out / SUMMARY).write_text(markdown(found), encoding="utf-8")
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
     (out / "figures").mkdir()
@@ -62,6 +64,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     shown = list(figures)[:IN_SUMMARY]
     body = [page.summary(first, facts(found), [figures[one] for one in shown])]
     body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    body += [page.heading("Limits", "limits"), page.listing(found.notes)] if found.notes else []
     if links:
         body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
     else:
@@ -105,7 +108,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
             page.heading("Linear margins", "linear"),
             page.paragraph(
                 "The sampled loop at rest where the path begins, without noise: one loop is opened at a time, and the least "
-                "margin of all channels stands here. `quadstep linear` says more of each."
+                "margin of all channels stands here. An estimator is left out with the latency of fixes, which it makes up "
+                "for. `quadstep linear` says more of each."
             ),
             page.table(linear.HEADER, linear.rows(found.linear)),
             page.listing(linear.refused(found.linear)),

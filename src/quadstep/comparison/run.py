@@ -146,6 +146,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             costs=costs(run, [job.cell for job in flights]),
             linear=linearised(run, [job.cell for job in flights]),
             problems=tuple(run.problems),
+            notes=study.file.notes,
         )
         write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Correlated, Distribution, by_key
-from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple
+from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_ranges, ranges_by_key
 
 Content: TypeAlias = dict[str, Any]
@@ -30,6 +30,7 @@ OF_THE_STUDY = {
 }
 """Keys of a mission that paths and scenarios cannot set, and why."""
 
+Note = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
 Names = Annotated[tuple[Name, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=MOST_NAMES)]
 
 
@@ -187,6 +188,10 @@ class StudyFile(Section):
         "position_rmse",
         "largest_error",
     )
+    notes: Annotated[
+        Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)],
+        Quantity("", "on the limits of the study, for its report"),
+    ] = ()
 
     @model_validator(mode="after")
     def _names_what_is_there(self) -> "StudyFile":

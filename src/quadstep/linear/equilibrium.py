@@ -44,7 +44,7 @@ def hovering(mission: Mission) -> FlightPlan:
 def held(mission: Mission, wanted: Reference, duration: float) -> Mission:
     """The mission held at a point of its path [s]."""
     x, y, z = (float(entry) for entry in wanted.position)
-    path = StepPath(type="step", start=(x, y, z), end=(x, y, z), duration=duration, yaw=float(wanted.yaw))
+    path = StepPath(type="step", start=(x, y, z), end=(x, y, z), time=0.0, duration=duration, yaw=float(wanted.yaw))
     changes: dict[str, object] = {"path": path}
     if isinstance(mission, MultirotorMission | LagrangeMission):
         changes["start"] = type(mission.start)()

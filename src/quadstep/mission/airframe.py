@@ -218,10 +218,16 @@ class ResidualSection(Section):
     Shapes: (hidden, 7), (hidden), (6, hidden), (6).
     """
 
-    inputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
-    biases: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64)]
-    outputs: Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested)]
-    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
+    inputs: Annotated[
+        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "weights from the inputs, a row a neuron")
+    ]
+    biases: Annotated[
+        tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64), Quantity("", "of the neurons")
+    ]
+    outputs: Annotated[
+        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "weights from the neurons, a row an output")
+    ]
+    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "of the outputs")]
 
     @model_validator(mode="after")
     def _shapes(self) -> "ResidualSection":

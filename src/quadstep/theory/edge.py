@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from quadstep.control.completed_backstepping import CompletedGains, counter_rate
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly_all
+from quadstep.flight.log import FlightLog
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.numbers import Number, Vector
 from quadstep.study.cases import case_1
@@ -117,7 +118,7 @@ def stretched(direction: Mapping[str, tuple[float, float, float]], region: Regio
     return by(low)
 
 
-def over_bounds(log: Any, region: Region) -> tuple[float, float, float] | None:
+def over_bounds(log: FlightLog, region: Region) -> tuple[float, float, float] | None:
     """Largest |r1|, |e1| and |r2| of a flight over the theorem's bound at each instant; None for one that diverged."""
     if log.outcome is not Outcome.COMPLETED:
         return None

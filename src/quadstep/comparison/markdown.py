@@ -1,0 +1,52 @@
+"""A comparison as a page of Markdown: what was found, for a repository or a site."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from quadstep import __version__
+from quadstep.comparison import tables, words
+from quadstep.comparison.found import Comparison
+
+
+def markdown(found: Comparison) -> str:
+    """The page."""
+    first, *others = words.sentences(found)
+    parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(found.source).name}`, seed {found.seed}.", first]
+    if found.notes:
+        parts += ["## Limits", bullets(found.notes)]
+    for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
+        metric = words.title(found.metrics[found.metric])
+        parts += [
+            f"## {vehicle or 'Missions'}",
+            f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other.",
+            table(*turned(*tables.matrix(found, vehicle))),
+        ]
+    if found.margins:
+        parts += [
+            "## Margins",
+            "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit.",
+            table(tables.MARGIN_HEADER, tables.margin_rows(found)),
+        ]
+    parts += ["## Situation by situation", bullets(others), words.METHOD]
+    if len(found.controllers) > 1:
+        ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
+        parts += ["## Mean ranks", table(("controller", "from 0, the best, to 1"), ranked)]
+    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found))]
+    return "\n\n".join(parts) + "\n"
+
+
+def turned(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[str], list[list[str]]]:
+    """A table with its rows as columns: controllers are many, situations few."""
+    first, *names = header
+    return [first, *(row[0] for row in rows)], [[name, *(row[i + 1] for row in rows)] for i, name in enumerate(names)]
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Of text."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+
+
+def bullets(lines: Sequence[str]) -> str:
+    """A list."""
+    return "\n".join(f"- {line}" for line in lines)
