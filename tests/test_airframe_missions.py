@@ -467,7 +467,7 @@ def test_it_writes_log_figures_metrics_and_weights(flown):
     run, folder = flown
     assert (run.code, run.err) == (0, "")
     pictures = {f"figures/{name}.{kind}" for name in PICTURES for kind in ("png", "svg")}
-    assert set(files(folder)) == {"flight.csv", "metrics.json", "weights.json"} | pictures
+    assert set(files(folder)) == {"flight.csv", "metrics.json", "report.html", "weights.json"} | pictures
     assert all(files(folder).values())
     assert "Completed 0.6 s" in run.out
     for axis in "xyz":

@@ -26,7 +26,7 @@ def test_it_writes_exactly_the_documented_files(flown):
     run, folder = flown
     assert run.code == 0
     pictures = {f"figures/{name}.{kind}" for name in PICTURES for kind in ("png", "svg")}
-    assert set(files(folder)) == {"flight.csv", "metrics.json", "page.html", "weights.json"} | pictures
+    assert set(files(folder)) == {"flight.csv", "metrics.json", "page.html", "report.html", "weights.json"} | pictures
     assert all(files(folder).values())
 
 
@@ -141,7 +141,7 @@ def test_the_folder_is_named_after_the_mission_if_none_is_given(tmp_path, monkey
 def test_a_flight_without_nets_writes_no_weights(tmp_path, no_figures):
     mission = write(tmp_path, LINE + '[controller]\ntype = "nested-saturation"\n')
     assert quadstep("fly", mission, "--out", tmp_path / "out").code == 0
-    assert set(files(tmp_path / "out")) == {"flight.csv", "metrics.json", "page.html"}
+    assert set(files(tmp_path / "out")) == {"flight.csv", "metrics.json", "page.html", "report.html"}
 
 
 DIVERGING = '[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 3.0\n[disturbance]\nscale = 5.0\n'

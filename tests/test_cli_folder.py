@@ -60,7 +60,7 @@ def test_overwrite_replaces_and_removes_what_only_the_old_result_had(tmp_path, o
     assert (out / "weights.json").exists()
     run = quadstep("fly", write(tmp_path, NESTED, "other.toml"), "--out", out, "--overwrite")
     assert run.code == 0
-    assert set(files(out)) == {"flight.csv", "metrics.json", "notes.txt", "page.html"}
+    assert set(files(out)) == {"flight.csv", "metrics.json", "notes.txt", "page.html", "report.html"}
     assert files(out)["notes.txt"] == b"mine"
 
 
@@ -91,7 +91,7 @@ def test_a_foreign_metrics_json_is_refused_and_with_overwrite_replaced(tmp_path,
     assert quadstep("fly", mission, "--out", out).refused
     assert files(out) == {"metrics.json": content.encode()}
     assert quadstep("fly", mission, "--out", out, "--overwrite").code == 0
-    assert set(files(out)) == {"flight.csv", "metrics.json", "page.html", "weights.json"}
+    assert set(files(out)) == {"flight.csv", "metrics.json", "page.html", "report.html", "weights.json"}
 
 
 def test_files_outside_the_folder_are_safe_from_a_doctored_manifest(tmp_path):

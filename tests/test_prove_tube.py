@@ -159,7 +159,11 @@ REFUSED = {
     "force": (SHORT, ["--force", "-1.0"], "--force: should be from 0"),
     "mass": (SHORT, ["--mass", "nan"], "--mass: should be from 0"),
     "airframe": (X500 + '[controller]\ntype = "pid"\n', ["--force", "0.1"], "--force: only on the paper's plant"),
-    "singular": (SHORT, ["--start", "30.0"], "hold a singularity at t = 0 s: an angle across its jump"),
+    "singular": (
+        SHORT,
+        ["--start", "30.0"],
+        "nothing bounds the first sample over the starts and unknowns: an angle",
+    ),
     "noise": (X500 + "[sensors]\ngyro_noise = 0.01\n", [], "sensors: nothing can be proved under noise"),
     "late": (X500 + "[sensors]\nlatency = 3.0\n", [], "latency"),
     "random law": (X500 + '[controller]\ntype = "mppi"\n', [], "controller: nothing can be proved of it"),

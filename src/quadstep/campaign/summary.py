@@ -94,7 +94,7 @@ def sentences(summary: Summary) -> list[str]:
         words, unit = units.metric(spread.metric)
         parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
         lines.append(f"{words[0].upper()}{words[1:]} of the {spread.flights} completed flights: {'; '.join(parts)}.")
-    return lines
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
 
 
 def as_json(summary: Summary) -> dict[str, Any]:

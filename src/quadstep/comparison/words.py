@@ -54,7 +54,12 @@ def end(value: float) -> str:
 def percent(estimate: Estimate) -> str:
     """A share with its interval."""
     value, low, high = (100.0 * one for one in estimate)
-    return f"{value:.3g} % [{low:.2g}, {high:.2g}]"
+    return f"{value:.3g} % [{end_percent(low)}, {end_percent(high)}]"
+
+
+def end_percent(value: float) -> str:
+    """A percentage to two digits, and one hundred as such."""
+    return f"{value:.2g}" if value < 99.5 else f"{value:.3g}"
 
 
 def listed(names: Sequence[str], word: str = "and") -> str:

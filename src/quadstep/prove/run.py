@@ -125,7 +125,7 @@ def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, c
     try:
         block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into) @ start, 1e-12), 0, 1)
     except UndefinedError as error:
-        raise UserError(f"{path}: the starts and unknowns asked for hold a singularity at t = 0 s: {error}") from None
+        raise UserError(f"{path}: nothing bounds the first sample over the starts and unknowns: {error}") from None
 
 
 def check(path: Path) -> Verdict:

@@ -106,6 +106,8 @@ class Sampled:
         own = {field.name: getattr(self.loop, field.name) for field in fields(Loop)}
         loop = Recorded(**own, leaves=len(self.start))
         log = fly(self.plan._replace(loop=loop, ticks=self.ticks._replace(log=1)))
+        if not len(log.rows):
+            raise UserError("the flight has no first sample: a number of it is not finite at t = 0 s")
         moving = len(flatten(self.like.state))
         before = np.vstack([[self.start], log.rows[:-1]])  # what is sampled stays until the next sample
         before[:, :moving] = log.rows[:, :moving]
