@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import forkserver
@@ -26,6 +27,10 @@ T = np.linspace(0.0, 1.0, 5)
 
 def figure(values=T):
     return FigureJob("one", "A figure", T, [Panel("x", "m", {"x": values})])
+
+
+def large():
+    return bytes(100_000_000)
 
 
 def end_at_once():
@@ -111,6 +116,27 @@ from quadstep.mission.fly import fly_mission
 print("run")
 fly_mission(Path({mission!r}), Path({out!r}), Engine.LANES, False)
 """
+
+
+def test_a_result_that_is_cut_short_by_the_end_of_its_worker_is_not_waited_for():
+    """A block that fails while a worker sends: what it has sent is half of a message."""
+
+    def fail_while_sending():
+        with drawing_pool(1) as pool:
+            pool.submit(large)
+            while not pool._result_queue._reader.poll():
+                pass
+            raise KeyboardInterrupt
+
+    ended = threading.Event()
+
+    def run():
+        with pytest.raises(KeyboardInterrupt):
+            fail_while_sending()
+        ended.set()
+
+    threading.Thread(target=run, daemon=True).start()
+    assert ended.wait(60.0)
 
 
 def test_a_script_without_a_guard_runs_once_and_its_folder_gives_no_modules(mission, tmp_path):

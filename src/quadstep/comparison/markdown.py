@@ -1,6 +1,6 @@
 """A comparison as a page of Markdown: what was found, for a repository or a site."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from quadstep import __version__
@@ -8,8 +8,8 @@ from quadstep.comparison import tables, words
 from quadstep.comparison.found import Comparison
 
 
-def markdown(found: Comparison) -> str:
-    """The page."""
+def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
+    """The page. drawn: the figure of each vehicle, without its ending."""
     first, *others = words.sentences(found)
     parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(found.source).name}`, seed {found.seed}.", first]
     if found.notes:
@@ -19,6 +19,7 @@ def markdown(found: Comparison) -> str:
         parts += [
             f"## {vehicle or 'Missions'}",
             f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other.",
+            f"![{metric} of every situation and controller]({drawn[vehicle].as_posix()}.png)",
             table(*turned(*tables.matrix(found, vehicle))),
         ]
     if found.margins:

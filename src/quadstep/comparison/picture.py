@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
+from quadstep.comparison.heat import draw_heat
 from quadstep.comparison.words import title, unit_of
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
@@ -15,6 +16,9 @@ from quadstep.report.sheet import Sheet
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
 """Of marks: told apart by shape and fill."""
+
+MANY = 10
+"""Controllers."""
 
 A_CONTROLLER, BETWEEN = 0.13, 0.22
 """Height of a controller's line, and between situations [in]."""
@@ -26,7 +30,13 @@ def mark(place: int) -> tuple[str, str]:
 
 
 def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None:
-    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile."""
+    """A group of rows for each situation, a row for each controller: median with its interval, a line to the 95 % quantile.
+
+    Of more controllers than marks can tell apart, a square for each.
+    """
+    if len(found.controllers) > MANY:
+        draw_heat(path, found, vehicle, sheet)
+        return
     situations = [one for one in found.situations if one.vehicle == vehicle]
     names = found.controllers
     group = A_CONTROLLER * len(names) + BETWEEN

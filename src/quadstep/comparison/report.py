@@ -27,9 +27,9 @@ IN_SUMMARY = 3
 def write_results(out: Path, found: Comparison, flights: Sequence[Fly], sheet: Sheet) -> None:
     """Everything but the flights and gains. Raises UserError."""
     tables.write_tables(out, found)
-    (out / SUMMARY).write_text(markdown(found), encoding="utf-8")
     vehicles = list(dict.fromkeys(one.vehicle for one in found.situations))
     drawn = {vehicle: Path("figures") / (identity(vehicle, ()) if vehicle else "missions") for vehicle in vehicles}
+    (out / SUMMARY).write_text(markdown(found, drawn), encoding="utf-8")
     (out / "figures").mkdir()
     for vehicle, name in drawn.items():
         draw_vehicle(

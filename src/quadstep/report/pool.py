@@ -43,6 +43,13 @@ class DrawingPool(ProcessPoolExecutor):
         except (OSError, EOFError) as error:
             raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
 
+    def close_results(self) -> None:
+        """Once all processes are killed: what one of them had written half ends here, where the rest would be waited for."""
+        results = getattr(self, "_result_queue", None)  # of the executor, which has no way of its own to say so
+        writer = getattr(results, "_writer", None)
+        if writer is not None and not writer.closed:
+            writer.close()
+
 
 def start_server() -> None:
     """Load matplotlib in the background, so that the first figure need not wait for it. Raises UserError."""
@@ -104,5 +111,6 @@ def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
         for worker in multiprocessing.active_children():
             if worker not in others:
                 worker.kill()
+        pool.close_results()
         pool.shutdown(cancel_futures=True)
         raise
