@@ -12,7 +12,7 @@ from quadstep import Mission
 from quadstep.control.controller import Controller
 from quadstep.linear.analysis import studied
 from quadstep.linear.equilibrium import at_rest, hovering
-from quadstep.linear.sampled import Flown, Loops, states, with_states
+from quadstep.linear.sampled import Loops, states, with_states
 from quadstep.numbers import vector
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
@@ -111,6 +111,23 @@ def test_delay_margin_is_that_of_commands_kept_as_states(found, law):
             assert late(analysis.loop, i, math.floor(ticks)) < 1.0 < late(analysis.loop, i, math.ceil(ticks)), i
 
 
+def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_samples_of_the_law():
+    slow = {"control_period": 0.004, "guidance_period": 0.012, "air_period": 0.012, "log_period": 0.012}
+    once, often = (studied(hover({"type": "pid"}, simulation={**slow, "step": step})).analysis for step in (0.004, 0.001))
+    assert len(often.loop.period.ticks) == 4 * len(once.loop.period.ticks)
+    for one, other in zip(once.margins, often.margins, strict=True):
+        assert other == pytest.approx(one, rel=2e-3)
+
+
+def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found):
+    """Two samples of 2 ms; of 6 ms, half a sample is that of the hold, and what is left is rounded."""
+    vehicle = {"preset": "research-2.6kg", "command": {"speed": 800.0, "delay": 0.006}}
+    mission = hover({"type": "pid"}).model_copy(update={"vehicle": Mission(vehicle=vehicle, path=HOLD).vehicle})
+    late, on_time = studied(mission).analysis, found("pid").analysis
+    for channel, one, other in zip(late.channels, late.margins, on_time.margins, strict=True):
+        assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
+
+
 def test_slopes_are_those_of_finite_differences():
     """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences."""
     rest = at_rest(hovering(hover({"type": "geometric"}, 0.02, wind={"mean": [6.0, 2.0, 0.0]})))
@@ -166,7 +183,7 @@ def test_flights_decay_below_the_delay_margin_and_grow_above_it(found, law, tick
         loops.loop = replace(loops.loop, controller=Late(loops.loop.controller, late_by))
         cycle = rest.flown.cycle
         turning = cycle.state._replace(rates=vector(1e-6, 0.0, 0.0))
-        flown = Flown(cycle._replace(state=turning, memory=(cycle.memory, ())), rest.flown.asked)
+        flown = rest.flown._replace(cycle=cycle._replace(state=turning, memory=(cycle.memory, ())))
         sizes, k = [], rest.first
         for _ in range(4):
             most = 0.0

@@ -14,6 +14,7 @@ from quadstep.linear.reduced import reduced
 from quadstep.linear.sampled import Flown, Loops, NotLinearError, linearised, linearising
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
+from quadstep.sensing.delay import filled
 
 
 def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | str]]:
@@ -44,4 +45,4 @@ def flown_to(plan: FlightPlan, first: int) -> Flown:
         raise NotLinearError(f"the flight ended after {log.ended:g} s")
     loops = Loops(plan)
     asked = Vector(commanded(loops.loop, loops.p, log.final.command))
-    return loops.step(Flown(log.final, asked), first - 1)
+    return loops.step(Flown(log.final, filled(asked, loops.loop.late), asked), first - 1)

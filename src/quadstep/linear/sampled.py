@@ -21,6 +21,7 @@ from quadstep.guidance.reference import Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
+from quadstep.sensing.delay import filled, passed
 
 Array = NDArray[np.float64]
 
@@ -50,10 +51,11 @@ def linearising() -> Iterator[None]:
 
 
 class Tick(NamedTuple):
-    """One tick for small deviations: x' = tasks x + path r, then x = step (x' + acting d), x the state of `Period.names`.
+    """One tick for small deviations: x' = tasks x + path r, then x = step (x' + acting d) - acting d, x the state of
+    `Period.names`.
 
-    d: what is added to each channel's command while this tick lasts; commands: rows of x' that hold the commands. sampled:
-    whether the law ran. r: deviations of the path, `WANTED`.
+    d: what is added to each channel's command while this tick lasts, and no longer. commands: rows of x' that hold the
+    commands. sampled: whether the law ran. r: deviations of the path, `WANTED`.
     """
 
     tasks: Array
@@ -91,9 +93,10 @@ class Period(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """What lives from tick to tick. asked: the law's last command, each channel's."""
+    """What lives from tick to tick. asked: the command that the actuators hold, each channel's; line: those on their way."""
 
     cycle: Cycle
+    line: tuple[Vector, ...]
     asked: Vector
 
 
@@ -131,22 +134,25 @@ class Loops:
 
     def begin(self) -> Flown:
         """Before the first tick."""
-        return Flown(self.loop.start(self.plan.start, self.p), Vector(()))
+        return Flown(self.loop.start(self.plan.start, self.p), (), Vector(()))
 
     def tasks(self, flown: Flown, k: int, p: Structure) -> tuple[Flown, Structure]:
         """After the tasks of tick k; the command, () where the law is not due."""
-        cycle, asked, command = flown.cycle, flown.asked, ()
+        cycle, line, asked = flown
+        command: Structure = ()
         for task, every, due in zip(self.loop.tasks, self.plan.ticks.every, self.due(k), strict=True):
             clock = Clock(k * self.h, float(k), self.h * every)
             if due and task.name == "law":
                 command, memory = self.loop.controller.law(
                     cycle.memory, self.loop.told(cycle, p), self.loop.wanted(clock.time, p), p.gains, clock.time, clock.period
                 )
-                asked = Vector(commanded(self.loop, p, command))
-                cycle = cycle._replace(memory=memory, held=self.loop.plant.actuate(p, command))
+                now = Vector(commanded(self.loop, p, command))
+                line, asked = passed(line or filled(now, self.loop.late), now)
+                waiting, held = passed(cycle.waiting, self.loop.plant.actuate(p, command))
+                cycle = cycle._replace(memory=memory, held=held, waiting=waiting)
             elif due:
                 cycle, _ = task.run(cycle, p, clock)
-        return Flown(cycle, asked), command
+        return Flown(cycle, line, asked), command
 
     def step(self, flown: Flown, k: int) -> Flown:
         """After the integrator's step."""

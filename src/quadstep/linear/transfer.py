@@ -74,6 +74,7 @@ def opened(loop: Reduced) -> Opened:
             through.append(added[loop.commands, :, np.arange(channels)])
         added[:, k] += tick.acting
         whole, added = tick.step @ whole, np.tensordot(tick.step, added, 1)
+        added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
     return Opened(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step)
 
