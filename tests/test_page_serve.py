@@ -1,5 +1,6 @@
 """`quadstep serve`: a list, its flights, and nothing else of this machine."""
 
+import contextlib
 import errno
 import http.client
 import json
@@ -70,15 +71,21 @@ def root(tmp_path_factory):
     return out
 
 
-@pytest.fixture(scope="module")
-def port(root):
-    running = server(root, 0)
+@contextlib.contextmanager
+def serving(running):
+    """The port of a server that answers while the block runs."""
     thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
     thread.start()
     yield running.server_address[1]
     running.shutdown()
     thread.join()
     running.server_close()
+
+
+@pytest.fixture(scope="module")
+def port(root):
+    with serving(server(root, 0)) as where:
+        yield where
 
 
 def get(port, path, host=None, method="GET", headers=None):
@@ -431,13 +438,8 @@ def test_cards_have_kind_picture_and_error(tmp_path):
 @pytest.fixture
 def shared(root):
     access = Access("127.0.0.1", "a-token")
-    running = server(root, 0, access)
-    thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.02})
-    thread.start()
-    yield running.server_address[1]
-    running.shutdown()
-    thread.join()
-    running.server_close()
+    with serving(server(root, 0, access)) as where:
+        yield where
 
 
 def test_without_the_token_nothing_is_shown(shared):

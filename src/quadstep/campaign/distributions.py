@@ -260,3 +260,10 @@ def by_key(table: Any) -> Any:
 def is_value(table: dict[str, Any]) -> bool:
     """Whether a table is a distribution, or is meant as one, and not a level of keys."""
     return not table or isinstance(table.get("type"), str) or not all(isinstance(one, dict) for one in table.values())
+
+
+Varied = Annotated[
+    dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
+]
+Together = Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")]
+"""Tables `vary` and `correlated` of files that fly many flights."""

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.words import LOST, end_percent, title, unit_of
+from quadstep.comparison.words import LOST, share_lost, title, unit_of
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 
@@ -66,4 +66,4 @@ def said(one: Result, metric: str, factor: float) -> str:
     """In a square."""
     value = median(one, metric)
     shown = f"{factor * value:.3g}" if math.isfinite(value) else LOST
-    return f"{shown}\n{end_percent(100.0 * one.lost.value)} % lost" if one.lost.value > 0.0 and shown != LOST else shown
+    return f"{shown}\n{share_lost(one)}" if one.lost.value > 0.0 and shown != LOST else shown

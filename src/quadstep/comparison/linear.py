@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 from quadstep.comparison.study import Cell
 from quadstep.errors import UserError
-from quadstep.linear.analysis import Analysis, least, studied
-from quadstep.linear.worst import cells as margin_cells
+from quadstep.linear import worst
+from quadstep.linear.analysis import Analysis, studied
+from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -13,9 +14,7 @@ from quadstep.mission.schema import Mission
 Linear = Analysis | str
 """The loop, or why it cannot be linearised."""
 
-HEADER = (
-    "vehicle", "controller", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [deg]", "delay [ms]", "disk",
-)  # fmt: skip
+HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
 
 
 def linear_of(cell: Cell) -> Linear:
@@ -40,20 +39,17 @@ def without_estimator(mission: Mission) -> Mission:
 
 def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
     """A row of `HEADER` for each controller: the least margins of all its channels."""
-    made = []
-    for (vehicle, controller), one in found.items():
-        if isinstance(one, str):
-            made.append([vehicle or "-", controller, "not linearised", *["-"] * 5])
-            continue
-        cells = margin_cells(least(one.margins)) if one.stable else ["not stable", *["-"] * 4]
-        made.append([vehicle or "-", controller, f"{one.poles[0].real:.3g}", *cells])
-    return made
+    return [
+        [vehicle or "-", controller, *(["not linearised", *["-"] * 5] if isinstance(one, str) else cells(one))]
+        for (vehicle, controller), one in found.items()
+    ]
 
 
 def refused(found: Mapping[tuple[str, str], Linear]) -> list[str]:
     """A line for each that cannot be linearised."""
-    named = ((" on ".join(filter(None, (controller, vehicle))), one) for (vehicle, controller), one in found.items())
-    return [f"{name}: {one}" for name, one in named if isinstance(one, str)]
+    return worst.refused(
+        [(" on ".join(filter(None, (controller, vehicle))), one) for (vehicle, controller), one in found.items()]
+    )
 
 
 def loops_of(wanted: Sequence[Cell]) -> dict[tuple[str, str], Linear]:

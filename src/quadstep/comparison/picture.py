@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.heat import draw_heat
-from quadstep.comparison.words import title, unit_of
+from quadstep.comparison.words import share_lost, title, unit_of
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
@@ -74,7 +74,7 @@ def draw_result(axes: Axes, one: Result, metric: str, height: float, factor: flo
         axes.plot([value, factor * high], [height, height], color="0.65", linewidth=0.8, zorder=1)
     else:
         axes.annotate(
-            f"{100.0 * one.lost.value:.2g} % lost", (value, height), (12, 0), textcoords="offset points", va="center",
+            share_lost(one), (value, height), (12, 0), textcoords="offset points", va="center",
             fontsize=6, arrowprops={"arrowstyle": "<-", "linewidth": 0.6},
         )  # fmt: skip
     if math.isfinite(low) and math.isfinite(top):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.campaign.distributions import Correlated, Distribution, by_key
+from quadstep.campaign.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_ranges, ranges_by_key
 
@@ -73,12 +73,8 @@ class ScenarioEntry(Limited):
     """Conditions."""
 
     mission: Annotated[Keys, Quantity("", "keys of a mission on top of the path's")] = Field(default_factory=dict)
-    vary: Annotated[
-        dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
-    ] = Field(default_factory=dict)
-    correlated: Annotated[
-        tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")
-    ] = ()
+    vary: Varied = Field(default_factory=dict)
+    correlated: Together = ()
     paths: Annotated[Names | None, Quantity("", "those flown in it; all if left out")] = None
 
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from quadstep.campaign.store import parquet
 from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.words import NOTHING, end_percent, percent, shown, title, unit_of
+from quadstep.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
 from quadstep.report.tables import write_csv
 
 Row = dict[str, object]
@@ -76,7 +76,7 @@ def short(found: Comparison, one: Result) -> str:
     """A cell in few words: median, 95 % quantile, and what is lost."""
     spread, factor = one.spreads[found.metric], unit_of(found.metrics[found.metric]).factor
     parts = [f"{factor * value:.3g}" if math.isfinite(value) else "lost" for value in (spread.median.value, spread.high.value)]
-    lost = f", {end_percent(100.0 * one.lost.value)} % lost" if one.lost.value > 0.0 else ""
+    lost = f", {share_lost(one)}" if one.lost.value > 0.0 else ""
     return f"{parts[0]} ({parts[1]}){lost}"
 
 

@@ -62,6 +62,11 @@ def end_percent(value: float) -> str:
     return f"{value:.2g}" if value < 99.5 else f"{value:.3g}"
 
 
+def share_lost(one: Result) -> str:
+    """What a controller loses in a situation."""
+    return f"{end_percent(100.0 * one.lost.value)} % lost"
+
+
 def listed(names: Sequence[str], word: str = "and") -> str:
     """Names as a sentence has them."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"

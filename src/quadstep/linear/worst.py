@@ -41,17 +41,16 @@ def stable(found: Found) -> list[tuple[str, Analysis]]:
 
 def rows(found: Found) -> list[list[str]]:
     """A row of `ROW_HEADER` for each that is linear: the least margins of all its channels."""
-    made = []
-    for name, one in found:
-        if isinstance(one, Analysis):
-            pole = f"{one.poles[0].real:.3g}"
-            made.append([name, pole, *(cells(least(one.margins)) if one.stable else ["not stable"] + ["-"] * 4)])
-    return made
+    return [[name, *cells(one)] for name, one in found if isinstance(one, Analysis)]
 
 
-def cells(one: Margins) -> list[str]:
-    """Of a row."""
-    return [text(one) for _, _, _, text in MEASURES[:5]]
+def cells(one: Analysis) -> list[str]:
+    """Of a row, after its name."""
+    pole = f"{one.poles[0].real:.3g}"
+    if not one.stable:
+        return [pole, "not stable", *["-"] * 4]
+    worst_of_all = least(one.margins)
+    return [pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
 
 
 def refused(found: Found) -> list[str]:

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.campaign.distributions import Correlated, Distribution, by_key
+from quadstep.campaign.distributions import Together, Varied
 from quadstep.campaign.keys import dotted
 from quadstep.errors import UserError
 from quadstep.linear.names import MARGINS, is_margin
 from quadstep.mission.check import Checked, check
-from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
+from quadstep.mission.fields import Finite, Positive, Quantity, Section
 from quadstep.numbers import exp, log
 
 MOST_SEEDS = 100_000
@@ -113,12 +113,8 @@ class TuneSection(Section):
         AfterValidator(as_ranges),
         Quantity("", "keys of the controller and their ranges; {} for the declared one"),
     ]
-    vary: Annotated[
-        dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
-    ] = Field(default_factory=dict)
-    correlated: Annotated[
-        tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")
-    ] = ()
+    vary: Varied = Field(default_factory=dict)
+    correlated: Together = ()
     seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS), Quantity("", "flights of each candidate")] = 16
     unseen: Annotated[
         int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights of each set of gains in the comparison at the end")

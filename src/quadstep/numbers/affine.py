@@ -11,12 +11,12 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from quadstep.numbers.caller import place
 
 Operand: TypeAlias = Any
 """A number of any kind, or what is given beside one."""
@@ -38,19 +38,9 @@ TINY = 1e-300
 PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
 """Numbers that are known, beside enclosures."""
 
-HERE = str(Path(__file__).parent)
-
 
 class UndefinedError(Exception):
     """A law that has no bounded value on all of a box: what, and where."""
-
-
-def place() -> str:
-    """File and line of the law that is at work."""
-    frame = sys._getframe(1)
-    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
-        frame = frame.f_back
-    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
 
 
 class Fresh:

@@ -12,22 +12,19 @@ found instead of guessed:
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.numbers.caller import place
 from quadstep.numbers.functions import FLOATS, Number
 
 Slopes: TypeAlias = NDArray[np.float64]
 
 CLOSE = 1e-11
 """Numbers that differ by less, beside 1 and their own size, stand on an edge: what rounding leaves of an equilibrium."""
-
-HERE = str(Path(__file__).parent)
 
 
 class NotDifferentiableError(Exception):
@@ -53,14 +50,6 @@ class Seeds:
         rows = np.zeros((len(values), self.count))
         rows[np.arange(len(values)), first + np.arange(len(values))] = 1.0
         return [cast(Number, Dual(value, row, self)) for value, row in zip(values, rows, strict=True)]
-
-
-def place() -> str:
-    """File and line of the law that is at work."""
-    frame = sys._getframe(2)
-    while frame.f_back and frame.f_code.co_filename.startswith(HERE):
-        frame = frame.f_back
-    return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}"
 
 
 class Dual:

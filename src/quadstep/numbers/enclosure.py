@@ -23,11 +23,11 @@ from quadstep.numbers.affine import (
     lifted,
     merged,
     of_its_own,
-    place,
     straight,
     without_fresh_error,
     zeros_like,
 )
+from quadstep.numbers.caller import place
 from quadstep.numbers.functions import ARRAYS, sinc
 from quadstep.numbers.linear import Matrix, Vector
 
@@ -42,7 +42,6 @@ __all__ = [
     "UndefinedError",
     "ball",
     "inverse",
-    "place",
 ]
 
 

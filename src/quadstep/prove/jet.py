@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Enclosure, Operand, Truth, UndefinedError, ball, inverse, place
+from quadstep.numbers.caller import place
+from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Enclosure, Operand, Truth, UndefinedError, ball, inverse
 
 
 class Jet:
