@@ -60,7 +60,7 @@ from concurrent.futures import ThreadPoolExecutor
 from quadstep.theory import comparison, completion, map
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
-completion.summarise = lambda cells, law: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0)
+completion.summarise = lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
 map.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
 from quadstep import cli
 cli.main()

@@ -121,6 +121,10 @@ class CompletedBackstepping(Controller):
         """The memory before the first sample."""
         return CompletedMemory(start_memory(measured, gains.paper), Filtered(vector(0.0, 0.0), vector(0.0, 0.0)))
 
+    def countering(self, gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vector, r1: Vector) -> Vector:
+        """The counter-rate before its filter; a study takes it away to see what it is good for."""
+        return counter_rate(gains, u_d, tilt, wanted, r1)
+
     def law(
         self,
         memory: CompletedMemory,
@@ -135,7 +139,7 @@ class CompletedBackstepping(Controller):
         on = where(t >= paper.learning_start, 1.0, 0.0)
         outer = position_loop(paper, before, measured, reference, on)
         tilt = Vector(measured.attitude.entries[1:])
-        wanted = counter_rate(gains, outer.u_d, tilt, before.filtered.value, outer.r1)
+        wanted = self.countering(gains, outer.u_d, tilt, before.filtered.value, outer.r1)
         counter = command_filter(memory.counter, wanted, paper.filter_frequency, period)
 
         e2, r2 = attitude_errors(paper, before.filtered, measured, reference)

@@ -1,25 +1,38 @@
 """The paper's and the completed controller over inner-loop gains, t_f, disturbance and nets.
 
-A third law shows which part of the completion gains what: the counter-term alone, without the rigid-body torque.
+Two more laws show which part of the completion gains what: the counter-term without the rigid-body torque, and the
+completed law without the counter-term.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.flight.engines import fly_all
+from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
+from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.metrics.of_log import flight_metrics
+from quadstep.numbers import Number, Vector, vector
 from quadstep.study.cases import HOLD, case_1
 
 INNER_LOOPS = ((250.0, 15.0), (120.0, 10.0), (60.0, 6.0), (31.0, 3.0), (15.0, 1.4), (10.5, 1.0))
 """(K_r2 [N m s], Lambda_2 [1/s]). All but (60, 6) keep the printed condition K_r2 > J_M Lambda_2, J_M = 10."""
 
-PAPER, COUNTER_ONLY, COMPLETED = "the paper's", "counter-term only", "completed"
+PAPER, COUNTER_ONLY, COMPLETED, UNCOUNTERED = "the paper's", "counter-term only", "completed", "completed, no counter-term"
 LAWS: dict[str, dict[str, Any]] = {
     PAPER: {"type": "backstepping"},
     COUNTER_ONLY: {"type": "completed-backstepping", "P": 20.0, "inertia": 1e-9},
     COMPLETED: {"type": "completed-backstepping"},
+    UNCOUNTERED: {"type": "completed-backstepping"},
 }
+
+
+class Uncountered(CompletedBackstepping):
+    """The completed law with its counter-rate at zero."""
+
+    def countering(self, gains: CompletedGains, u_d: Number, tilt: Vector, wanted: Vector, r1: Vector) -> Vector:
+        """Nothing."""
+        return vector(0.0, 0.0)
+
 
 TIMES = (10.0, 8.0, 6.0, 5.0, 4.0, 3.0)
 SCALES = (0.0, 1.0, 5.0)
@@ -40,6 +53,18 @@ class Cell(NamedTuple):
     ended: float
 
 
+def plan_of(gain: float, slope: float, time: float, scale: float, nets: bool, law: str) -> FlightPlan:
+    """A flight of the grid."""
+    mission = case_1(
+        duration=time,
+        disturbance={"scale": scale},
+        controller={**LAWS[law], "K_r2": gain, "Lambda2": slope, "nets": {"enabled": nets}},
+        simulation={"duration": time + HOLD},
+    )
+    plan: FlightPlan = mission.plan()
+    return plan.with_controller(Uncountered(), plan.parameters.gains) if law == UNCOUNTERED else plan
+
+
 def grid() -> list[Cell]:
     """Fly every law over the whole grid."""
     keys = [
@@ -50,17 +75,7 @@ def grid() -> list[Cell]:
         for time in TIMES
         for law in LAWS
     ]
-
-    plans = [
-        case_1(
-            duration=time,
-            disturbance={"scale": scale},
-            controller={**LAWS[law], "K_r2": gain, "Lambda2": slope, "nets": {"enabled": nets}},
-            simulation={"duration": time + HOLD},
-        ).plan()
-        for gain, slope, time, scale, nets, law in keys
-    ]
-    metrics = [flight_metrics(log) for log in fly_all(plans)]
+    metrics = [flight_metrics(log) for log in fly_all([plan_of(*key) for key in keys])]
     return [
         Cell(*key, m["position_rmse[m]"] if m["outcome"] == "completed" else None, m["ended[s]"])
         for key, m in zip(keys, metrics, strict=True)
@@ -78,30 +93,32 @@ def disturbance_over_weight(times: tuple[float, ...] = TIMES) -> dict[float, flo
 
 
 class Summary(NamedTuple):
-    """What the grid says of a law beside the paper's: flights, survivors, flights gained, lost and worse, ratios of RMSE."""
+    """What the grid says of a law beside another's: flights, survivors, flights gained, lost and worse, ratios of RMSE."""
 
     flights: int
-    paper_flies: int
+    other_flies: int
     law_flies: int
     gained: int
     lost: int
     worse: int
     worst_ratio: float
+    median_ratio: float
     best_ratio: float
 
 
-def summarise(cells: list[Cell], law: str) -> Summary:
-    """Pair the cells of a law with the paper's by flight and compare."""
-    paper = {cell[:5]: cell for cell in cells if cell.law == PAPER}
-    pairs = [(paper[cell[:5]], cell) for cell in cells if cell.law == law]
+def summarise(cells: list[Cell], law: str, beside: str = PAPER) -> Summary:
+    """Pair the cells of a law with another's by flight and compare."""
+    other = {cell[:5]: cell for cell in cells if cell.law == beside}
+    pairs = [(other[cell[:5]], cell) for cell in cells if cell.law == law]
     ratios = [ours.rmse / theirs.rmse for theirs, ours in pairs if ours.rmse is not None and theirs.rmse is not None]
     return Summary(
         flights=len(pairs),
-        paper_flies=sum(theirs.rmse is not None for theirs, _ in pairs),
+        other_flies=sum(theirs.rmse is not None for theirs, _ in pairs),
         law_flies=sum(ours.rmse is not None for _, ours in pairs),
         gained=sum(theirs.rmse is None and ours.rmse is not None for theirs, ours in pairs),
         lost=sum(theirs.rmse is not None and ours.rmse is None for theirs, ours in pairs),
         worse=sum(ratio > TOLERANCE for ratio in ratios),
         worst_ratio=max(ratios),
+        median_ratio=float(np.median(ratios)),
         best_ratio=min(ratios),
     )

@@ -1,5 +1,6 @@
 """L and its rate along the closed loop of the shipped plant and the shipped laws, and the bounds of docs/theory.md."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,11 +31,11 @@ STANDARD = Kinematics.STANDARD
 
 
 class Rate(NamedTuple):
-    """L_dot as flown, the same by the theorem's identity, its bound, and the size of the terms that make it."""
+    """L_dot as flown, the terms of the theorem's identity for it and those of its bound, and the size of the flown terms."""
 
     flown: Number
-    identity: Number
-    bound: Number
+    identity: Mapping[str, Number]
+    bound: Mapping[str, Number]
     scale: Number
 
 
@@ -165,16 +166,33 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
 
     surplus_1 = r1 @ ((paper.gain_1 - sample.vehicle.mass * paper.slope_1) * r1)
     surplus_2 = r2 @ (paper.gain_2 * r2) - r2 @ (motion.j @ (slope_2 * r2))
-    identity = -surplus_1 - surplus_2 - e2 @ (p * (slope_2 * e2)) + forgetting
-    identity = identity + r1 @ (sample.residual[0] + lag_1) + r2 @ sample.residual[1] + e2 @ lag_2
-    k1 = least(paper.gain_1 - sample.vehicle.mass * paper.slope_1)
-    k2 = least(paper.gain_2) - 2.0 * greatest(sample.vehicle.inertia) * greatest(slope_2)  # J_M = 2 max Sigma
-    bound = -k1 * n1 * n1 - k2 * n2 * n2 - least(p * slope_2) * ne * ne + n1 * lag_1.norm() + ne * lag_2.norm()
-    bound = bound + error_norm * (residual + kappa * (error * ideal - error * error))
-    if not completed:  # what the printed proof drops
+    j_most = 2.0 * greatest(sample.vehicle.inertia)  # J_M
+    identity = {
+        "K_r1 - m Lambda_1": -surplus_1,
+        "K_r2 - J Lambda_2": -surplus_2,
+        "P Lambda_2": -(e2 @ (p * (slope_2 * e2))),
+        "r1 eps_1": r1 @ sample.residual[0],
+        "r2 eps_2": r2 @ sample.residual[1],
+        "delta_f": r1 @ lag_1,
+        "kappa": forgetting,
+    }
+    bound = {
+        "k1": -(least(paper.gain_1 - sample.vehicle.mass * paper.slope_1) * n1 * n1),
+        "min K_r2": -(least(paper.gain_2) * n2 * n2),
+        "J_M max Lambda_2": j_most * greatest(slope_2) * n2 * n2,
+        "min P Lambda_2": -(least(p * slope_2) * ne * ne),
+        "eps": error_norm * residual,
+        "delta_f": n1 * lag_1.norm(),
+        "kappa |W~| |W|": kappa * error_norm * error * ideal,
+        "kappa |W~|^2": -(kappa * error_norm * error * error),
+    }
+    if completed:
+        identity["c_raw - c"] = e2 @ lag_2
+        bound["c_raw - c"] = ne * lag_2.norm()
+    else:  # what the printed proof drops
         b_theta, b_phi = coupling_columns(Vector(sample.state.attitude.entries[1:]), wanted)
-        identity = identity + u_d * (r1 @ (b_theta * e2[1] + b_phi * e2[2])) + e2 @ (p * r2)
-        bound = bound + u_d * n1 * ne + p[0] * ne * n2
+        identity |= {"u r1 B e2": u_d * (r1 @ (b_theta * e2[1] + b_phi * e2[2])), "p e2 r2": e2 @ (p * r2)}
+        bound |= {"u |r1| |e2|": u_d * n1 * ne, "p |e2| |r2|": p[0] * ne * n2}
     return Rate(total(terms), identity, bound, total(abs(term) for term in terms))
 
 

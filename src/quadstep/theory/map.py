@@ -19,7 +19,7 @@ def draw_map(folder: Path, cells: list[Cell]) -> None:
     """completion.png and completion.svg: inner loop down, t_f across; a block for each scale, nets and law."""
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):
-        figure = Figure(figsize=(17.5, 8.2))
+        figure = Figure(figsize=(5.8 * len(LAWS), 8.2))
         grid: Any = figure.subplots(len(SCALES), 2 * len(LAWS))
         figure.subplots_adjust(0.07, 0.06, 0.995, 0.9, 0.06, 0.28)
         for row, scale in enumerate(SCALES):

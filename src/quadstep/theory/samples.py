@@ -1,28 +1,40 @@
-"""Random closed loops: states, gains, ideal weights and errors, many at once as NumPy numbers."""
+"""Closed loops: states, gains, ideal weights and errors, many at once as NumPy numbers, each a point of the unit cube.
 
-from typing import Any, NamedTuple
+Errors, residuals and what gains differ by are cubes of uniform numbers, so that each is often near zero beside the others: the
+inequalities of docs/theory.md are tight there. The weights' error leans on the ideal weights and the residuals on r.
+"""
+
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, BacksteppingGains, BacksteppingMemory
+from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, BacksteppingGains, BacksteppingMemory, position_loop
 from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedGains, CompletedMemory
 from quadstep.control.networks import Net
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Matrix, Number, Vector
+from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.vehicle.lagrange import Vehicle
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
 
-NEURONS = 4
+NEURONS = 3
 """Enough for the inequalities, which hold for any number."""
 
 PERIOD = 0.002
 """Sample of the controller [s]."""
 
+DIMENSIONS = 201
+"""Numbers that a closed loop is made of."""
+
+Cube: TypeAlias = NDArray[np.float64]
+"""Points of the unit cube, shape (DIMENSIONS, closed loops)."""
+
 
 class Sample(NamedTuple):
-    """A batch of random closed loops. ideal: W_1 and W_2; residual: eps_1 [N] and eps_2 [N m]."""
+    """A batch of closed loops. ideal: W_1 and W_2; residual: eps_1 [N] and eps_2 [N m]."""
 
     vehicle: Vehicle
     state: State
@@ -34,66 +46,104 @@ class Sample(NamedTuple):
 
 
 class Draw:
-    """Uniform NumPy numbers, `count` at once."""
+    """Numbers read off the points of a cube, coordinate by coordinate."""
 
-    def __init__(self, seed: int, count: int) -> None:
-        self.generator, self.count = np.random.default_rng(seed), count
+    def __init__(self, cube: Cube) -> None:
+        self.cube, self.read = cube, 0
 
     def number(self, low: float, high: float) -> Number:
-        """One number a closed loop."""
-        numbers: Any = self.generator.uniform(low, high, self.count)
-        return numbers  # type: ignore[no-any-return]
+        """Uniform."""
+        row: Any = self.cube[self.read]
+        self.read += 1
+        return low + (high - low) * row  # type: ignore[no-any-return]
+
+    def error(self, bound: float) -> Number:
+        """In [-bound, bound], often near zero."""
+        number = self.number(-1.0, 1.0)
+        return bound * (number * number * number)
 
     def vector(self, low: float, high: float, length: int = 3) -> Vector:
-        """A vector of independent entries."""
+        """Independent uniform entries."""
         return Vector([self.number(low, high) for _ in range(length)])
 
+    def errors(self, bound: float, length: int = 3) -> Vector:
+        """Independent entries, often near zero."""
+        return Vector([self.error(bound) for _ in range(length)])
+
+    def gain(self, low: float, high: float) -> Vector:
+        """Positive entries between the bounds, often nearly equal."""
+        base, apart = self.number(low, high), self.error(1.0)
+        return Vector([base + apart * apart * (self.number(low, high) - base) for _ in range(3)])
+
     def matrix(self, bound: float, rows: int, columns: int) -> Matrix:
-        """A matrix of entries in [-bound, bound]."""
-        return Matrix([self.vector(-bound, bound, columns) for _ in range(rows)])
+        """Entries in [-bound, bound], the whole often near zero."""
+        size = self.error(1.0)
+        return size * Matrix([self.vector(-bound, bound, columns) for _ in range(rows)])
 
 
 def draw_sample(seed: int, count: int) -> Sample:
-    """Closed loops far beyond any flight: |theta| to 1.4 rad, all rolls and yaws, unequal inertias, gains over decades."""
-    draw = Draw(seed, count)
-    inertia = draw.vector(0.5, 6.0)
+    """Random closed loops."""
+    return sample_at(np.random.default_rng(seed).random((DIMENSIONS, count)))
+
+
+def sample_at(cube: Cube) -> Sample:
+    """The closed loops of a cube's points, far beyond any flight: |theta| to 1.4 rad, all rolls and yaws, unequal inertias,
+    gains over decades.
+    """
+    draw = Draw(cube)
+    inertia = draw.gain(0.5, 6.0)
     vehicle = Vehicle(draw.number(0.5, 3.0), inertia, 9.81, Rotors(0.25, 0.05, 0.0, 0.0))
-    theta, phi = draw.number(-1.4, 1.4), draw.number(-np.pi, np.pi)
-    attitude = Vector((draw.number(-4.0, 4.0), theta, phi))
-    state = State(draw.vector(-20.0, 20.0), draw.vector(-10.0, 10.0), attitude, draw.vector(-3.0, 3.0))
+    attitude = Vector((draw.number(-4.0, 4.0), draw.number(-1.4, 1.4), draw.number(-np.pi, np.pi)))
+    state = State(draw.vector(-20.0, 20.0), draw.vector(-10.0, 10.0), attitude, draw.errors(3.0))
+    slope_1, slope_2 = draw.gain(0.3, 3.0), draw.gain(0.5, 20.0)
+    e1, r1, e2, r2, counter = draw.errors(2.0), draw.errors(8.0), draw.errors(3.0), draw.errors(20.0), draw.errors(1.0, 2)
+    wanted_rates = state.rates + r2 - slope_2 * e2 - Vector((0.0, *counter))
     reference = Reference(
-        state.position + draw.vector(-2.0, 2.0),
-        state.velocity + draw.vector(-2.0, 2.0),
-        draw.vector(-5.0, 5.0),
-        attitude[0] + draw.number(-0.5, 0.5),
-        draw.number(-1.0, 1.0),
+        state.position + e1,
+        state.velocity + r1 - slope_1 * e1,
+        Vector((0.0, 0.0, 0.0)),
+        attitude[0] + e2[0],
+        wanted_rates[0],
         yaw_acceleration=draw.number(-5.0, 5.0),
     )
+    ideal = draw.matrix(5.0, NEURONS, 3), draw.matrix(20.0, NEURONS, 3)
+    known = draw.number(-0.5, 1.0)
+    kappa = draw.number(0.001, 0.1)  # one, as in Eq. 54
     paper = BacksteppingGains(
         mass=vehicle.mass,
         gravity=vehicle.gravity,
-        slope_1=draw.vector(0.3, 3.0),
-        gain_1=draw.vector(0.5, 20.0),
-        integral_1=draw.vector(0.0, 2.0),
-        slope_2=draw.vector(0.5, 20.0),
-        gain_2=draw.vector(1.0, 400.0),
-        integral_2=draw.vector(0.0, 20.0),
+        slope_1=slope_1,
+        gain_1=draw.gain(0.5, 20.0),
+        integral_1=draw.gain(0.0, 2.0),
+        slope_2=slope_2,
+        gain_2=draw.gain(1.0, 400.0),
+        integral_2=draw.gain(0.0, 20.0),
         filter_frequency=draw.number(20.0, 200.0),
-        force_net=Net(draw.matrix(1.0, NEURONS, FORCE_INPUTS + 1), draw.number(0.5, 10.0), draw.number(0.001, 0.1)),
-        torque_net=Net(draw.matrix(1.0, NEURONS, TORQUE_INPUTS + 1), draw.number(0.5, 10.0), draw.number(0.001, 0.1)),
+        force_net=Net(input_weights(draw, FORCE_INPUTS), draw.number(0.5, 10.0), kappa),
+        torque_net=Net(input_weights(draw, TORQUE_INPUTS), draw.number(0.5, 10.0), kappa),
         learning_start=0.0,
-        weights_1=draw.matrix(5.0, NEURONS, 3),
-        weights_2=draw.matrix(20.0, NEURONS, 3),
+        weights_1=known * ideal[0] + draw.matrix(5.0, NEURONS, 3),
+        weights_2=known * ideal[1] + draw.matrix(20.0, NEURONS, 3),
     )
-    paper = paper._replace(torque_net=paper.torque_net._replace(damping=paper.force_net.damping))  # one kappa, as Eq. 54
-    filtered = Filtered(Vector((theta, phi)) + draw.vector(-0.6, 0.6, 2), draw.vector(-3.0, 3.0, 2))
-    before = BacksteppingMemory(draw.vector(-3.0, 3.0), draw.vector(-1.0, 1.0), filtered, paper.weights_1, paper.weights_2)
-    return Sample(
+    filtered = Filtered(Vector((attitude + e2).entries[1:]), Vector(wanted_rates.entries[1:]))
+    before = BacksteppingMemory(draw.errors(3.0), draw.errors(1.0), filtered, paper.weights_1, paper.weights_2)
+    pushing = thrust_direction(Vector((0.0, *(filtered.value + draw.errors(1.5, 2)))))  # beside where the filter is
+    outer = position_loop(paper, before, state, reference, 1.0)
+    lacking = draw.number(1.0, 60.0) * pushing - outer.u_d * thrust_direction(Vector((0.0, *outer.tilt)))
+    along, across = draw.error(1.0), draw.error(1.0)
+    sample = Sample(
         vehicle=vehicle,
         state=state,
-        reference=reference,
-        gains=CompletedGains(paper, draw.vector(2.0, 200.0), inertia, Vector((1e9, 1e9)), Vector((1e9, 1e9))),
-        memory=CompletedMemory(before, Filtered(draw.vector(-1.0, 1.0, 2), draw.vector(-5.0, 5.0, 2))),
-        ideal=(draw.matrix(5.0, NEURONS, 3), draw.matrix(20.0, NEURONS, 3)),
-        residual=(draw.vector(-1.0, 1.0), draw.vector(-1.0, 1.0)),
+        reference=reference._replace(acceleration=lacking * (1.0 / vehicle.mass)),
+        gains=CompletedGains(paper, draw.gain(2.0, 200.0), inertia, Vector((1e9, 1e9)), Vector((1e9, 1e9))),
+        memory=CompletedMemory(before, Filtered(counter, draw.errors(5.0, 2))),
+        ideal=ideal,
+        residual=(along * r1 + across * draw.vector(-1.0, 1.0), along * r2 + across * draw.vector(-1.0, 1.0)),
     )
+    assert draw.read == DIMENSIONS, draw.read
+    return sample
+
+
+def input_weights(draw: Draw, inputs: int) -> Matrix:
+    """V of a net with its bias, uniform in [-1, 1]."""
+    return Matrix([draw.vector(-1.0, 1.0, inputs + 1) for _ in range(NEURONS)])

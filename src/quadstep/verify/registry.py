@@ -6,6 +6,7 @@ from quadstep.errors import UserError
 from quadstep.verify import (
     attitude_loop,
     bounds,
+    completed,
     coupling,
     forces,
     inversion,
@@ -13,6 +14,8 @@ from quadstep.verify import (
     plant,
     position_loop,
     reference_11,
+    remarks,
+    rotation,
     rotor_rows,
     stability,
 )
@@ -22,7 +25,8 @@ EQUATIONS = 75
 
 FOLLOWS = {
     "T_eta": 4, "rotor signs": 5, "tau": 5, "thrust direction": 7, "chi_1": 22, "delta": 26, "eta_d_dot": 28, "chi_2": 33,
-    "gain conditions": 53, "F_1, F_2": 54, "compact set": 65, "least jerk": 75, "[11]": 75,
+    "assumption (a)": 52, "gain conditions": 53, "F_1, F_2": 54, "compact set": 65, "arbitrarily small": 65,
+    "least jerk": 75, "[11]": 75, "conclusion": 75, "completed law": 75, "rotation law": 75,
 }  # fmt: skip
 """What has no number in the paper, and the equation it belongs to."""
 
@@ -47,6 +51,9 @@ def all_rows() -> list[Row]:
         bounds,
         paths,
         reference_11,
+        remarks,
+        completed,
+        rotation,
     )
     return sorted((row for part in parts for row in part.ROWS), key=place)
 
