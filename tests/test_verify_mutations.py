@@ -1,16 +1,16 @@
 """One sign or index changed in a law turns at least one row red.
 
 A mutant is the law's own source with one place changed; only the code of the running functions is exchanged, and put back.
+`python -m tests.mutations` makes many more, of which some run here.
 """
 
-import contextlib
-import importlib
-import types
-from pathlib import Path
+import ast
 
 import pytest
 
 from quadstep.verify.registry import chosen, verify
+from tests import mutations
+from tests.mutations import EQUIVALENT, REVIEWED, caught_by, exchanged, source
 
 LAGRANGE, KINEMATICS, ROTORS = "vehicle.lagrange", "vehicle.kinematics", "vehicle.rotors"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"
@@ -104,39 +104,11 @@ MUTANTS = [
 ]
 
 
-def functions(module, name):
-    """Every function and method that a module defines, by qualified name."""
-    found = {}
-    for key, value in vars(module).items():
-        if isinstance(value, types.FunctionType) and value.__module__ == name:
-            found[key] = value
-        elif isinstance(value, type) and value.__module__ == name:
-            for inner, member in vars(value).items():
-                function = member.fget if isinstance(member, property) else member
-                if isinstance(function, types.FunctionType):
-                    found[f"{key}.{inner}"] = function
-    return found
-
-
-@contextlib.contextmanager
 def mutated(place, old, new):
     """The laws of a module with one place of their source changed, in every module that uses them."""
-    name = f"quadstep.{place}"
-    module = importlib.import_module(name)
-    source = Path(module.__file__).read_text(encoding="utf-8")
-    assert source.count(old) == 1, f"{old!r} stands {source.count(old)} times in {place}"
-    mutant = types.ModuleType(name)
-    exec(compile(source.replace(old, new), module.__file__, "exec"), mutant.__dict__)
-    running, changed = functions(module, name), functions(mutant, name)
-    kept = {key: function.__code__ for key, function in running.items() if function.__code__ != changed[key].__code__}
-    assert kept, f"{new!r} changes nothing that runs"
-    try:
-        for key in kept:
-            running[key].__code__ = changed[key].__code__
-        yield
-    finally:
-        for key, code in kept.items():
-            running[key].__code__ = code
+    text = source(place)
+    assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {place}"
+    return exchanged(place, ast.parse(text.replace(old, new)))
 
 
 def test_there_are_enough_of_them():
@@ -154,3 +126,21 @@ def test_a_changed_sign_or_index_turns_a_row_red(place, old, new, number):
 def test_everything_is_put_back():
     used = sorted({number for *_, number in MUTANTS})
     assert all(verify(chosen(number))[0].passed for number in used)
+
+
+SEED, COUNT = 5, 25
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("mutant", mutations.chosen(COUNT, SEED), ids=lambda mutant: mutant.name)
+def test_a_small_mistake_is_seen(mutant):
+    assert caught_by(mutant)
+
+
+def test_those_that_a_review_found_to_survive_are_among_them_and_hundreds_more():
+    every = mutations.all_mutants()
+    assert len(REVIEWED) == 6
+    assert [mutant.name for mutant in every[:6]] == [mutant.name for mutant in mutations.chosen(0, SEED)]
+    assert len(every) > 1000
+    assert set(EQUIVALENT) <= {mutant.name for mutant in every}
+    assert not caught_by(every[0]._replace(was="counter = command_filter", now="counter  = command_filter"))

@@ -1,5 +1,7 @@
 """The completed law of docs/theory.md: a sample of it against its formulas in plain NumPy, command and memory."""
 
+from typing import Any
+
 import numpy as np
 
 from quadstep.control.command_filter import Filtered
@@ -19,11 +21,12 @@ def closed_loops() -> Sample:
     """Random ones: bounds that bind in some, nets that are off in some."""
     sample = draw_sample(75, COUNT)
     draw, paper, memory = np.random.default_rng(75), sample.gains.paper, sample.memory.paper
-    bounds = [draw.uniform(0.3, 2.0, COUNT) for _ in range(4)]
-    of_weights = [b * m.norm() for b, m in zip(bounds, (memory.weights_1, memory.weights_2), strict=False)]
+    bounds: Any = draw.uniform(0.3, 2.0, (4, COUNT))
+    starts: Any = draw.choice([0.0, 1.0, np.inf], COUNT)
+    of_weights = [b * m.norm() for b, m in zip(bounds[:2], (memory.weights_1, memory.weights_2), strict=True)]
     of_integrals = [b * v.norm() for b, v in zip(bounds[2:], (memory.integral_1, memory.integral_2), strict=True)]
     gains = CompletedGains(
-        paper._replace(learning_start=draw.choice([0.0, np.inf], COUNT)),
+        paper._replace(learning_start=starts),
         sample.gains.coupling,
         Vector(draw.uniform(0.5, 6.0, (3, COUNT))),
         Vector(of_weights),

@@ -132,6 +132,7 @@ axis_row("74", 2, "z")
     "x_d = 0.1 t^3 - 0.015 t^4 + 0.0006 t^5 for t_f = 10, x_df = 10, d_x = 0.01",
     PATH,
     Verdict.AS_PRINTED,
+    "Section 6 announces two cases before it, and three follow",
 )
 def equation_75() -> Evidence:
     example = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(10.0, 20.0, 40.0), 0.0, 0.0, 10.0)

@@ -20,8 +20,8 @@ def rows(numbers: Vector) -> Plain:
 
 def blocks(m: Matrix) -> Plain:
     """A matrix of batches as (count, rows, columns)."""
-    count = max(np.size(entry) for row in m for entry in row)
-    return np.stack([rows(Vector(entry + np.zeros(count) for entry in row)) for row in m], axis=1)
+    entries = np.broadcast_arrays(*(entry for row in m for entry in row))
+    return np.stack(entries, axis=-1).reshape(-1, len(m.rows), len(m.rows[0].entries))
 
 
 def size(entries: Plain) -> Plain:
@@ -34,13 +34,15 @@ def size(entries: Plain) -> Plain:
 def kept(entries: Plain, bound: Plain) -> Plain:
     """Shortened to a length of at most the bound, (count, 1)."""
     shorter = np.minimum(1.0, bound / size(entries))
-    return entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
+    short: Plain = entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
+    return short
 
 
 def neurons(input_weights: Matrix, inputs: Plain) -> Plain:
     """mu of a net: sigmoids of weighted inputs and a bias."""
     weights = blocks(input_weights)
-    return 1.0 / (1.0 + np.exp(-(np.einsum("bni,bi->bn", weights[:, :, :-1], inputs) + weights[:, :, -1])))
+    mu: Plain = 1.0 / (1.0 + np.exp(-(np.einsum("bni,bi->bn", weights[:, :, :-1], inputs) + weights[:, :, -1])))
+    return mu
 
 
 def learnt(weights: Plain, mu: Plain, r: Plain, length: Plain, rate: Plain, kappa: Plain, period: Plain) -> Plain:
@@ -61,7 +63,8 @@ def body_rates(eta: Plain | Complex) -> Complex:
 def inertia(eta: Plain | Complex, sigma: Plain) -> Complex:
     """J of Eq. 4."""
     t = body_rates(eta)
-    return np.einsum("bki,bk,bkj->bij", t, sigma, t)
+    j: Complex = np.einsum("bki,bk,bkj->bij", t, sigma, t)
+    return j
 
 
 def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
@@ -69,7 +72,8 @@ def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
     slopes = np.stack([inertia(eta + 1j * STEP * axis, sigma).imag / STEP for axis in np.eye(3)], axis=1)
     first = np.einsum("bkij,bk->bij", slopes, rates)
     second = np.einsum("bjik,bk->bij", slopes, rates)
-    return 0.5 * (first + second - second.swapaxes(1, 2))
+    c: Plain = 0.5 * (first + second - second.swapaxes(1, 2))
+    return c
 
 
 def agree(what: str, ours: Plain, theirs: Plain) -> Check:

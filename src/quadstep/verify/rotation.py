@@ -33,6 +33,10 @@ class Moment:
             batch: Plain = draw.uniform(low, high, COUNT)
             return batch  # type: ignore[return-value]  # a batch is a number here
 
+        def one_of(*numbers: float) -> Number:
+            batch: Plain = draw.choice(numbers, COUNT)
+            return batch  # type: ignore[return-value]
+
         def entries(low: float, high: float, length: int = 3) -> Vector:
             return Vector(number(low, high) for _ in range(length))
 
@@ -49,7 +53,7 @@ class Moment:
             filter_frequency=entries(15.0, 40.0),
             force_net=Net(block(1.0, FORCE_INPUTS + 1), number(1.0, 9.0), number(0.01, 0.1)),
             torque_net=Net(block(1.0, TORQUE_INPUTS + 1), number(1.0, 40.0), number(0.01, 0.1)),
-            learning_start=draw.choice([0.0, np.inf], COUNT),
+            learning_start=one_of(0.0, 1.0, np.inf),
             weight_bounds=entries(2.0, 6.0, 2), integral_bounds=entries(0.5, 3.0, 2),
             weights_1=block(2.0, 3), weights_2=block(2.0, 3),
         )  # fmt: skip
@@ -58,7 +62,7 @@ class Moment:
             integral_1=entries(-1.0, 1.0), integral_2=entries(-1.0, 1.0),
             weights_1=self.gains.weights_1, weights_2=self.gains.weights_2,
             filtered=FilteredAttitude(attitude(), entries(-3.0, 3.0), entries(-9.0, 9.0)),
-            flying=draw.choice([0.0, 1.0], COUNT), force=entries(-10.0, 25.0), wanted=attitude(), r1=entries(-1.0, 1.0),
+            flying=one_of(0.0, 1.0), force=entries(-10.0, 25.0), wanted=attitude(), r1=entries(-1.0, 1.0),
             asked_thrust=asked, asked_torque=torque,
         )  # fmt: skip
         made = asked * (1.0 + number(-0.12, 0.12))
@@ -77,31 +81,36 @@ def column(number: object) -> Plain:
 
 def turned(matrices: Plain, vectors: Plain) -> Plain:
     """R v."""
-    return np.einsum("bij,bj->bi", matrices, vectors)
+    found: Plain = np.einsum("bij,bj->bi", matrices, vectors)
+    return found
 
 
 def back(matrices: Plain, vectors: Plain) -> Plain:
     """R^T v."""
-    return np.einsum("bji,bj->bi", matrices, vectors)
+    found: Plain = np.einsum("bji,bj->bi", matrices, vectors)
+    return found
 
 
 def rotations(quaternion: Vector) -> Plain:
     """I + 2 w S + 2 S^2, S the cross product with the quaternion's axis: body to world."""
     w, *axis = quaternion
     s = np.stack([np.cross(rows(Vector(axis)), unit) for unit in np.eye(3)], axis=2)
-    return np.eye(3) + 2.0 * np.asarray(w)[:, None, None] * s + 2.0 * s @ s
+    r: Plain = np.eye(3) + 2.0 * np.asarray(w)[:, None, None] * s + 2.0 * s @ s
+    return r
 
 
 def logarithm(r: Plain) -> Plain:
     """Axis times angle of a rotation."""
     sine = 0.5 * np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
     angle = np.arctan2(size(sine)[:, 0], 0.5 * (np.trace(r, axis1=1, axis2=2) - 1.0))
-    return sine * (angle / size(sine)[:, 0])[:, None]
+    turn: Plain = sine * (angle / size(sine)[:, 0])[:, None]
+    return turn
 
 
 def made(missing: Plain, asked: Plain) -> Plain:
     """Share that is learnt from: none where a tenth of what was asked for is missing."""
-    return np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
+    share: Plain = np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
+    return share
 
 
 @row(ROWS, "rotation law", "the paper's law on the rotation group", "not in the paper: F = m (xi_d_dd + g e_z - "
@@ -154,7 +163,7 @@ def rotation_law() -> Evidence:
     bent = turning + rows(g.slope_2) * e2_dot + rows(g.gain_2) * r2 + rows(g.integral_2) * i_2 + rows(g.coupling) * e2
     bent = bent + (was & started) * np.einsum("bni,bn->bi", w_2, mu_2)
     torque = sigma * bent + np.cross(omega, sigma * omega)
-    thrust = np.maximum((rows(memory.force) * r[:, :, 2]).sum(axis=1), 0.0)[:, None]
+    thrust: Plain = np.maximum((rows(memory.force) * r[:, :, 2]).sum(axis=1), 0.0)[:, None]
     share_2 = made(size(missing), size(rows(memory.asked_torque)))
     period_2 = (was & started) * share_2 * PERIOD
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)

@@ -1,0 +1,328 @@
+"""Small mistakes in the laws, the plant and the bounds, one at a time, and whether the quick checks see them.
+
+python -m tests.mutations                  # all of them; exit code 1 where one survives that no reason is given for
+python -m tests.mutations command_filter   # those whose place holds this text
+
+An operator, a sign, a constant, an index, an argument or a term is changed in the tree of a function's source; only the
+code of the running function is exchanged, and put back. Checks: the rows of `quadstep verify` for the completed law, the
+rotation law and the inversion; every statement of docs/theory.md on random closed loops; and, for a mistake in a bound, closed
+loops that a search found nearest to it before: there the statement must hold and use up nine tenths of each term.
+"""
+
+import ast
+import contextlib
+import copy
+import importlib
+import random
+import sys
+import types
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+COMPLETED = "control.completed_backstepping"
+LAWS = {
+    COMPLETED: ("half_sine_ratio", "coupling_columns", "counter_rate", "confine", "with_yaw", "countering", "law"),
+    "control.backstepping": (
+        "wanted_force", "wanted_torque", "position_loop", "attitude_errors", "torque_basis", "following_memory", "command_of",
+        "law",
+    ),
+    "control.rotation_backstepping": ("guide", "law", "share_made"),
+    "control.command_filter": ("command_filter",),
+    "control.projection": ("project", "project_weights", "shrink"),
+    "control.networks": ("basis", "output", "weight_rate"),
+    "control.inversion": ("invert_force",),
+    "vehicle.lagrange": (
+        "effective_inertia", "effective_inertia_partials", "coriolis", "coriolis_torque", "acceleration",
+        "angular_acceleration",
+    ),
+    "vehicle.kinematics": ("thrust_direction",),
+}  # fmt: skip
+"""Functions of the laws and of the plant."""
+
+BOUNDS = {
+    "theory.inequalities": (
+        "coupling_bound", "column_bounds", "inertia_bounds", "gain_bound", "trace_bound", "small_gain", "learning_bound",
+    ),
+    "theory.lyapunov": ("lyapunov_rate", "rate_terms", "closed_loop", "learning", "filtered_command"),
+    "theory.region": ("bounds_of", "decay", "upper_form", "outer_form", "certify_region"),
+}  # fmt: skip
+"""Functions that state what is claimed."""
+
+REVIEWED = (
+    (COMPLETED, "command_filter(memory.counter, wanted,", "command_filter(memory.counter, 0.0 * wanted,"),
+    (COMPLETED, "self.countering(gains, outer.u_d, tilt,", "self.countering(gains, 9.81, tilt,"),
+    (COMPLETED, "tilt, before.filtered.value, outer.r1)", "tilt, outer.tilt, outer.r1)"),
+    (COMPLETED, "outer, mu_2, r2, period, on)", "outer, mu_2, r2 - c, period, on)"),
+    (COMPLETED, "gains.integral_bounds[0]", "gains.integral_bounds[1]"),
+    (COMPLETED, "estimate_2 = on * output", "estimate_2 = output"),
+)
+"""Mistakes that a review found the checks of its time to let pass."""
+
+SAME = "a condition counts as 1 or 0"
+EQUIVALENT = {
+    f"{module}.law: where(t >= {gains}.learning_start, 1.0, 0.0) -> where(1.0, t >= {gains}.learning_start, 0.0)": SAME
+    for module, gains in ((COMPLETED, "paper"), ("control.backstepping", "gains"), ("control.rotation_backstepping", "gains"))
+}
+"""Mutants that change no number, and why."""
+
+SYMMETRIC = ("maximum", "inner", "np.maximum", "abs")
+"""Functions whose arguments may change places."""
+
+SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+TURNED = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.GtE: ast.Gt, ast.LtE: ast.Lt}
+
+
+class Mutant(NamedTuple):
+    """module, function: the place. was, now: the part of its source. change: what stands for the function's `node`-th node."""
+
+    module: str
+    function: str
+    was: str
+    now: str
+    line: int = 0
+    node: int = 0
+    change: ast.AST | None = None
+
+    @property
+    def name(self) -> str:
+        """How it is called in EQUIVALENT and in what is printed."""
+        return f"{self.module}.{self.function}: {self.was} -> {self.now}"
+
+    def tree(self) -> ast.Module:
+        """The module with the change."""
+        text = source(self.module)
+        if self.change is None:
+            assert text.count(self.was) == 1, self.was
+            return ast.parse(text.replace(self.was, self.now))
+        tree = ast.parse(text)
+        (there,) = [f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.lineno == self.line]
+        target = list(ast.walk(there))[self.node]
+        new = ast.fix_missing_locations(ast.copy_location(copy.deepcopy(self.change), target))
+        Replace(target, new).visit(there)
+        return tree
+
+
+def changes(node: ast.AST) -> Iterator[ast.AST]:
+    """What a node can become."""
+    if isinstance(node, ast.BinOp) and type(node.op) in SWAPPED:
+        yield ast.BinOp(node.left, SWAPPED[type(node.op)](), node.right)
+        if isinstance(node.op, ast.Add | ast.Sub):
+            yield node.left
+            yield node.right
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield node.operand
+    elif isinstance(node, ast.Compare) and type(node.ops[0]) in TURNED:
+        yield ast.Compare(node.left, [TURNED[type(node.ops[0])]()], node.comparators)
+    elif isinstance(node, ast.Constant) and type(node.value) is float:
+        yield ast.Constant(node.value * 1.1 if node.value else 0.1)
+    elif isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and type(node.slice.value) is int:
+        for other in {0, 1, 2} - {node.slice.value}:
+            yield ast.Subscript(node.value, ast.Constant(other), node.ctx)
+    elif isinstance(node, ast.Call) and ast.unparse(node.func) not in SYMMETRIC:
+        for i in range(len(node.args) - 1):
+            yield ast.Call(node.func, [*node.args[:i], node.args[i + 1], node.args[i], *node.args[i + 2 :]], node.keywords)
+    else:
+        yield from of_the_other_loop(node)
+
+
+def of_the_other_loop(node: ast.AST) -> Iterator[ast.AST]:
+    """A name that ends in 1 or 2, with the other of the two."""
+    other = {"1": "2", "2": "1"}
+    if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load) and node.attr[-2:] in ("_1", "_2"):
+        yield ast.Attribute(node.value, node.attr[:-1] + other[node.attr[-1]], node.ctx)
+    elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and len(node.id) > 1 and node.id[-1] in other:
+        yield ast.Name(node.id[:-1] + other[node.id[-1]], node.ctx)
+
+
+def source(module: str) -> str:
+    """Of a module of the package."""
+    return Path(str(importlib.import_module(f"quadstep.{module}").__file__)).read_text(encoding="utf-8")
+
+
+def mutants_of(module: str, names: tuple[str, ...]) -> Iterator[Mutant]:
+    """Every change of the named functions, one at a time."""
+    tree = ast.parse(source(module))
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef) and function.name in names:
+            types_in = annotations(function)
+            for place, node in enumerate(ast.walk(function)):
+                for change in changes(node):
+                    was, now = ast.unparse(node), ast.unparse(change)
+                    if was == now or id(node) in types_in:
+                        continue
+                    yield Mutant(module, function.name, was, now, function.lineno, place, change)
+
+
+class Replace(ast.NodeTransformer):
+    """One node for another."""
+
+    def __init__(self, old: ast.AST, new: ast.AST) -> None:
+        self.old, self.new = old, new
+
+    def visit(self, node: ast.AST) -> ast.AST:
+        return self.new if node is self.old else super().visit(node)
+
+
+def annotations(function: ast.FunctionDef) -> set[int]:
+    """Identities of the nodes that stand in a type."""
+    types_of = [function.returns, *(a.annotation for a in ast.walk(function.args) if isinstance(a, ast.arg))]
+    types_of += [n.annotation for n in ast.walk(function) if isinstance(n, ast.AnnAssign)]
+    return {id(part) for whole in types_of if whole for part in ast.walk(whole)}
+
+
+def all_mutants() -> list[Mutant]:
+    """Those of the review first, then every change of every function."""
+    found = [Mutant(module, "law", was, now) for module, was, now in REVIEWED]
+    for places in (LAWS, BOUNDS):
+        for module, names in places.items():
+            found += mutants_of(module, names)
+    return found
+
+
+def functions(module: types.ModuleType, name: str) -> dict[str, types.FunctionType]:
+    """Every function and method that a module defines, by qualified name."""
+    found = {}
+    for key, value in vars(module).items():
+        if isinstance(value, types.FunctionType) and value.__module__ == name:
+            found[key] = value
+        elif isinstance(value, type) and value.__module__ == name:
+            for inner, member in vars(value).items():
+                function = member.fget if isinstance(member, property) else member
+                if isinstance(function, types.FunctionType):
+                    found[f"{key}.{inner}"] = function
+    return found
+
+
+@contextlib.contextmanager
+def exchanged(module: str, tree: ast.Module) -> Iterator[None]:
+    """The functions of a module with the code of a changed source, in every module that uses them."""
+    name = f"quadstep.{module}"
+    here = importlib.import_module(name)
+    mutant = types.ModuleType(name)
+    exec(compile(tree, str(here.__file__), "exec"), mutant.__dict__)
+    running, changed = functions(here, name), functions(mutant, name)
+    kept = {key: function.__code__ for key, function in running.items() if function.__code__ != changed[key].__code__}
+    try:
+        for key in kept:
+            running[key].__code__ = changed[key].__code__
+        yield
+    finally:
+        for key, code in kept.items():
+            running[key].__code__ = code
+
+
+ROWS = ("completed law", "rotation law", "21", "45", "50", "52", "34", "54")
+SAMPLES = 200
+
+
+@cache
+def near():
+    """Closed loops near to the bound of each statement, and where the laws that are right take the region."""
+    from quadstep.theory.adverse import Seen, search
+    from quadstep.theory.inequalities import STATEMENTS
+
+    return {statement.number: search(statement, Seen()) for statement in STATEMENTS}
+
+
+def seen_by_rows() -> str:
+    """The first row of `quadstep verify` that fails."""
+    from quadstep.verify.registry import all_rows
+    from quadstep.verify.rows import judge
+
+    rows = {row.number: row for row in all_rows()}
+    return next((f"row {number}" for number in ROWS if not judge(rows[number]).passed), "")
+
+
+def seen_by_statements() -> str:
+    """The first statement of docs/theory.md that some random closed loop breaks."""
+    from quadstep.theory.adverse import ROUND_OFF, Seen
+    from quadstep.theory.inequalities import STATEMENTS
+    from quadstep.theory.samples import draw_sample
+
+    sample = draw_sample(11, SAMPLES)
+    for statement in STATEMENTS:
+        seen = Seen()
+        seen.look(statement.sides(sample))
+        if not seen.worst >= -ROUND_OFF:
+            return statement.number
+    return ""
+
+
+def seen_by_bounds() -> str:
+    """The first statement that is broken, or no longer tight, where it was nearest to its bound."""
+    from quadstep.theory.adverse import Margin, Seen
+    from quadstep.theory.inequalities import STATEMENTS
+    from quadstep.theory.samples import sample_at
+
+    for statement in STATEMENTS:
+        seen = Seen()
+        seen.look(statement.sides(sample_at(near()[statement.number])))
+        margin = Margin(statement.number, "", seen.worst, 1, seen.reached)
+        if not margin.holds:
+            return statement.number
+        if not margin.bites:
+            return f"{statement.number}, no longer tight"
+    return ""
+
+
+def seen_by_region() -> str:
+    """Whether the region of the defaults is another one."""
+    from tests.test_region import test_the_defaults_have_a_region_and_its_figures_stand_in_the_docs as figures
+
+    figures()
+    return ""
+
+
+def caught_by(mutant: Mutant) -> str:
+    """What sees a mutant; nothing where it survives."""
+    if mutant.module == "theory.region":
+        checks = (seen_by_region,)
+    elif mutant.module.startswith("theory"):
+        checks = (seen_by_statements, seen_by_bounds)
+    else:
+        checks = (seen_by_rows, seen_by_statements)
+    with exchanged(mutant.module, mutant.tree()):
+        for check in checks:
+            try:
+                found = check()
+            except Exception as error:  # a law that cannot even be evaluated is seen
+                return type(error).__name__
+            if found:
+                return found
+    return ""
+
+
+def chosen(count: int, seed: int) -> list[Mutant]:
+    """Those of the review, and some of the others that need no search first."""
+    every = all_mutants()
+    others = [m for m in every[len(REVIEWED) :] if m.name not in EQUIVALENT and m.module in LAWS]
+    return [*every[: len(REVIEWED)], *random.Random(seed).sample(others, count)]
+
+
+def main(arguments: list[str]) -> int:
+    """Try them all; the exit code."""
+    import numpy as np
+
+    np.seterr(all="ignore")
+    texts = [text for text in arguments if text != "-v"]
+    every = [m for m in all_mutants() if not texts or any(text in m.name for text in texts)]
+    if any(m.module.startswith("theory") for m in every):
+        near()  # before anything is changed
+    survived = 0
+    for mutant in every:
+        found = caught_by(mutant)
+        if not found:
+            reason = EQUIVALENT.get(mutant.name, "")
+            survived += not reason
+            print(f"SURVIVED  {mutant.name}" + (f"   (changes no number: {reason})" if reason else ""), flush=True)
+        elif "-v" in arguments:
+            print(f"caught by {found}: {mutant.name}")
+    equal = sum(m.name in EQUIVALENT for m in every)
+    print(f"{len(every)} mutants: {len(every) - survived - equal} caught, {equal} change no number, {survived} survived")
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
