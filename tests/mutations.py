@@ -60,10 +60,21 @@ REVIEWED = (
 )
 """Mistakes that a review found the checks of its time to let pass."""
 
-SAME = "a condition counts as 1 or 0"
+NETS_ON = "where(t >= {0}.learning_start, 1.0, 0.0) -> where(1.0, t >= {0}.learning_start, 0.0)"
+ROTATION = "control.rotation_backstepping"
 EQUIVALENT = {
-    f"{module}.law: where(t >= {gains}.learning_start, 1.0, 0.0) -> where(1.0, t >= {gains}.learning_start, 0.0)": SAME
-    for module, gains in ((COMPLETED, "paper"), ("control.backstepping", "gains"), ("control.rotation_backstepping", "gains"))
+    f"{COMPLETED}.law: {NETS_ON.format('paper')}": "a condition counts as 1 or 0",
+    f"control.backstepping.law: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
+    f"{ROTATION}.law: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
+    f"{ROTATION}.guide: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
+    f"{ROTATION}.guide: 0.0 -> 0.1": "rates that go into the wanted attitude, of which only the rotation is used",
+    f"{ROTATION}.share_made: 1e-06 -> 1.1e-06": "keeps a quotient finite where nothing was asked for",
+    "theory.inequalities.coupling_bound: 1.0 -> 1.1": "the size beside which round-off is judged",
+    "theory.inequalities.column_bounds: 1.0 -> 1.1": "the size beside which round-off is judged (the bound itself is caught)",
+    "theory.inequalities.column_bounds: 0.0 * column[0] + 1.0 -> 1.0": "one number for a batch of them",
+    "theory.inequalities.column_bounds: coupling_columns(tilt, wanted) -> coupling_columns(wanted, tilt)": "as true",
+    "control.projection.shrink: 1.0 -> 1.1": "stands for a length in a quotient that is not chosen",
+    "control.networks.basis: zip(row, chi, strict=False) -> zip(chi, row, strict=False)": "the factors of a product",
 }
 """Mutants that change no number, and why."""
 
@@ -213,7 +224,7 @@ def exchanged(module: str, tree: ast.Module) -> Iterator[None]:
             running[key].__code__ = code
 
 
-ROWS = ("completed law", "rotation law", "21", "45", "50", "52", "34", "54")
+ROWS = ("completed law", "rotation law", "21", "45", "50", "52", "34", "54", "55")
 SAMPLES = 200
 
 
@@ -310,17 +321,17 @@ def main(arguments: list[str]) -> int:
     every = [m for m in all_mutants() if not texts or any(text in m.name for text in texts)]
     if any(m.module.startswith("theory") for m in every):
         near()  # before anything is changed
-    survived = 0
+    survived = explained = 0
     for mutant in every:
         found = caught_by(mutant)
+        reason = EQUIVALENT.get(mutant.name, "")
         if not found:
-            reason = EQUIVALENT.get(mutant.name, "")
-            survived += not reason
+            survived, explained = survived + (not reason), explained + bool(reason)
             print(f"SURVIVED  {mutant.name}" + (f"   (changes no number: {reason})" if reason else ""), flush=True)
         elif "-v" in arguments:
             print(f"caught by {found}: {mutant.name}")
-    equal = sum(m.name in EQUIVALENT for m in every)
-    print(f"{len(every)} mutants: {len(every) - survived - equal} caught, {equal} change no number, {survived} survived")
+    caught = len(every) - survived - explained
+    print(f"{len(every)} mutants: {caught} caught, {explained} change no number, {survived} survived")
     return 1 if survived else 0
 
 

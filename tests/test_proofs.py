@@ -1,8 +1,12 @@
 """Terms that laws write for Coq and Gappa, the statements made of them, and what `python -m proofs` refuses."""
 
 import math
+import os
 import re
+import shutil
+import subprocess
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -180,3 +184,41 @@ def test_scripts_for_gappa_ask_for_the_rounding_of_the_code():
     text = script(KERNELS[0], True)
     assert "@rnd = float<ieee_64, ne>;" in text
     assert "|r| in [1b-60,0.7855] -> (sum - M) / r in ?" in text
+
+
+@pytest.mark.parametrize("has_apt", [True, False])
+def test_make_proofs_installs_the_provers_on_a_machine_without_them(tmp_path, has_apt):
+    """With stand-ins for apt-get and for the environment's Python."""
+    tools, venv, asked = tmp_path / "tools", tmp_path / "venv", tmp_path / "asked"
+    (venv / "bin").mkdir(parents=True)
+    tools.mkdir()
+    for name in ("sh", "id", "env"):
+        (tools / name).symlink_to(str(shutil.which(name)))
+    written = {venv / "bin" / "python": f'echo "python $*" >> {asked}', tools / "sudo": '[ "$1" = -n ] && shift; exec "$@"'}
+    if has_apt:
+        written[tools / "apt-get"] = f'echo "apt-get $*" >> {asked}'
+    for path, line in written.items():
+        path.write_text(f"#!/bin/sh\n{line}\n")
+        path.chmod(0o755)
+    for name in ("core", "ready"):
+        (venv / name).touch()
+    root, make = Path(__file__).parents[1], str(shutil.which("make"))
+    done = subprocess.run(
+        [make, "proofs", f"VENV={venv}"],
+        cwd=root,
+        env={**os.environ, "PATH": str(tools)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if has_apt:
+        assert done.returncode == 0, done.stderr
+        assert asked.read_text().splitlines() == [
+            "apt-get update -qq",
+            "apt-get install -y -qq --no-install-recommends coq libcoq-stdlib gappa",
+            "python -m proofs",
+        ]
+    else:
+        assert done.returncode == 2
+        assert "make proofs needs Coq 8.16 or newer and Gappa" in done.stdout
+        assert not asked.exists()
