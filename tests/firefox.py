@@ -1,4 +1,4 @@
-"""Firefox for tests: Debian's `firefox-esr`, driven through Marionette, the protocol that it speaks itself; no driver beside it.
+"""Firefox for tests: Debian's `firefox-esr`, driven through Marionette, the protocol that it speaks itself.
 
 Marionette is JSON over a socket, each message with its length in front: [0, number, command, arguments] is answered by
 [1, number, error, result]. https://firefox-source-docs.mozilla.org/testing/marionette/Protocol.html

@@ -44,7 +44,8 @@ def test_plots_are_drawn(opened):
     drawn = opened.evaluate("""
         return new Promise((done) => setTimeout(() => done([...document.querySelectorAll("#plots-list canvas")]
           .filter((one) => one.width && one.height)
-          .map((one) => new Set(new Uint32Array(one.getContext("2d").getImageData(0, 0, one.width, one.height).data.buffer)).size)
+          .map((one) => one.getContext("2d").getImageData(0, 0, one.width, one.height).data.buffer)
+          .map((colours) => new Set(new Uint32Array(colours)).size)
         ), 1000));
     """)
     assert len(drawn) >= 5
