@@ -1,4 +1,4 @@
-"""Figures of the documentation, each computed again as the command beside it prints it; docs/theory.md has a file of its own."""
+"""Figures of the pages, each computed again as the command beside it prints it. Those of docs/theory.md are apart."""
 
 import re
 from pathlib import Path

@@ -142,5 +142,5 @@ def test_those_that_a_review_found_to_survive_are_among_them_and_hundreds_more()
     assert len(REVIEWED) == 6
     assert [mutant.name for mutant in every[:6]] == [mutant.name for mutant in mutations.chosen(0, SEED)]
     assert len(every) > 1000
-    assert set(EQUIVALENT) <= {mutant.name for mutant in every}
+    assert all(any(mutant.name.startswith(start) for mutant in every) for start in EQUIVALENT)
     assert not caught_by(every[0]._replace(was="counter = command_filter", now="counter  = command_filter"))

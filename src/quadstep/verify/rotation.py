@@ -171,7 +171,7 @@ def rotation_law() -> Evidence:
         agree("wanted force", rows(guided.force), force),
         agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
         agree("r1", rows(guided.r1), r1),
-        agree("flying", column(guided.flying), 1.0 * flying),
+        agree("flying", column(guided.flying), flying.astype(np.float64)),
         agree("int r1", rows(guided.integral_1), kept(i_1 + flying * share_1 * PERIOD * r1, most_i[:, :1])),
         agree("W_hat_1", blocks(guided.weights_1), kept(new_1, bounds[:, :1])),
         agree("u", column(command.thrust), thrust),
