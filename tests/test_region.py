@@ -14,6 +14,7 @@ from quadstep.numbers import vector
 from quadstep.study.cases import line
 from quadstep.theory import edge
 from quadstep.theory.edge import default_region, fly_edge, least_frequency, level_at_start, mission, setting_of, stretched
+from quadstep.theory.flow import Flow, draw, shares_of_lines
 from quadstep.theory.rationals import positive_definite, root_above, support
 from quadstep.theory.region import RATE, SHAPE, SIZE, certify_region, decay, upper_form
 from quadstep.theory.words import region_rows
@@ -148,3 +149,36 @@ def test_yaw_turns_as_the_docs_say():
     assert f"{largest('completed-backstepping'):.3g}" == "0.0104"
     assert "2.62" in PAGE
     assert "is 0.0104 mrad" in PAGE
+
+
+@pytest.mark.parametrize("unknown", [0.0, 0.005])
+def test_l_dot_along_the_flow_of_the_law_keeps_to_the_lines_of_q_and_d(unknown):
+    flow = Flow(default_region(force=unknown, torque=unknown), unknown, unknown)
+    slope = draw(flow, 1, 4000)
+    assert 0.0 < slope.level.max() < 0.05
+    assert slope.worst < 0.0
+    assert 0.3 < slope.used < 1.0
+    half = slope._replace(linear=0.3 * slope.linear)
+    assert half.worst > 0.0
+
+
+def test_most_coefficients_of_q_are_used_up():
+    flow = Flow(default_region())
+    shares = shares_of_lines(flow, 1, 4000)
+    assert len(shares) == 21
+    assert max(shares.values()) < 1.0 + 1e-6
+    tight = sorted(f"{a}, {b}" for (a, b), share in shares.items() if share > 0.95)
+    assert tight == ["a, b", "a_c, b_c", "e2, I2", "e2, b_c", "r1, I1", "r1, e1"]
+    loose = {pair for pair, share in shares.items() if share < 0.4}
+    assert loose == {("r2", "a_c"), ("a", "a_c"), ("e1", "a_c"), ("b", "a_c")}
+
+
+@pytest.mark.parametrize("wrong", ["setting", "gains"])
+def test_a_wrong_line_or_law_is_seen_along_the_flow(wrong):
+    flow = Flow(default_region())
+    if wrong == "setting":  # lines that know of no coupling between filter and force
+        q, d = flow.forms
+        flow.forms = [[entry if i == k else 0.3 * entry for k, entry in enumerate(row)] for i, row in enumerate(q)], d
+    else:
+        flow.gains = flow.gains._replace(coupling=0.5 * flow.gains.coupling)
+    assert max(shares_of_lines(flow, 1, 2000).values()) > 1.05

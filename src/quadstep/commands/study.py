@@ -14,6 +14,9 @@ from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.terminal.screen import say, say_whole
 from quadstep.terminal.tables import show_table
 
+LOOPS = 5_000
+"""Closed loops that the lines of Theorem B are tried on."""
+
 
 def completion(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/completion"),
@@ -44,10 +47,11 @@ def region(
 ) -> None:
     """Certify the region of Theorem B (docs/theory.md) for the completed law's defaults in exact rationals; fly from its edge.
 
-    Exit code 1 if it does not hold, or if a flight without nets exceeds what it allows.
+    Exit code 1 if it does not hold, if a flight without nets exceeds what it allows, or L_dot its bound.
     """
     from quadstep.theory.edge import default_region, fly_edge, least_frequency
-    from quadstep.theory.words import edge_rows, region_rows
+    from quadstep.theory.flow import Flow, draw, shares_of_lines
+    from quadstep.theory.words import edge_rows, line_rows, region_rows
 
     found = default_region(force, torque, bias)
     if found is None:
@@ -57,7 +61,11 @@ def region(
     flights = fly_edge(found)
     header = ("start off the path", "by", "|r1|", "|e1|", "|r2|", "with nets")
     show_table("Flights from the edge: largest norm over its bound", header, edge_rows(flights))
-    if any(max(flight.returned) > 1.0 for flight in flights):
+    flow = Flow(found, force, torque)
+    slope, lines = draw(flow, 1, LOOPS), shares_of_lines(flow, 1, LOOPS)
+    show_table("Lines of Q: share of the coefficient that closed loops use", ("between", "used"), line_rows(lines))
+    say(f"On {LOOPS:,} closed loops inside L_dot + s^T Q s is at most {slope.used:.2f} of d . s.")
+    if any(max(flight.returned) > 1.0 for flight in flights) or slope.used > 1.0 or max(lines.values()) > 1.0 + 1e-6:
         raise typer.Exit(FAILED)
 
 

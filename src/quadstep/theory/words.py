@@ -44,3 +44,8 @@ def edge_rows(flights: list[Edge]) -> list[tuple[str, ...]]:
         learning = "diverged" if flight.learning is None else f"{max(flight.learning):.2f}"
         rows.append((flight.name, off, *(f"{share:.2f}" for share in flight.returned), learning))
     return rows
+
+
+def line_rows(shares: dict[tuple[str, str], float]) -> list[tuple[str, str]]:
+    """How much of each coefficient of Q closed loops use, the least first."""
+    return [(f"{a}, {b}", f"{max(share, 0.0):.2f}") for (a, b), share in sorted(shares.items(), key=lambda one: one[1])]
