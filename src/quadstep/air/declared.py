@@ -8,7 +8,7 @@ Its numbers are a `NamedTuple` of declarations (`control/gain.py`), from which t
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import Number, Structure, Vector
@@ -36,7 +36,7 @@ class DeclaredAir(ABC):
     Vector([0.0, 0.0, 3.0])
     """
 
-    Numbers: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
     stirs: ClassVar[bool] = False
 
     def start(self) -> Structure:

@@ -1,7 +1,7 @@
 """One flight of a campaign on its own, to be flown again with its full log."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from quadstep.terminal.screen import command
 class Replay(NamedTuple):
     """values: what was drawn, by key. mission: with them. plan: the flight, with its own noise."""
 
-    values: dict[str, Any]
+    values: dict[str, object]
     mission: Mission
     plan: FlightPlan
 

@@ -1,8 +1,9 @@
 """`quadstep tune`."""
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -85,7 +86,7 @@ def listed(values: list[float]) -> str:
     return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
 
 
-def shown(estimate: Any, factor: float = 1.0) -> str:
+def shown(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
     """A value with its interval."""
     if estimate is None:
         return "-"

@@ -4,7 +4,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 from quadstep import __version__
 from quadstep.campaign.flown import Flyer
@@ -90,7 +89,7 @@ def panel_name(by: Axis | None, place: int) -> str:
     return f"{by.key} = {shown(by.values[place])}" if by else ""
 
 
-def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, Any]:
+def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, object]:
     """The content of metrics.json."""
     asked, file = found.asked, found.asked.campaign.file
     return {
@@ -113,7 +112,7 @@ def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, Any]:
     }
 
 
-def panel_as_json(panel: Panel) -> dict[str, Any]:
+def panel_as_json(panel: Panel) -> dict[str, object]:
     """A panel with the unit in its key."""
     *others, _ = panel._asdict().items()
     return {**dict(others), "rmse[m]": panel.rmse}

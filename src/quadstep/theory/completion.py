@@ -1,7 +1,7 @@
 """`quadstep study completion`: the inequalities on random states, the grid of flights, a folder with both."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep import __version__
 from quadstep.report import page
@@ -44,7 +44,7 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
     return found
 
 
-def as_json(found: Completion) -> dict[str, Any]:
+def as_json(found: Completion) -> dict[str, object]:
     """The content of metrics.json."""
     return {
         "name": NAME,

@@ -8,7 +8,7 @@ Its numbers are a `NamedTuple` of declarations (`control/gain.py`), from which t
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.numbers import Number, Structure, Vector
 from quadstep.vehicle.state import State
@@ -36,7 +36,7 @@ class DeclaredDisturbance(ABC):
     (Vector([-2.0, -0.0, -1.0]), Vector([0.0, 0.0, 0.0]))
     """
 
-    Numbers: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
 
     @abstractmethod
     def disturb(self, state: State, numbers: Structure, time: Number) -> tuple[Vector, Vector]:
