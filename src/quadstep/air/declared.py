@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from quadstep.flight.closed_loop import Clock
-from quadstep.numbers import Number, Structure, Vector
+from quadstep.numbers import Number, Vector
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class DeclaredAir(ABC):
     Numbers: ClassVar[type]
     stirs: ClassVar[bool] = False
 
-    def start(self) -> Structure:
+    def start(self) -> object:
         """Its state before the first tick."""
         return ()
 
-    def stir(self, air: Structure, p: Structure, clock: Clock) -> Structure:
+    def stir(self, air: object, p: object, clock: Clock) -> object:
         """Its state one `simulation.air_period` later; only asked where it stirs."""
         return air
 
     @abstractmethod
-    def wind(self, air: Structure, p: Structure, time: Number) -> Vector:
+    def wind(self, air: object, p: object, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""

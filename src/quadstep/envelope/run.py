@@ -12,6 +12,7 @@ from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
 from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.envelope.found import Envelope, Panel
+from quadstep.envelope.picture import draw_map
 from quadstep.envelope.report import write_report
 from quadstep.envelope.request import Request
 from quadstep.report.publish import MANIFEST, publishing, write_json
@@ -32,8 +33,6 @@ def fly_envelope(
 
     progress: told flights over and flights in all. sheet: what the map is drawn on. Raises UserError.
     """
-    from quadstep.envelope.picture import draw_map  # noqa: PLC0415 (matplotlib loads only where it draws)
-
     over, total = 0, asked.cells * asked.flights
 
     def told(more: int) -> None:

@@ -51,7 +51,8 @@ def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
     logs = flown(plans, engine, progress)
     for plan in plans:
-        plan.loop.controller.landed(plan.parameters.gains)
+        if isinstance(plan.loop, Loop):  # the engines take any `ClosedLoop`
+            plan.loop.controller.landed(plan.parameters.gains)
     return logs
 
 

@@ -17,7 +17,8 @@ S = TypeVar("S")
 
 Structure: TypeAlias = Any
 """A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
-parameters of a flight.
+parameters of a flight. Unchecked: a law or a plant says its own types where its methods override these. What only passes a
+structure on takes an `object`.
 """
 
 

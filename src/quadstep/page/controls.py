@@ -15,7 +15,7 @@ from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
 from quadstep.mission.schema import Mission
-from quadstep.numbers import Structure, Vector
+from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 from quadstep.vehicle.disturbance import Disturbance
 
@@ -231,7 +231,7 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
     return controls
 
 
-def disturbance_controls(mission: LagrangeMission, disturbance: Structure) -> list[Control]:
+def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[Control]:
     """The paper's disturbance, and steady ones; or what one of the user's own declares."""
     if not isinstance(disturbance, Disturbance):
         return number_sliders(disturbance, "disturbance")

@@ -10,6 +10,7 @@ from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.tables import write_csv
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities
+from quadstep.theory.map import draw_map
 
 NAME = "The completed controller"
 GRID = ("K_r2[N m s]", "Lambda2[1/s]", "t_f[s]", "scale[-]", "nets", "law", "rmse[m]", "ended[s]")
@@ -30,8 +31,6 @@ class Completion(NamedTuple):
 
 def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
     """Check, fly, and write `folder`. Raises UserError."""
-    from quadstep.theory.map import draw_map  # noqa: PLC0415 (matplotlib loads only where figures are drawn)
-
     with publishing(folder, f"completion {samples}", overwrite) as out, drawing_pool() as pool:
         cells = grid()
         summaries = {law: summarise(cells, law) for law in LAWS if law != PAPER}

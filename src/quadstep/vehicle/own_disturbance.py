@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from quadstep.numbers import Number, Structure, Vector
+from quadstep.numbers import Number, Vector
 from quadstep.vehicle.state import State
 
 
@@ -39,5 +39,5 @@ class DeclaredDisturbance(ABC):
     Numbers: ClassVar[type]
 
     @abstractmethod
-    def disturb(self, state: State, numbers: Structure, time: Number) -> tuple[Vector, Vector]:
+    def disturb(self, state: State, numbers: object, time: Number) -> tuple[Vector, Vector]:
         """Force [N] in the world's frame and generalised torque [N m] (psi, theta, phi) at time t [s]."""
