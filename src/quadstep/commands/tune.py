@@ -23,7 +23,7 @@ def tune(
     mission: Annotated[
         Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
     ],
-    budget: Annotated[int, typer.Option(help="Most flights to use, all in all.", show_default=False)],
+    budget: Annotated[int, typer.Option(help="Maximum number of flights in total.", show_default=False)],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search and of what differs from flight to flight.")] = 1,
     overwrite: OverwriteOption = False,
