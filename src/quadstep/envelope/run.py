@@ -46,7 +46,7 @@ def fly_envelope(
         cells = fly_cells(asked, flyer(engine), told)
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
-        draw_map(out / PICTURE, asked, cells, sheet or Sheet())
+        draw_map(out / PICTURE, asked, cells, (sheet or Sheet()).shown())
         write_report(out / REPORT, found, PICTURE)
         write_json(out / MANIFEST, as_json(found, engine))
     return found

@@ -137,7 +137,7 @@ def write_results(
     write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
     jobs = mission.figures(log) if len(log.rows) > 1 else []
     told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
-    drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
+    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))

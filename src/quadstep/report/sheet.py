@@ -63,6 +63,10 @@ class Sheet(NamedTuple):
         """The same with SVG files, which a report is made of."""
         return self if "svg" in self.formats else self._replace(formats=(*self.formats, "svg"))
 
+    def shown(self) -> "Sheet":
+        """The same with SVG files where there is nothing else that a page can show."""
+        return self if "png" in self.formats else self.with_svg()
+
 
 def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN) -> Sheet:
     """What --figures, --width and --style ask for. Raises UserError."""

@@ -66,7 +66,7 @@ def tune(
         compared = on_unseen(ground, found, say)
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        draw_search(out / PICTURE, wanted.mission.name, wanted, found, sheet or Sheet())
+        draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         write_report(out / REPORT, wanted, found, compared, PICTURE)
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
