@@ -4,7 +4,7 @@ A bound is tight where some closed loop comes near it; so each term of a bound i
 least room. Every statement must hold there, and must not if a term is taken a tenth smaller than it is.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Seen:
     def __init__(self) -> None:
         self.worst, self.reached = np.inf, dict[str, float]()
 
-    def look(self, sides: list[Sides]) -> list[Any]:
+    def look(self, sides: list[Sides]) -> list[Cube]:
         """Take a batch in. Returns, for each term of an inequality, what is left of it, a number a closed loop."""
         left = []
         for part, side in enumerate(sides):
@@ -86,7 +86,7 @@ def search(statement: Statement, seen: Seen, seed: int = 1) -> Cube:
     return cube
 
 
-def moved(cube: Cube, best: np.ndarray[Any, Any], draw: np.random.Generator) -> Cube:
+def moved(cube: Cube, best: Cube, draw: np.random.Generator) -> Cube:
     """Closed loops beside the best so far: some numbers of each moved, taken from a better one, or put to zero error."""
     groups, lanes = best.shape
     count = groups * lanes

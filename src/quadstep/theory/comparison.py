@@ -4,7 +4,7 @@ Two more laws show which part of the completion gains what: the counter-term wit
 completed law without the counter-term.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ INNER_LOOPS = ((250.0, 15.0), (120.0, 10.0), (60.0, 6.0), (31.0, 3.0), (15.0, 1.
 """(K_r2 [N m s], Lambda_2 [1/s]). All but (60, 6) keep the printed condition K_r2 > J_M Lambda_2, J_M = 10."""
 
 PAPER, COUNTER_ONLY, COMPLETED, UNCOUNTERED = "the paper's", "counter-term only", "completed", "completed, no counter-term"
-LAWS: dict[str, dict[str, Any]] = {
+LAWS: dict[str, dict[str, object]] = {
     PAPER: {"type": "backstepping"},
     COUNTER_ONLY: {"type": "completed-backstepping", "P": 20.0, "inertia": 1e-9},
     COMPLETED: {"type": "completed-backstepping"},

@@ -1,6 +1,6 @@
 """L of Theorem B along the flow: closed loops inside a region, and whether L_dot keeps to -s^T Q s + d . s there."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,13 +141,13 @@ class Flow:
         """L_dot of closed loops, and what Theorem B says of it."""
         now = self.at(errors, wanted)
         after, before = (self.level(self.moved(now, h, force, torque)) for h in (STEP, -STEP))
-        rate: Any = (after - before) / (2.0 * STEP)
+        rate = np.asarray((after - before) / (2.0 * STEP))
         s = np.array([np.broadcast_to(np.asarray(v.norm()), np.shape(rate)) for v in self.errors(now)])
         q, d = (np.array(form, dtype=float) for form in self.forms)
         return Slope(rate, np.einsum("ik,ij,jk->k", s, q, s), d @ s, np.asarray(self.level(now)))
 
 
-def towards(generator: np.random.Generator, length: Any, size: int = 3) -> Vector:
+def towards(generator: np.random.Generator, length: NDArray[np.float64], size: int = 3) -> Vector:
     """Random ways of given lengths."""
     way = generator.normal(size=(size, np.size(length)))
     return Vector(length * entry for entry in way / np.linalg.norm(way, axis=0))
@@ -181,7 +181,7 @@ def draw(flow: Flow, seed: int, count: int) -> Slope:
 
 
 def shares_of_lines(flow: Flow, seed: int, count: int) -> dict[tuple[str, str], float]:
-    """For each pair of norms that Q couples: the largest share of its coefficient that closed loops without other errors use."""
+    """For each pair of norms that Q couples: the largest share of its coefficient used where there is no other error."""
     generator, zero = np.random.default_rng(seed), Vector((0.0, 0.0, 0.0))
     still = Reference(zero, zero, zero, 0.0, 0.0)
     q, largest = np.array(flow.forms[0], dtype=float), [float(most) for most in flow.region.bounds.largest]

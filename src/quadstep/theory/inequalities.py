@@ -1,14 +1,14 @@
 """Every statement of docs/theory.md on closed loops: two sides, the larger one in terms, so that each can be taken to task."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
 from quadstep.control.projection import project
-from quadstep.numbers import Number, Vector, total
+from quadstep.numbers import Number, Vector, absolute, total
 from quadstep.theory.lyapunov import greatest, inner, least, lyapunov_rate, sum_squares
 from quadstep.theory.samples import PERIOD, Sample
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
@@ -24,15 +24,15 @@ class Sides(NamedTuple):
     equal: bool = False
 
     @property
-    def slack(self) -> Any:
+    def slack(self) -> Number:
         """What the larger side has to spare; of an equation, minus the difference. Negative: broken."""
         apart = total(self.terms.values()) - self.smaller
-        return -np.abs(apart) if self.equal else apart
+        return -absolute(apart) if self.equal else apart
 
     @property
-    def size(self) -> Any:
+    def size(self) -> Number:
         """Of everything on either side."""
-        return total(np.abs(term) for term in self.terms.values()) + np.abs(self.smaller) + self.scale
+        return total(absolute(term) for term in self.terms.values()) + absolute(self.smaller) + self.scale
 
 
 class Statement(NamedTuple):
@@ -80,7 +80,7 @@ def inertia_bounds(sample: Sample) -> list[Sides]:
     """min(Sigma) (1 - |sin theta|) |r|^2 <= r^T J r <= max(Sigma) (1 + |sin theta|) |r|^2."""
     attitude, inertia, r = sample.state.attitude, sample.vehicle.inertia, sample.state.rates
     form = r @ (effective_inertia(attitude, inertia, Kinematics.STANDARD) @ r)
-    sine: Any = np.abs(np.sin(attitude[1]))
+    sine: Number = np.abs(np.sin(attitude[1]))
     low, high = least(inertia) * (1.0 - sine) * (r @ r), greatest(inertia) * (1.0 + sine) * (r @ r)
     return [Sides(form, {"max(Sigma) (1 + |sin theta|)": high}, high), Sides(low, {"r^T J r": form}, high)]
 
@@ -151,7 +151,7 @@ def rate_bound(completed: bool) -> Callable[[Sample], list[Sides]]:
 
 def small_gain(sample: Sample) -> list[Sides]:
     """For p = 2 l2 k2, the quadratic form of the paper's law is positive wherever u_d^2 < 4 k1 k2 l2^2."""
-    a: Any = np.abs(np.stack(np.broadcast_arrays(*sample.state.velocity)))  # any positive numbers: |r1|, |e2|, |r2|
+    a = [absolute(number) for number in sample.state.velocity]  # any positive numbers: |r1|, |e2|, |r2|
     paper = sample.gains.paper
     k1, k2, l2 = paper.gain_1[0], paper.gain_2[0], paper.slope_2[0]
     p, u = 2.0 * l2 * k2, 2.0 * l2 * (k1 * k2) ** 0.5

@@ -4,7 +4,7 @@ Errors, residuals and what gains differ by are cubes of uniform numbers, so that
 inequalities of docs/theory.md are tight there. The weights' error leans on the ideal weights and the residuals on r.
 """
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +53,8 @@ class Draw:
 
     def number(self, low: float, high: float) -> Number:
         """Uniform."""
-        row: Any = self.cube[self.read]
         self.read += 1
-        return low + (high - low) * row  # type: ignore[no-any-return]
+        return low + (high - low) * cast(Number, self.cube[self.read - 1])
 
     def error(self, bound: float) -> Number:
         """In [-bound, bound], often near zero."""

@@ -1,12 +1,12 @@
 """The completed law of docs/theory.md: a sample of it against its formulas in plain NumPy, command and memory."""
 
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
-from quadstep.numbers import Vector
+from quadstep.numbers import Number, Vector
 from quadstep.theory.samples import Sample, draw_sample
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.verify.plain import Plain, agree, blocks, christoffel, inertia, kept, learnt, neurons, rows, size
@@ -21,8 +21,8 @@ def closed_loops() -> Sample:
     """Random ones: bounds that bind in some, nets that are off in some."""
     sample = draw_sample(75, COUNT)
     draw, paper, memory = np.random.default_rng(75), sample.gains.paper, sample.memory.paper
-    bounds: Any = draw.uniform(0.3, 2.0, (4, COUNT))
-    starts: Any = draw.choice([0.0, 1.0, np.inf], COUNT)
+    bounds = [cast(Number, draw.uniform(0.3, 2.0, COUNT)) for _ in range(4)]
+    starts = cast(Number, draw.choice([0.0, 1.0, np.inf], COUNT))
     of_weights = [b * m.norm() for b, m in zip(bounds[:2], (memory.weights_1, memory.weights_2), strict=True)]
     of_integrals = [b * v.norm() for b, v in zip(bounds[2:], (memory.integral_1, memory.integral_2), strict=True)]
     gains = CompletedGains(
