@@ -37,7 +37,7 @@ def campaign(
         str | None,
         typer.Option(
             metavar="P",
-            help="Fly until fewer than P of the flights are known to fail, or not; --flights: the most.",
+            help="Fly until it is clear whether a share of less than P fails; --flights: at most so many.",
             show_default=False,
         ),
     ] = None,
