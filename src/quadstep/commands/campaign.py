@@ -37,7 +37,7 @@ def campaign(
         str | None,
         typer.Option(
             metavar="P",
-            help="Fly until it is clear whether a share of less than P fails; --flights: at most so many.",
+            help="Fly until the failure rate is shown to be below P, or not to be; --flights: at most so many.",
             show_default=False,
         ),
     ] = None,
