@@ -135,11 +135,14 @@ def main(name: str, test: str, every: int = 1) -> None:
     module = importlib.import_module(name)
     source = Path(str(module.__file__)).read_text(encoding="utf-8")
     assert not caught(module, ast.parse(source), test), "the tests fail without any change"
-    results = [(what, caught(module, tree, test)) for what, tree in list(mutants(source))[::every]]
-    for what, found in results:
-        if not found:
+    tried, survived = 0, 0
+    for what, tree in list(mutants(source))[::every]:
+        tried += 1
+        if not caught(module, tree, test):
+            survived += 1
             say(f"survived: {what}")
-    say(f"{sum(found for _, found in results)} of {len(results)} caught")
+        sys.stdout.flush()
+    say(f"{tried - survived} of {tried} caught")
 
 
 if __name__ == "__main__":

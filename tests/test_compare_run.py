@@ -294,6 +294,16 @@ def test_a_controller_that_fails_in_its_own_code_is_one_line(tmp_path):
     assert "RuntimeError: no idea" in metrics(tmp_path / "out")["problems"][0]
 
 
+def test_a_controller_that_cannot_fly_the_vehicle_is_one_line_that_names_it(tmp_path):
+    flat = '[controllers.flat]\ncontroller = "planar-pd"\nfrozen = "as shipped"\n'  # a part of "flatness"
+    file = written(tmp_path, SMALL + flat)
+    result = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
+    assert result.code == 2
+    assert result.err.count("\n") == 1
+    assert f"{file}: flat cannot fly research-2.6kg: controller.type: 'planar-pd' is not known" in result.err
+    assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
+
+
 def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):
     hail = "[scenarios.hail]\nmission = { limits = { distance = 1e-6 } }\n"
     file = written(tmp_path, SMALL.replace("[scenarios.windy]", f"{hail}[scenarios.windy]"))
