@@ -19,7 +19,7 @@ import pytest
 from quadstep.terminal.screen import say
 
 MOST_SECONDS = 120
-"""After which the tests of a mutant count as failed."""
+"""Of a processor's time, after which the tests of a mutant count as failed."""
 
 BOUNDS = ("project", "within", "clip", "maximum", "minimum", "conjugate", "transposed", "sqrt")
 """Functions that a mutant goes without: its first argument stands for them."""
@@ -117,7 +117,7 @@ def caught(module: types.ModuleType, tree: ast.Module, test: str) -> bool:
     """Whether the tests fail where the module is this, in a process of its own."""
     child = os.fork()
     if child == 0:
-        signal.alarm(MOST_SECONDS)
+        signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
         quiet = os.open(os.devnull, os.O_WRONLY)
         os.dup2(quiet, 1)
         os.dup2(quiet, 2)
