@@ -57,7 +57,10 @@ SAID = {
 STUDIES = {
     "completion --samples 100": """
 from concurrent.futures import ThreadPoolExecutor
-from quadstep.theory import comparison, completion
+from quadstep.theory import adverse, comparison, completion
+completion.check_statements = lambda samples: [
+    adverse.Margin(s.number, s.says, 0.0, samples, {"term": 1.0}) for s in adverse.STATEMENTS
+]
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
 completion.summarise = lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
