@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.rare.starts import Starts
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.atomic import write_beside
 from quadstep.campaign.flown import SUCCESS, Flyer
@@ -73,7 +74,7 @@ def estimate(case: str, method: Method) -> bool:
     found = read(path) or []
     if len(found) >= REPETITIONS:
         return False
-    flights = Flights(campaign_of(case, len(found) + 1, method))
+    flights = (Starts if case in KNOWN else Flights)(campaign_of(case, len(found) + 1, method))
     done = [fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)]
     summary = summarise(done)
     one = {
