@@ -132,7 +132,8 @@ def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
     assert sum(tick.sampled for tick in often.loop.period.ticks) == 80
     assert max(one.phase_at for one in often.margins) > 1.5 * math.pi / 0.32
     for one, other in zip(once.margins, often.margins, strict=True):
-        assert other == pytest.approx(one, rel=2e-3)
+        assert other[2:] == pytest.approx(one[2:], rel=2e-3)
+        assert other[:2] == pytest.approx(one[:2], rel=1.2e-2)  # 0.1 dB
 
 
 def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found):
@@ -150,8 +151,7 @@ def test_slopes_are_those_of_finite_differences(law):
 
     In a period of planned-lqr the law follows one plan for 200 samples, each at its own time since the plan was made.
     """
-    wind = {"wind": {"mean": [6.0, 2.0, 0.0]}} if law == "geometric" else {}
-    rest = at_rest(hovering(hover({"type": law}, 0.02, **wind)))
+    rest = at_rest(hovering(hover({"type": law}, 0.02, wind={"mean": [6.0, 2.0, 0.0]})))
     loops, first = rest.loops, rest.first
     values = np.array(states(rest.flown)[0])
     places = rest.period.places

@@ -136,8 +136,7 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
 def loci(one: Opened, omega: Array) -> Complex:
     """-L of each channel, shape (frequencies, channels, samples): its values in no order where the law runs several times."""
-    turned: Complex = np.linalg.eigvals(transfer(one, omega))
-    return returned(turned)
+    return returned(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
 
 
 def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
