@@ -2,15 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.varied import Bins, spans_decades
 from quadstep.report import units
+from quadstep.report.axes import STEPS, plain, powers
 from quadstep.report.canvas import drawing, headline, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
@@ -42,7 +44,7 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
         columns = sheet.side_by_side(len(metrics), 2.2)
         rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
         figure = new_figure(sheet, width, 5.6, 4.0 * rows)
-        grid: Any = figure.subplots(2 * rows, columns, squeeze=False)
+        grid = figure.subplots(2 * rows, columns, squeeze=False)
         margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
         for place, (above, below) in enumerate(pairs):
@@ -59,9 +61,12 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
         write(figure, path, sheet)
 
 
-def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
-    """One column of `draw_distributions`."""
-    ordered = np.sort(metric.values)
+def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
+    """One column of `draw_distributions`, in a unit that suits it."""
+    words, unit = units.metric(metric.name)
+    unit, factor = units.handy(unit, float(metric.values.max()))
+    limit = None if metric.limit is None else factor * metric.limit
+    ordered = factor * np.sort(metric.values)
     count = len(ordered)
     low, high = float(ordered[0]), float(ordered[-1])
     places = min(PLACES, int(4.0 * count ** (1.0 / 3.0)))
@@ -88,12 +93,14 @@ def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
     for axes in (above, below):
         if log:
             logarithmic(axes)
-        if metric.limit is not None and metric.limit <= 3.0 * high:
-            axes.axvline(metric.limit, color=LIMIT, linestyle="--", linewidth=1.4)
-    if metric.limit is not None and metric.limit <= 3.0 * high:
-        above.text(metric.limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
+        if limit is not None and limit <= 3.0 * high:
+            axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
+    if limit is not None and limit <= 3.0 * high:
+        above.text(limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
     above.set_title(f"{count} completed", fontsize=9, loc="left")
-    below.set_xlabel("{} [{}]".format(*units.metric(metric.name)))
+    if not log:
+        below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
@@ -104,7 +111,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
         count = 2 if timed else 1
         columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
         figure = new_figure(sheet, 9.0, height, 0.8 * height * count / columns)
-        axes: Any = figure.subplots(count // columns, columns, squeeze=False).ravel()
+        axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
@@ -135,7 +142,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
         figure = new_figure(sheet, 8.4, height)
-        axes: Any = figure.subplots()
+        axes = figure.subplots()
         widest = max(len(key) for key in ranking)
         margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
         step = len(explained) + 0.5
@@ -153,7 +160,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
             )
             for row, one in known:
                 axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
-                axes.text(100.0 * one.high + 0.6, row, f"{100.0 * one.value:.2g} %", va="center", fontsize=8)
+                axes.text(100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=8)
         axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
         axes.set_ylim(len(ranking) * step - 1.0, -0.8)
         axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
@@ -195,7 +202,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
         height = 4.0 if crowded else 2.7
         columns = sheet.side_by_side(2, 3.0)
         figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
-        axes: Any = figure.subplots(2 // columns, columns, squeeze=False).ravel()
+        axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
         headline(figure, sheet, (0.01, 1.0 - 0.2 / height), key)
         success, errors = axes
@@ -215,7 +222,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
         write(figure, path, sheet)
 
 
-def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
+def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
     """The share of successes in each bin, with its interval."""
     places = list(good)
     value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
@@ -236,14 +243,15 @@ def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Any, found: Bins, errors: Mapping[int, Numbers]) -> None:
+def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
-    axes.set_title("position RMSE [m]: median and middle 80 %", fontsize=9, loc="left")
+    unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
+    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %", fontsize=9, loc="left")
     if not errors:
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
     places = list(errors)
-    low, middle, high = np.array(list(errors.values())).T
+    low, middle, high = factor * np.array(list(errors.values())).T
     if found.edges is None:
         at = np.array(places, dtype=float)
         axes.bar(at, high - low, 0.6, low, color=FILL, edgecolor="0.5")
@@ -267,12 +275,12 @@ def middles(found: Bins, places: Sequence[int]) -> Numbers:
     return middle
 
 
-def logarithmic(axes: Any, which: str = "x") -> None:
+def logarithmic(axes: Axes, which: str = "x") -> None:
     """A logarithmic axis with plain numbers: at 1, 2 and 5 where it is short."""
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     decades = np.log10(high / low)
     axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0) if decades < 2.0 else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(plain() if decades < 2.0 else powers())
     axis.set_minor_locator(NullLocator())

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.flown import OUTCOMES
@@ -16,6 +15,8 @@ from quadstep.campaign.summary import QUANTILES, Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
+from quadstep.mission.key_units import label
+from quadstep.mission.read import check_mission
 from quadstep.report import page, units
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
@@ -64,13 +65,14 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         page.table(("", ""), rows, escape),
     ]
     if file.keys:
-        body.append(page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys], escape))
+        mission = check_mission(campaign.content, campaign.source, campaign.folder)
+        body.append(page.table(("what varies", "how"), [(label(mission, key), told(file, key)) for key in file.keys], escape))
     files = ((f"campaign file {path.name}", campaign.text),)
     body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
     return body
 
 
-def pairs(table: Mapping[str, Any]) -> str:
+def pairs(table: Mapping[str, object]) -> str:
     """A small table in one line."""
     return ", ".join(f"{name} {value}" for name, value in table.items())
 
@@ -179,7 +181,7 @@ def keys(count: int, most: int) -> list[str]:
     ]
 
 
-def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, folder: Path) -> list[str]:
+def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
     """A table with a column for each, and the command that flies it again. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))

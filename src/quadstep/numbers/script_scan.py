@@ -7,11 +7,12 @@ parameters do and what another scan has made, are read there.
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
+from quadstep.numbers.functions import Number
 from quadstep.numbers.linear import Matrix, Vector
-from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped, turn_by_turn
-from quadstep.numbers.script import INPUT, Record, ScriptNumber
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped, turn_by_turn
+from quadstep.numbers.script import INPUT, Operand, Record, ScriptNumber
 from quadstep.numbers.structure import flatten, rebuild
 
 ARRAY, LOOP, ITEM = "array", "loop", "item"
@@ -55,7 +56,7 @@ class LoopRecord(Record):
         self.arrays[name] = size
         return name
 
-    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> Any:
+    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> ScriptNumber:
         """A number read from an array. source: what has to be there before."""
         return ScriptNumber(self, self.place(ITEM, *source, text=text, turning=turning))
 
@@ -92,9 +93,9 @@ class LoopRecord(Record):
         return taken, frozenset(turning - {index})
 
 
-def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -> tuple[Any, Rows]:
+def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
     """See `quadstep.numbers.scan`."""
-    record: Any = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
+    record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
     if not isinstance(record, LoopRecord):
         return turn_by_turn(step, carry, rows, count, backwards)
     index = f"i{len(record.arrays)}"
@@ -103,14 +104,19 @@ def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -
     state, own = record.array(len(begin)), frozenset((index,))
     now = [record.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
     taken = [
-        Vector(record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning) for column in range(columns))
+        Vector(
+            cast(Number, record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning))
+            for column in range(columns)
+        )
         for name, first, source, turning, columns in sources
     ]
     after, made = step(rebuild(carry, iter(now)), shaped(rows, iter(taken)))
     same_shape(after, len(begin))
     kept = [(record.array(count * len(one)), list(one)) for one in matrices(made)]
     results = [
-        (f"{name}[{index}*{len(row)}+{column}]", record.at(number)) for name, row in kept for column, number in enumerate(row)
+        (f"{name}[{index}*{len(row)}+{column}]", record.at(cast(Operand, number)))
+        for name, row in kept
+        for column, number in enumerate(row)
     ]
     results += [(f"{state}[{i}]", record.at(number)) for i, number in enumerate(flatten(after))]
     around, turning = record.around(index, [place for _, place in results])
@@ -118,7 +124,7 @@ def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -
     loop = record.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
     record.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
 
-    def read(name: str, size: int) -> list[Any]:
+    def read(name: str, size: int) -> list[ScriptNumber]:
         return [record.item(f"{name}[{i}]", (loop,)) for i in range(size)]
 
     columns = [

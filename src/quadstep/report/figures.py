@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -16,7 +15,7 @@ from quadstep.report.canvas import LINES, drawing, write
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
-from quadstep.report.units import prefixed
+from quadstep.report.units import handy, prefixed
 
 Numbers = NDArray[np.float64]
 
@@ -64,7 +63,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         lines = {key: values - base for key, values in lines.items()}
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
-    unit, factor = prefixed(panel.unit, largest)
+    unit, factor = (prefixed if panel.unit == "-" else handy)(panel.unit, largest)
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **style)
     drawn = [factor * values for values in lines.values() if len(values)]
@@ -75,7 +74,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
     else:
         linear(axes, drawn)
     axes.set_ylabel(name if unit == "-" else f"{name} [{unit}]", parse_math=True)
-    legend: Any = axes.legend(
+    legend = axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.2, columnspacing=1.2
     )  # above the lines
     for text in legend.get_texts():
