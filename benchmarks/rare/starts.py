@@ -30,7 +30,8 @@ class Starts(Flights):
         def judged(points: Points) -> Floats:
             told(len(points.noise))
             drawn = values(self.campaign.file, points.latent)
-            score = METRICS[self.name].of(*(drawn[f"start.position.{axis}"].values / UNIT for axis in range(3)))
+            x, y, z = (drawn[f"start.position.{axis}"].values / UNIT for axis in range(3))
+            score: Floats = METRICS[self.name].of(x, y, z)  # type: ignore[arg-type,assignment]  # arrays are numbers here
             return np.where(score > self.limit, np.inf, score)
 
         return judged
