@@ -1,6 +1,6 @@
 """How many seconds a second of this process's computing time flies in lockstep, at the autopilots' usual rates.
 
-The fake autopilots of the tests fly, in a process of their own, whose time does not count: `python -m benchmarks.lockstep`.
+The fake autopilots of the tests fly, in a process of their own, whose time does not count: `python -m tests.lockstep`.
 """
 
 import multiprocessing
@@ -37,7 +37,7 @@ FAKES = {
 """The fake, its kind of socket, its period and the step of the flight [s]."""
 
 
-def lockstep(name: str, folder: Path) -> float:
+def lockstep(name, folder):
     """Seconds flown by a second of computing, once everything is compiled."""
     fake, kind, period, step = FAKES[name]
     path = folder / f"{name}.toml"
@@ -50,7 +50,7 @@ def lockstep(name: str, folder: Path) -> float:
     try:
         with under(link, mission) as piloted:
             plan = plan_mission(piloted.mission, path)
-            began: list[float] = []
+            began = []
             exchange = link.exchange
 
             def timed(sample):
