@@ -50,10 +50,13 @@ def has_assembler() -> bool:
 
 CHROMIUM_PROGRAM = program("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
+FIREFOX_PROGRAM = program("firefox-esr", "firefox")
+
 CRAZYPAD = Path(__file__).parent.parent.parent / "shared" / "data" / "crazypad"
 """Flights of a Crazyflie that are not ours to carry lie beside the checkout."""
 
 CHROMIUM = Need("Chromium", "install it (Debian: chromium)", lambda: CHROMIUM_PROGRAM is not None)
+FIREFOX = Need("Firefox", "install it (Debian: firefox-esr)", lambda: FIREFOX_PROGRAM is not None, spared=True)
 NODE = Need("Node.js", "install version 20 or newer (Debian: nodejs)", lambda: program("node") is not None)
 NPM = Need(
     "npm", "install Node.js 20 or newer with npm (Debian: nodejs npm)", lambda: bool(program("node") and program("npm"))
@@ -94,7 +97,7 @@ RECORDINGS = Need(
 )
 
 NEEDS = (
-    CHROMIUM, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
+    CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CPPCHECK,
     SITE, BASH, ZSH, FISH,
 )  # fmt: skip

@@ -97,7 +97,7 @@ def test_it_says_what_was_flown_and_how_it_ended(flown):
     about = dict(row for row in cells if len(row) == 2)
     assert about["seed, precision, engine"] == "1, f64, lanes"
     assert about["a flight fails"] == "if it ends early, or position_rmse[m] above 0.12"
-    assert about["vehicle.mass"] == "normal, mean 1, deviation 0.1, nothing below 0.6 or above 1.4"
+    assert about["vehicle.mass [kg]"] == "normal, mean 1, deviation 0.1, nothing below 0.6 or above 1.4"
     assert about["machine"].startswith("processor ")
     assert "numpy" in about["quadstep"]
     success = np.array(rows(folder)["success"])
@@ -130,8 +130,8 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
         assert f"Flight {flight}: spinning at {drawn[flight]['time_of_failure[s]']:.4g} s" in section
         assert found["RMSE"][place] == units.quantity(drawn[flight]["position_rmse[m]"], "m", 4)
         assert found["largest error"][place] == units.quantity(drawn[flight]["largest_error[m]"], "m", 4)
-        for key in ("vehicle.mass", "disturbance.scale"):
-            assert float(found[key][place]) == pytest.approx(drawn[flight][key], rel=1e-5)
+        for key, unit in (("vehicle.mass", "kg"), ("disturbance.scale", "times Eq. 67")):
+            assert float(found[f"{key} [{unit}]"][place]) == pytest.approx(drawn[flight][key], rel=1e-5)
 
 
 def test_ids_of_the_drawings_do_not_meet_on_the_page(flown):
@@ -246,8 +246,8 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
     assert "Of position RMSE (its logarithm), vehicle.mass explains most" in text
     assert "All keys one by one" not in text
     about = dict(row for row in cells if len(row) == 2)
-    assert about["vehicle.mass"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
-    assert about["start.position.0"] == "each of 0, 0.01 in turn"
+    assert about["vehicle.mass [kg]"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
+    assert about["start.position.0 [m]"] == "each of 0, 0.01 in turn"
     assert about["controller"] == "one of type = backstepping, nets.enabled = false, type = nested-saturation"
 
 

@@ -1,10 +1,12 @@
 """Vehicles from data sheets: what was measured is recovered, what is wrong is named, and the result flies."""
 
 import tomllib
+from itertools import product
 
 import numpy as np
 import pytest
 
+from quadstep.datasheet.campaign import campaign_text
 from quadstep.datasheet.estimate import estimate, vehicle_of
 from quadstep.datasheet.sheet import Datasheet
 from tests.commands import quadstep
@@ -91,3 +93,15 @@ def test_the_vehicle_and_its_campaign_fly(tmp_path):
     run = quadstep("campaign", tmp_path / "v_campaign.toml", "--out", tmp_path / "out")
     assert run.code == 0
     assert "16 flights: 100 % succeed" in run.out
+
+
+@pytest.mark.parametrize(
+    "inertia", [(0.003, 0.003, 0.0058), (0.01, 0.02, 0.025), (0.004, 0.02, 0.0165), (0.003, 0.003, 0.006), (1.0, 1.0, 1e-3)]
+)
+def test_every_inertia_that_its_campaign_draws_is_a_body_and_the_likeliest_is_within(inertia):
+    sheet = made(SHEET + f"inertia = {list(inertia)}\n")
+    vary = tomllib.loads(campaign_text(sheet, estimate(sheet), "v.toml"))["vary"]["vehicle"].get("inertia", {})
+    drawn = [vary.get(str(axis), {"low": value, "median": value, "high": value}) for axis, value in enumerate(inertia)]
+    assert all(one["low"] <= one["median"] <= one["high"] for one in drawn)
+    for corner in product(*((one["low"], one["high"]) for one in drawn)):
+        assert 2.0 * max(corner) <= sum(corner) * (1.0 + 1e-12)

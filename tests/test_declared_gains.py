@@ -21,11 +21,11 @@ from quadstep.control.model import Model
 from quadstep.control.networks import Net
 from quadstep.control.rate_loop import following_rates
 from quadstep.control.registry import BUILT_IN, controllers
-from quadstep.envelope.units import label
 from quadstep.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.controller_lines import controller_lines
 from quadstep.mission.derived import section_of
+from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.numbers import Matrix, Number, Vector, absolute, flatten, leaf_names, sin, smallest, vector

@@ -16,8 +16,8 @@ from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
 from quadstep.envelope.picture import draw_panel, legend, length, scale
 from quadstep.envelope.request import NOISY_FLIGHTS, request
 from quadstep.envelope.run import Flyer, fly_envelope
-from quadstep.envelope.units import label
 from quadstep.flight.engines import fly
+from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.numbers.noise import key
 from tests.campaigns import MASS, NOISY, SHORT, written

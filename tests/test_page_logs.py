@@ -6,6 +6,7 @@ import pytest
 from quadstep.logs.flight import FlightRecord
 from quadstep.page.missions import missions_page
 from tests import made_logs
+from tests.dropped import DROP, carried
 from tests.needs import CHROMIUM, needs, package
 from tests.pages import FLIGHTS, flown
 
@@ -35,6 +36,11 @@ def take(page, path):
     page.set_input_files("#log-file", path)
     page.wait_for_selector("#notice:not([hidden])")
     return page.locator("#notice span").inner_text()
+
+
+def drop(page, path):
+    """What the page says of a file that is dropped on it."""
+    return page.evaluate(f"([name, content]) => ({DROP})(name, content)", carried(path.name, path.read_bytes()))
 
 
 def signal(page, name):
@@ -73,6 +79,25 @@ def test_logs_are_read_as_they_were_written(open_page, tmp_path, record):
     assert "the page reads JSON messages in uncompressed chunks" in take(page, mcap)
     page.click(".chip button")
     assert page.evaluate("quadstep.log()") is None
+
+
+def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
+    from mcap.writer import CompressionType, Writer
+
+    page = open_page()
+    csv, ulg, mcap = (tmp_path / f"log.{ending}" for ending in ("csv", "ulg", "mcap"))
+    csv.write_text("t,x[m]\n10,1\n10.5,2\n11,4\n")
+    ulg.write_bytes(made_logs.ulog(record, record.motors))
+    made_logs.mcap(mcap, record, record.motors, lambda file: Writer(file, compression=CompressionType.NONE))
+    for path, kind, name in ((csv, "CSV", "x"), (ulg, "ULog", "x"), (mcap, "MCAP", "state.p[0]")):
+        assert drop(page, path).startswith(f"{path.name}: {kind} with ")
+        assert page.locator(".chip:visible").inner_text().startswith(path.name)
+        values = signal(page, name)[1]
+        wanted = [1.0, 2.0, 4.0] if path is csv else record.channels["position"][:, 0].astype("f4" if path is ulg else "f8")
+        np.testing.assert_array_equal(values, wanted)
+    (tmp_path / "notes.txt").write_text("hello")
+    assert drop(page, tmp_path / "notes.txt").startswith("notes.txt: ")
+    assert page.evaluate("quadstep.log().name") == "log.mcap"  # what could not be read takes nothing away
 
 
 @pytest.mark.parametrize(

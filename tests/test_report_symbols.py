@@ -23,6 +23,7 @@ from quadstep.report.symbols import label, power_of_ten, rich
         ("27 um, 3 urad; um", "27 µm, 3 µrad; um", "27 µm, 3 µrad; um"),
         ("$r$", "$r$", "$r$"),
         ("|r|^2", "|r|²", "|$r$|²"),
+        ("pitch_d, pitch", "pitch<sub>d</sub>, pitch", r"$\mathrm{pitch}_{d}$, pitch"),
     ],
 )
 def test_names_are_set_as_symbols(text, html, math):
@@ -34,3 +35,16 @@ def test_names_are_set_as_symbols(text, html, math):
 
 def test_powers_of_ten():
     assert (power_of_ten(-6), power_of_ten(12)) == ("10⁻⁶", "10¹²")
+
+
+@pytest.mark.parametrize(
+    ("text", "html"),
+    [
+        ("1.364e+05, 3.4e-06", "1.364 × 10⁵, 3.4 × 10⁻⁶"),
+        ("-6.48e-06 to -2 [-3, 4]", "−6.48 × 10⁻⁶ to −2 [−3, 4]"),
+        ("a >= 2 and <= 3 +- 1", "a ≥ 2 and ≤ 3 ± 1"),
+        ("2026-11-22, Case-1, 10-4, 0x1e5, --flight 3", "2026-11-22, Case-1, 10-4, 0x1e5, --flight 3"),
+    ],
+)
+def test_numbers_are_written_as_people_do(text, html):
+    assert rich(text) == html

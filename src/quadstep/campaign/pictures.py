@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.varied import Bins, spans_decades
 from quadstep.report import units
+from quadstep.report.axes import STEPS, plain, powers
 from quadstep.report.canvas import drawing, headline, margins, new_figure, write
 from quadstep.report.sheet import Sheet
 
@@ -60,8 +61,11 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
 
 
 def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
-    """One column of `draw_distributions`."""
-    ordered = np.sort(metric.values)
+    """One column of `draw_distributions`, in a unit that suits it."""
+    words, unit = units.metric(metric.name)
+    unit, factor = units.handy(unit, float(metric.values.max()))
+    limit = None if metric.limit is None else factor * metric.limit
+    ordered = factor * np.sort(metric.values)
     count = len(ordered)
     low, high = float(ordered[0]), float(ordered[-1])
     places = min(PLACES, int(4.0 * count ** (1.0 / 3.0)))
@@ -88,12 +92,14 @@ def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
     for axes in (above, below):
         if log:
             logarithmic(axes)
-        if metric.limit is not None and metric.limit <= 3.0 * high:
-            axes.axvline(metric.limit, color=LIMIT, linestyle="--", linewidth=1.4)
-    if metric.limit is not None and metric.limit <= 3.0 * high:
-        above.text(metric.limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
+        if limit is not None and limit <= 3.0 * high:
+            axes.axvline(limit, color=LIMIT, linestyle="--", linewidth=1.4)
+    if limit is not None and limit <= 3.0 * high:
+        above.text(limit, 0.97, " failed", color=LIMIT, transform=above.get_xaxis_transform(), va="top")
     above.set_title(f"{count} completed", fontsize=9, loc="left")
-    below.set_xlabel("{} [{}]".format(*units.metric(metric.name)))
+    if not log:
+        below.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    below.set_xlabel(words if unit == "-" else f"{words} [{unit}]")
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
@@ -153,7 +159,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
             )
             for row, one in known:
                 axes.plot([100.0 * one.low, 100.0 * one.high], [row, row], color=LIMIT, linewidth=1.4, solid_capstyle="butt")
-                axes.text(100.0 * one.high + 0.6, row, f"{100.0 * one.value:.2g} %", va="center", fontsize=8)
+                axes.text(100.0 * one.high + 0.6, row, units.percent(one.value), va="center", fontsize=8)
         axes.set_yticks([i * step + 0.5 * (len(explained) - 1) for i in range(len(ranking))], list(ranking))
         axes.set_ylim(len(ranking) * step - 1.0, -0.8)
         axes.set_xlim(0.0, min(112.0, 8.0 + 108.0 * max(one.high for found in ranking.values() for one in found.values())))
@@ -238,12 +244,13 @@ def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
 
 def draw_errors(axes: Any, found: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
-    axes.set_title("position RMSE [m]: median and middle 80 %", fontsize=9, loc="left")
+    unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
+    axes.set_title(f"position RMSE [{unit}]: median and middle 80 %", fontsize=9, loc="left")
     if not errors:
         axes.text(0.5, 0.5, "none completed", transform=axes.transAxes, ha="center")
         return
     places = list(errors)
-    low, middle, high = np.array(list(errors.values())).T
+    low, middle, high = factor * np.array(list(errors.values())).T
     if found.edges is None:
         at = np.array(places, dtype=float)
         axes.bar(at, high - low, 0.6, low, color=FILL, edgecolor="0.5")
@@ -274,5 +281,5 @@ def logarithmic(axes: Any, which: str = "x") -> None:
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
     decades = np.log10(high / low)
     axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0) if decades < 2.0 else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(plain() if decades < 2.0 else powers())
     axis.set_minor_locator(NullLocator())

@@ -35,6 +35,8 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.flight.scored import LARGEST, RMSE
+from quadstep.mission.key_units import label
+from quadstep.mission.read import check_mission
 from quadstep.report import page
 from quadstep.report.sheet import Sheet
 
@@ -169,6 +171,7 @@ def key_sections(
     if not keys:
         return [page.heading("What it depends on", "ranking"), page.paragraph("Only the flights' noise varies.")]
     columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
+    mission = check_mission(campaign.content, campaign.source, campaign.folder)
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body = [page.heading("What it depends on", "ranking")]
@@ -179,7 +182,7 @@ def key_sections(
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
-        draw_key(folder / name, key, cut, by_key(cut, success, rmse), sheet)
+        draw_key(folder / name, label(mission, key), cut, by_key(cut, success, rmse), sheet)
         body.append(page.figure(folder / f"{name}.svg", f"Success and error over {key}"))
     return body
 
@@ -220,7 +223,10 @@ def explained(result: Result, parts: Mapping[str, Any], campaign: Campaign) -> E
 def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet) -> list[str]:
     """The worst flights: what was drawn, how to fly each again, and its picture, flown again."""
     again = flown_again(campaign, [one.flight for one in summary.worst])
-    values = [one.replay.values if one.replay else {} for one in again]
+    values = [
+        {label(one.replay.mission, key): value for key, value in one.replay.values.items()} if one.replay else {}
+        for one in again
+    ]
     body = [page.heading("The worst flights", "worst"), *text.worst(summary, values, path, store.folder)]
     for worst, (_, log, said) in zip(summary.worst, again, strict=True):
         title = text.of_flight(worst)

@@ -16,6 +16,8 @@ from quadstep.campaign.summary import QUANTILES, Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
+from quadstep.mission.key_units import label
+from quadstep.mission.read import check_mission
 from quadstep.report import page, units
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
@@ -64,7 +66,8 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         page.table(("", ""), rows, escape),
     ]
     if file.keys:
-        body.append(page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys], escape))
+        mission = check_mission(campaign.content, campaign.source, campaign.folder)
+        body.append(page.table(("what varies", "how"), [(label(mission, key), told(file, key)) for key in file.keys], escape))
     files = ((f"campaign file {path.name}", campaign.text),)
     body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]
     return body

@@ -1,6 +1,7 @@
 """A campaign over what a data sheet leaves open."""
 
 import json
+import math
 
 from quadstep.datasheet.estimate import Number, Numbers
 from quadstep.datasheet.sheet import Datasheet
@@ -21,6 +22,15 @@ def varying(found: Numbers) -> list[tuple[str, Number]]:
     ]
 
 
+def bodies(found: Numbers) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Between which the inertias about x and y may be drawn, one without the other, beside that about z as it is: each may
+    use up a little less than half of what the triangle inequality leaves it, so that every draw is a rigid body.
+    """
+    x, y, z = (one.value for one in found.inertia)
+    below, x_above, y_above = (0.49 * max(0.0, left) for left in (x + y - z, y + z - x, x + z - y))
+    return (x - min(below, y_above), x + x_above), (y - min(below, x_above), y + y_above)
+
+
 def campaign_text(sheet: Datasheet, found: Numbers, vehicle_file: str) -> str:
     """The campaign file: a circle, flown with the controller's usual gains, which believe in the vehicle as estimated."""
     inertia = [float(f"{one.value:.5g}") for one in found.inertia]
@@ -37,11 +47,12 @@ def campaign_text(sheet: Datasheet, found: Numbers, vehicle_file: str) -> str:
         "",
         "[vary]",
     ]
+    ranges = {f"vehicle.inertia.{axis}": ends for axis, ends in enumerate(bodies(found))}
     for key, number in varying(found):
         spread = f"median = {number.value:.5g}, sigma = {number.spread:.3g}"
-        low, high = number.value * 0.25**number.spread, number.value * 4.0**number.spread
-        if key.startswith("vehicle.inertia"):  # within the triangle inequality
-            low = max(low, 0.52 * found.inertia[2].value)
-        lines.append(f'{key} = {{ type = "log-normal", {spread}, low = {low:.5g}, high = {high:.5g} }}  # {number.source}')
+        least, most = ranges.get(key, (0.0, math.inf))
+        low, high = max(least, number.value * 0.25**number.spread), min(most, number.value * 4.0**number.spread)
+        if high > 1.001 * low:
+            lines.append(f'{key} = {{ type = "log-normal", {spread}, low = {low:.5g}, high = {high:.5g} }}  # {number.source}')
     lines += ["", "[failure]", "largest_error = 1.0  # m", ""]
     return "\n".join(lines)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, OVER_LIMIT, Cells
 from quadstep.envelope.request import Request
-from quadstep.envelope.units import label
+from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet

@@ -10,16 +10,39 @@ import numpy as np
 from quadstep.atomic import write_beside
 from quadstep.identify.closed_loop import Beside, Tracking
 from quadstep.report.drawing import FigureJob
-from quadstep.report.page import figure, heading, page_text, paragraph, table
+from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
+from quadstep.report.units import quantity
 
 SVG = Sheet(formats=("svg",))
+
+MOST_FACTS = 4
+"""Flights in the summary."""
 
 
 def write(path: Path, found: Sequence[Beside], controller: str) -> None:
     """Write the page. Raises UserError."""
-    write_beside(path, page_text("Real and simulated flights", sections(found, controller), "Replay"))
+    body = [summary(answer(found), facts(found)), *sections(found, controller)]
+    write_beside(path, page_text("Real and simulated flights", body, "Replay"))
+
+
+def answer(found: Sequence[Beside]) -> str:
+    """How alike they are, in a sentence."""
+    near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
+    return f"Of {len(found)} flights, {near} are flown again with an RMSE within a factor of two of the real one."
+
+
+def facts(found: Sequence[Beside]) -> list[Fact]:
+    """RMSE of the first flights, simulated and real."""
+    return [
+        Fact(
+            one.name,
+            f"lost: {one.lost}" if one.lost else quantity(one.simulated.rmse, "m"),
+            f"RMSE; real: {quantity(one.real.rmse, 'm')}",
+        )
+        for one in found[:MOST_FACTS]
+    ]
 
 
 def sections(found: Sequence[Beside], controller: str) -> list[str]:

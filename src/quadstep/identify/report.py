@@ -25,8 +25,9 @@ from quadstep.report.axes import plain_decades, powers
 from quadstep.report.canvas import LINES, drawing, new_figure
 from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
-from quadstep.report.page import figure, heading, page_text, paragraph, table
+from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
 from quadstep.report.panel import Panel
+from quadstep.report.units import percent
 
 AHEAD = 10
 """Samples: how far ahead the predictions are that are drawn over a flight."""
@@ -42,7 +43,13 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     tested = run.tested or run.found
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
     kind = "held out of this fit" if run.held_out else "fitted"
+    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
+    pictures = [
+        [predictions(one, f"predicted{place}", kind), spectra(one, f"spectra{place}")] for place, one in enumerate(followers)
+    ]
+    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
     parts = [
+        summary(answer(run, flights), facts(run), pictures[0] if pictures else []),
         paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
         *fitted(run.found),
         *compared(run),
@@ -51,15 +58,37 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
             "While the laws follow a flight they are corrected by what was measured; what they need beside their own torque "
             "and thrust is unexplained. Root mean squares and means over the flight, on the flights that were " + kind + "."
         ),
+        unexplained(followers, shown, vehicle),
     ]
-    followers = [one for one in (followed(flight, start, tested.numbers) for flight in shown) if one]
-    vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
-    parts.append(unexplained(followers, shown, vehicle))
-    for place, one in enumerate(followers):
-        name = f"{one.name} ({kind})"
-        parts += [heading(name, one.name, escape), predictions(one, f"predicted{place}"), spectra(one, f"spectra{place}")]
+    for one, drawn_of in list(zip(followers, pictures, strict=True))[1:]:
+        parts += [heading(f"{one.name} ({kind})", one.name, escape), *drawn_of]
     parts += again(shown, vehicle)
     write_beside(path, page_text("Identified vehicle", parts, "Identification"))
+
+
+def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
+    """What was found, in a sentence."""
+    said = f"{len(run.found.fitted)} numbers of the vehicle were found from {counted(len(flights))}"
+    best = run.guided or run.commands
+    if best is None:
+        return f"{said}; none was held out to say how well they predict others."
+    ratio = best.ratio(AHEAD, "position").value
+    others = f"positions {AHEAD} samples ahead are {percent(ratio)} as wrong as without a model"
+    return f"{said}; on {counted(len(run.held_out))} held out, {others}."
+
+
+def counted(flights: int) -> str:
+    """So many flights."""
+    return f"{flights} flight{'s' * (flights != 1)}"
+
+
+def facts(run: Run) -> list[Fact]:
+    """How large errors are beside those of who takes velocity and rates to stay what they are."""
+    best = run.guided or run.commands
+    if best is None:
+        return []
+    more = f"of the error of “stays what it is”, {AHEAD} samples ahead"
+    return [Fact(group, percent(best.ratio(AHEAD, group).value), more) for group in GROUPS]
 
 
 def fitted(found: Identified) -> list[str]:
@@ -109,8 +138,8 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
     return table(header, rows, escape)
 
 
-def predictions(one: Followed, file: str) -> str:
-    """Measured beside predicted, and what is left. file: its name, without ending."""
+def predictions(one: Followed, file: str, kind: str) -> str:
+    """Measured beside predicted, and what is left. file: its name, without ending. kind: of flight."""
     kept = one.time - one.time[0] <= SHOWN
     measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
     panels = []
@@ -125,7 +154,7 @@ def predictions(one: Followed, file: str) -> str:
     rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
     panels.append(Panel("residual of the velocity", "m/s", rest))
     job = FigureJob(file, "", one.time[kept], panels, 2)
-    return drawn(job, f"Measured, and predicted {AHEAD} samples before; what is left below")
+    return drawn(job, f"{one.name} ({kind}): measured, and predicted {AHEAD} samples before; what is left below")
 
 
 def spectra(one: Followed, file: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from quadstep import __version__
 from quadstep.errors import UserError
-from quadstep.linear import tables
+from quadstep.linear import tables, worst
 from quadstep.linear.analysis import Analysis, Studied, studied
 from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
@@ -70,35 +70,40 @@ def write(out: Path, done: Done, sheet: Sheet) -> None:
     write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), rows)
     write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]"), [tuple(pole) for pole in found.poles])
     write_json(out / "linear.json", done.record)
-    body = [page.listing(tables.sentences(found)), *sections(out, done, sheet)]
-    page.write_page(out / REPORT, done.name, body, "Linear")
+    page.write_page(out / REPORT, done.name, sections(out, done, sheet), "Linear")
     write_json(out / MANIFEST, {**done.record, "states": len(found.loop.period.names)})
 
 
 def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
-    """The body of the report below its sentences; draws the figures."""
-    found, body = done.studied.analysis, []
-    if found.stable:
-        body = [page.heading("Margins", "margins"), page.paragraph(tables.METHOD)]
-        body += [page.table(tables.MARGIN_HEADER, tables.margin_rows(found))]
-    body += [page.heading("Poles", "poles"), page.table(tables.POLE_HEADER, tables.pole_rows(found.poles, None))]
+    """The body of the report; draws the figures."""
+    found = done.studied.analysis
+    answer, *more = tables.sentences(found)
+    poles = [page.heading("Poles", "poles"), page.table(tables.POLE_HEADER, tables.pole_rows(found.poles, None))]
     if not found.stable:
-        return body
-    (out / "figures").mkdir()
+        return [page.summary(answer), *map(page.paragraph, more), *poles]
+    figures = out / "figures"
+    figures.mkdir()
     drawn = sheet.with_svg()
     shown = opened_loop(found)
     for name, draw in (("bode", draw_bode), ("nyquist", draw_nyquist)):
-        draw(out / "figures" / name, done.name, shown, drawn)
-    draw_steps(out / "figures" / "step", done.name, done.steps, drawn)
-    body += [
-        page.heading("Frequency response", "frequency"),
-        page.figure(out / "figures" / "bode.svg", "Bode plot of each channel opened"),
-        page.figure(out / "figures" / "nyquist.svg", "Nyquist plot of each channel opened"),
+        draw(figures / name, done.name, shown, drawn)
+    draw_steps(figures / "step", done.name, done.steps, drawn)
+    captions = {
+        "bode": "Bode plot of each channel opened",
+        "step": "Response to a step of the path along each axis",
+        "nyquist": "Nyquist plot of each channel opened",
+    }
+    glance = [page.figure(figures / f"{name}.svg", caption) for name, caption in captions.items()]
+    return [
+        page.summary(answer, worst.facts([("", found)]), glance),
+        *map(page.paragraph, more),
+        page.heading("Margins", "margins"),
+        page.paragraph(tables.METHOD),
+        page.table(tables.MARGIN_HEADER, tables.margin_rows(found)),
+        *poles,
         page.heading("Steps of the path", "steps"),
-        page.figure(out / "figures" / "step.svg", "Response to a step of the path along each axis"),
         page.table(tables.STEP_HEADER, tables.step_rows(done.steps)),
     ]
-    return body
 
 
 def opened_loop(found: Analysis) -> Open:

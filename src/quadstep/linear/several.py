@@ -96,7 +96,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
     write_csv(out / "margins.csv", ("loop", "channel", "slowest_pole[1/s]", *MARGIN_COLUMNS), rows)
     full = about(done, path)
     write_json(out / "linear.json", full)
-    body = [page.heading("Worst margins", "worst"), page.paragraph(tables.METHOD)]
+    body, drawn = [page.heading("Worst margins", "worst"), page.paragraph(tables.METHOD)], []
     body.append(page.table(worst.WORST_HEADER, worst.worst(done.found)))
     if done.at and rows:
         (out / "figures").mkdir()
@@ -106,10 +106,11 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
         label = "t [s]" if done.kind == "instants" else "flight"
         draw_over(out / "figures" / "margins", done.name, label, np.array([at for at, _ in kept]), [one for _, one in kept],
                   sheet.with_svg())  # fmt: skip
-        body.append(page.figure(out / "figures" / "margins.svg", f"Margins of each channel over {label}"))
+        drawn.append(page.figure(out / "figures" / "margins.svg", f"Margins of each channel over {label}"))
     body += [page.heading("Every loop: the least margins of its channels", "loops")]
     body.append(page.table(worst.ROW_HEADER, worst.rows(done.found)))
     if done.refused:
         body += [page.heading("Not linearised", "refused"), page.listing(done.refused)]
-    page.write_page(out / REPORT, done.name, body, "Linear")
+    answer = f"{len(worst.stable(done.found))} of {len(done.found)} loops are stable."
+    page.write_page(out / REPORT, done.name, [page.summary(answer, worst.facts(done.found), drawn), *body], "Linear")
     write_json(out / MANIFEST, {key: value for key, value in full.items() if key != "loops"})

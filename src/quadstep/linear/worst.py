@@ -7,6 +7,7 @@ from typing import NamedTuple
 from quadstep.linear.analysis import Analysis, least
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
+from quadstep.report.page import Fact
 
 Found = Sequence[tuple[str, Analysis | str]]
 """Loops by name; of one that cannot be linearised, why."""
@@ -70,4 +71,20 @@ def worst(found: Found) -> list[Worst]:
         if every:
             best = (min if less else max)(every, key=lambda one: one[0])
             made.append(Worst(title, text(best[3]), best[2], best[1]))
+    return made
+
+
+def facts(found: Found) -> list[Fact]:
+    """The same for a report's summary: the least of what people ask for first."""
+    asked = {
+        "gain up [dB]": ("gain margin", "dB"),
+        "phase [deg]": ("phase margin", "degrees"),
+        "delay [ms]": ("delay margin", "ms"),
+    }
+    made = []
+    for one in worst(found):
+        if one.margin in asked:
+            what, unit = asked[one.margin]
+            value = one.text if one.text == "none" else f"{one.text}\u00a0{unit}"
+            made.append(Fact(f"least {what}", value, ", ".join(part for part in (one.channel, one.where) if part)))
     return made

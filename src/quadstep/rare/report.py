@@ -12,7 +12,7 @@ from quadstep.rare.done import Done
 from quadstep.rare.kept import Kept
 from quadstep.rare.picture import draw_levels
 from quadstep.rare.summary import Summary, sentences
-from quadstep.report import page
+from quadstep.report import page, units
 from quadstep.report.sheet import Sheet
 
 REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
@@ -38,7 +38,7 @@ def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, s
             (temporary / FIGURES).mkdir()
             draw_levels(temporary / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
             body = sections(kept, campaign, summary, path, temporary / FIGURES)
-            page.write_page(temporary / REPORT, f"Probability of failure: {campaign.file.name}", body)
+            page.write_page(temporary / REPORT, campaign.file.name, body, "Rare failures")
             names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
             kept.manifest.files = names
             kept.save()  # so that what a kill leaves is known to be ours
@@ -62,11 +62,18 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest.version),
     ]
+    answer, *more = sentences(summary, file.rare.method)
+    value, low, high = (units.number(part) for part in summary.probability)
+    facts = [
+        page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
+        page.Fact("flights", f"{summary.flights}", "in all"),
+    ]
+    if summary.one_by_one:
+        facts.append(page.Fact("one by one", units.number(summary.one_by_one, 2), "flights for the same certainty"))
     return [
-        *(page.paragraph(line) for line in sentences(summary, file.rare.method)),
+        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", "The way to failure: probability over score")]),
+        *(page.paragraph(line) for line in more),
         *(page.paragraph(f"Warning: {line}") for line in summary.warnings),
-        page.heading("The way to failure", "levels"),
-        page.figure(figures / f"{LEVELS}.svg", "Probability over score"),
         page.heading("Replicates", "replicates"),
         page.table(("", "method", "probability", "by failure and score", "flights"), replicate_rows(kept.pieces)),
         page.heading("The most likely failure found", "nearest"),

@@ -16,7 +16,7 @@ from quadstep.report.canvas import LINES, drawing, write
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
-from quadstep.report.units import prefixed
+from quadstep.report.units import handy, prefixed
 
 Numbers = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         lines = {key: values - base for key, values in lines.items()}
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
-    unit, factor = prefixed(panel.unit, largest)
+    unit, factor = (prefixed if panel.unit == "-" else handy)(panel.unit, largest)
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **style)
     drawn = [factor * values for values in lines.values() if len(values)]

@@ -10,6 +10,9 @@ GREEK = {
 ACCENTS = {"dot": ("dot", "\u0307"), "ddot": ("ddot", "\u0308"), "tilde": ("tilde", "\u0303"), "hat": ("hat", "\u0302")}
 """Of a name: as a command of TeX, as a combining character."""
 
+ANGLES = frozenset(("roll", "pitch", "yaw"))
+"""Words that are symbols where something stands below them."""
+
 NAME = re.compile(r"(?<![\w.])([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.\w)")
 """A letter or word, perhaps a digit, perhaps parts after underscores; nothing with dots, which are keys of files."""
 
@@ -21,7 +24,7 @@ def parts(match: re.Match[str], letters: bool) -> tuple[str, list[str], list[str
     """Letter, accents and subscripts of a name, None if it is a word. letters: whether one letter alone is a symbol."""
     name, digit, tail = match.groups()
     low = [one for one in (digit, *tail.split("_")) if one]
-    is_symbol = name in GREEK or (len(name) == 1 and (letters or bool(low)))
+    is_symbol = name in GREEK or (len(name) == 1 and (letters or bool(low))) or (name in ANGLES and bool(low))
     if not is_symbol:
         return None
     return GREEK.get(name, name), [one for one in low if one in ACCENTS], [one for one in low if one not in ACCENTS]
@@ -35,6 +38,8 @@ def label(text: str) -> str:
         if found is None or (match[0] in UNITS and text[: match.start()].rstrip()[-1:].isdigit()):
             return match[0]
         letter, accents, low = found
+        if letter in ANGLES:
+            letter = rf"\mathrm{{{letter}}}"
         for accent in accents:
             letter = rf"\{ACCENTS[accent][0]}{{{letter}}}"
         below = ",".join(GREEK.get(one, one if len(one) == 1 else rf"\mathrm{{{one}}}") for one in low)
@@ -55,7 +60,14 @@ def rich(text: str) -> str:
         below = " ".join(GREEK.get(one, one) for one in low)
         return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
 
-    return prose(NAME.sub(symbol, escape(text)))
+    return numerals(prose(NAME.sub(symbol, escape(text))))
+
+
+def numerals(text: str) -> str:
+    """Powers of ten, negative numbers and comparisons as people write them. text: escaped."""
+    text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
+    text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
+    return text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace(" +- ", " ± ")
 
 
 def prose(text: str) -> str:

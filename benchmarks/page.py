@@ -1,0 +1,152 @@
+"""The live page in Chromium: how soon its first picture is there, and how soon a moved control has been flown and drawn.
+
+`python -m benchmarks.page [FILE.html...]` prints the rows alone, or measures pages that are there already.
+"""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from playwright.sync_api import Browser, CDPSession, sync_playwright
+
+from benchmarks.flights import seconds
+from quadstep.flight.engines import fly
+from quadstep.mission.read import read_mission
+from quadstep.page.missions import fly_missions
+from quadstep.page.paper import fly_paper
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+CASE_1 = EXAMPLES / "case1.toml"
+OPENED, FLOWN = 3, 5
+"""Times that a page is opened, and that each time it flies again; the least counts."""
+
+PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+NO_SCENE = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
+"""The scene is left out: a graphics processor draws it, and where there is none little else than its drawing is measured."""
+
+WATCH = """
+const ready = new MutationObserver(() => {
+  if (!document.documentElement?.dataset.ready) return;
+  ready.disconnect();
+  requestAnimationFrame(() => setTimeout(() => (window.drawnAt = performance.now())));
+});
+ready.observe(document, { attributes: true, subtree: true });
+"""
+"""When the frame is done in which plots, controls and numbers of the first flight stand [ms after the navigation began]."""
+
+AGAIN = """
+async () => {
+  const { id, values } = quadstep.controls().find((one) => one.values.every((value) => value > 0));
+  const begun = performance.now();
+  quadstep.setControl(id, values);
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+  return [performance.now() - begun, quadstep.outcome().took];
+}
+"""
+"""From a control that is set to the frame in which its flight stands, and what of it flying took [ms]."""
+
+
+class Times(NamedTuple):
+    """[ms]: to the first picture; from a moved control to the picture of its flight; flying alone. busy: what the page's own
+    thread worked for the first two, which counts where other programs keep the machine busy.
+    """
+
+    first: float
+    again: float
+    flying: float
+    first_busy: float
+    again_busy: float
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser without a scene."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=PROGRAM, args=["--no-sandbox", *NO_SCENE])
+        yield browser
+        browser.close()
+
+
+def worked(session: CDPSession) -> float:
+    """What the page's thread has worked so far [ms]."""
+    metrics = {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
+    return 1e3 * float(metrics["TaskDuration"])
+
+
+def measured(browser: Browser, page_file: Path) -> Times:
+    """Open a page several times, and fly it again."""
+    found = []
+    for _ in range(OPENED):
+        context = browser.new_context(viewport={"width": 1440, "height": 900}, reduced_motion="reduce")
+        context.set_default_timeout(180_000)
+        page = context.new_page()
+        session = context.new_cdp_session(page)
+        session.send("Performance.enable", {"timeDomain": "threadTicks"})
+        page.add_init_script(WATCH)
+        before = worked(session)
+        page.goto(page_file.as_uri())
+        page.wait_for_selector("html[data-scene]", state="attached")  # which comes after plots and text
+        first, first_busy = page.evaluate("window.drawnAt"), worked(session) - before
+        for _ in range(FLOWN):
+            before = worked(session)
+            again, flying = page.evaluate(AGAIN)
+            found.append(Times(first, again, flying, first_busy, worked(session) - before))
+        context.close()
+    return Times(*(min(part) for part in zip(*found, strict=True)))
+
+
+def text_of(times: Times) -> str:
+    """All five in words."""
+    return (
+        f"first picture {times.first:.0f} ms (its own work {times.first_busy:.0f} ms), flown again and drawn "
+        f"{times.again:.0f} ms (own work {times.again_busy:.0f} ms, flying {times.flying:.0f} ms)"
+    )
+
+
+def case_1_page(folder: Path) -> tuple[str, str, str, str, str]:
+    """The page that `quadstep fly` writes of Case 1."""
+    return row("page of Case 1, in Chromium", folder / "case1.html", fly_missions([CASE_1]))
+
+
+def paper_page(folder: Path) -> tuple[str, str, str, str, str]:
+    """The page of the paper's study: all cases and 36 stress flights."""
+    return row("page of the paper, in Chromium", folder / "paper.html", fly_paper())
+
+
+def row(what: str, file: Path, text: str) -> tuple[str, str, str, str, str]:
+    """A page, measured; both begin with Case 1."""
+    target = "first < 1 s, again < 100 ms"
+    if PROGRAM is None:
+        return what, "no Chromium here", target, "-", "-"
+    file.write_text(text, encoding="utf-8")
+    plan = read_mission(CASE_1).plan(EXAMPLES)
+    log = fly(plan)
+    with chromium() as browser:
+        times = measured(browser, file)
+        page = browser.new_page()
+        page.goto(file.as_uri())
+        same = np.array_equal(np.array(page.evaluate("quadstep.rows()")), log.rows)
+    took = 1e3 * seconds(lambda: fly(plan))
+    yardstick = f"the same flight on lanes {took:.0f} ms ({times.flying / took:.1f} times less)"
+    return what, text_of(times), target, yardstick, "identical to the bit" if same else "NOT identical"
+
+
+def main() -> None:
+    """Measure the pages named, or those of the rows."""
+    if files := sys.argv[1:]:
+        with chromium() as browser:
+            for name in files:
+                print(f"{name}: {text_of(measured(browser, Path(name).resolve()))}")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        for measure in (case_1_page, paper_page):
+            print(*measure(Path(folder)), sep="; ")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""The page in Firefox: it draws, flies like Python, takes a log that is dropped on it, and complains of nothing."""
+
+import numpy as np
+import pytest
+
+from quadstep.flight.engines import fly
+from quadstep.page.missions import missions_page
+from tests.dropped import DROP, carried
+from tests.firefox import Firefox
+from tests.needs import FIREFOX, needs, without
+from tests.pages import FLIGHTS, flown, mission
+
+pytestmark = needs(FIREFOX)
+
+CASE = FLIGHTS["other clock"]
+
+
+@pytest.fixture(scope="module")
+def firefox():
+    try:
+        running = Firefox()
+    except RuntimeError as error:  # a program of this name that only asks for Firefox to be installed, say
+        without(FIREFOX, str(error))
+    yield running
+    running.close()
+
+
+@pytest.fixture
+def opened(firefox, tmp_path):
+    """The page, open; what it complained of fails the test."""
+    file = tmp_path / "page.html"
+    file.write_text(missions_page([flown("case", CASE)]), encoding="utf-8")
+    firefox.open(file)
+    assert firefox.evaluate("return document.documentElement.dataset.ready") == "yes"
+    yield firefox
+    assert firefox.errors(file) == []
+
+
+def rows(page):
+    return np.array(page.evaluate("return quadstep.rows()"))
+
+
+def test_plots_are_drawn(opened):
+    drawn = opened.evaluate("""
+        return new Promise((done) => setTimeout(() => done([...document.querySelectorAll("#plots-list canvas")]
+          .filter((one) => one.width && one.height)
+          .map((one) => one.getContext("2d").getImageData(0, 0, one.width, one.height).data.buffer)
+          .map((colours) => new Set(new Uint32Array(colours)).size)
+        ), 1000));
+    """)
+    assert len(drawn) >= 5
+    assert min(drawn) > 20  # colours: lines, axes, and what smooths them
+
+
+def test_case_flies_as_in_python_and_again_with_another_number(opened):
+    np.testing.assert_array_equal(rows(opened), fly(CASE.plan()).rows)
+    opened.press("#controls input[type=text]", "3\ue007")  # and Enter
+    assert "set=" in opened.evaluate("return location.hash")
+    opened.evaluate("document.getElementById('reset').click()")
+    opened.evaluate("quadstep.setControl('K_r1', [4, 3, 5])")
+    changed = mission(**{**CASE.model_dump(include={"simulation"}), "controller": {"type": "backstepping", "K_r1": [4, 3, 5]}})
+    np.testing.assert_array_equal(rows(opened), fly(changed.plan()).rows)
+
+
+def test_log_that_is_dropped_lies_beside_the_flight(opened):
+    said = opened.evaluate(f"return ({DROP})(...arguments)", *carried("log.csv", b"t,x[m]\n10,1\n10.5,2\n11,4\n"))
+    assert said.startswith("log.csv: CSV with 1 signals, of 1.0 s.")
+    assert opened.evaluate("return quadstep.signal('x')") == [[0, 0.5, 1], [1, 2, 4]]
+
+
+def test_complaint_of_a_page_is_seen(firefox, tmp_path):
+    file = tmp_path / "wrong.html"
+    file.write_text("<!doctype html><script>absent()</script>")
+    firefox.open(file)
+    assert firefox.errors(file) == ["ReferenceError: absent is not defined"]
