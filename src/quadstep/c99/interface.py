@@ -19,7 +19,7 @@ from quadstep.c99.words import (
 from quadstep.control.controller import Measured
 
 STATUS = (
-    ("NOT_STARTED", "start() has not been called, or reset() has: the command is zero"),
+    ("NOT_STARTED", "start() is to be called: the command is zero, after DIVERGED the last one"),
     ("NOT_FINITE", "an input is NaN or infinite: the memory is as before, the command the last one"),
     ("STALE", "what was measured is older than params->most_age: the memory is as before, the command the last one"),
     ("DIVERGED", "the law gave NaN or infinity: the command is the last one; call start() before going on"),
