@@ -147,7 +147,7 @@ def test_the_f32_build_has_no_double(tmp_path):
         text = re.sub(r"/\*.*?\*/", "", (tmp_path / file).read_text(encoding="utf-8"), flags=re.S)
         assert "double" not in text
         assert not re.search(r"(?<![\w.])\d+\.\d+(e[+-]?\d+)?(?![\w.f])", text)
-        assert not re.search(r"\b(malloc|printf|static real|goto)\b", text)
+        assert not re.search(r"\b(malloc|printf|goto)\b|\bstatic real \w+\s*[;=[]", text)  # functions may be static
 
 
 def test_literals_are_the_numbers_they_stand_for():
