@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -19,6 +19,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
+from quadstep.plants.lagrange import Lagrange
 from quadstep.vehicle.lagrange import derivative
 
 CASE_1_AT_250_HZ: dict[str, Any] = {
@@ -82,15 +83,15 @@ def case_1_flight(_: Path) -> tuple[str, str, str, str, str]:
 def solver_difference(one: FlightPlan, log: FlightLog, samples: int = 500) -> float:
     """Largest position difference [m] over the first samples when DOP853 integrates the same held commands."""
     step, worst = one.ticks.step, 0.0
-    cycle = one.loop.start(one.start, one.parameters)
+    cycle, plant = one.loop.start(one.start, one.parameters), cast(Lagrange, one.loop.plant)
 
     def rate(_: float, flat: Any, command: Command) -> list[float]:
         state = rebuild(one.start, iter(flat.tolist()))
         vehicle, disturbance = one.parameters.vehicle, one.parameters.disturbance
-        return flatten(derivative(vehicle, disturbance, one.loop.plant.kinematics, state, command.thrust, command.torque))
+        return flatten(derivative(vehicle, disturbance, plant.kinematics, state, command.thrust, command.torque))
 
     for tick in range(samples):
-        cycle, _ = one.loop.sample(cycle, one.parameters, Clock(tick * step, float(tick), step))
+        cycle, _ = one.loop.law(cycle, one.parameters, Clock(tick * step, float(tick), step))
         flat, command = flatten(cycle.state), (cycle.command,)
         solved = solve_ivp(rate, (0.0, step), flat, args=command, method="DOP853", rtol=1e-12, atol=1e-14)
         state = rebuild(cycle.state, iter(solved.y[:, -1].tolist()))

@@ -40,7 +40,8 @@ def test_powers_of_ten():
 @pytest.mark.parametrize(
     ("text", "html"),
     [
-        ("1.364e+05, 3.4e-06", "1.364 × 10⁵, 3.4 × 10⁻⁶"),
+        ("1.364e+05, 2.5e+07, 3.4e-06", "136\u202f400, 2.5 × 10⁷, 3.4 × 10⁻⁶"),
+        ("see `quadstep linear`", "see <code>quadstep linear</code>"),
         ("-6.48e-06 to -2 [-3, 4]", "−6.48 × 10⁻⁶ to −2 [−3, 4]"),
         ("a >= 2 and <= 3 +- 1", "a ≥ 2 and ≤ 3 ± 1"),
         ("2026-11-22, Case-1, 10-4, 0x1e5, --flight 3", "2026-11-22, Case-1, 10-4, 0x1e5, --flight 3"),

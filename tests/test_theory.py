@@ -128,7 +128,7 @@ def test_a_broken_inequality_is_told_by_the_exit_code(monkeypatch, tmp_path, cap
     monkeypatch.setattr(inequalities, "CHECKS", (("T0", "one is at most zero", lambda s: np.array([-1.0])),))
     monkeypatch.setattr(completion, "grid", lambda: [])
     monkeypatch.setattr(completion, "summarise", lambda cells, law: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0))
-    monkeypatch.setattr("quadstep.theory.map.draw_map", draw_nothing)
+    monkeypatch.setattr("quadstep.theory.completion.draw_map", draw_nothing)
     monkeypatch.setattr("sys.argv", ["quadstep", "study", "completion", "--out", str(tmp_path / "out"), "--samples", "10"])
     with pytest.raises(SystemExit) as stop:
         cli.main()

@@ -12,7 +12,7 @@ SI units and radians throughout; positions are in the world's frame, z up.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
@@ -47,7 +47,7 @@ _PLACES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Load a name when it is first used, so that importing the package costs nothing."""
     if name not in _PLACES:
         raise AttributeError(f"module 'quadstep' has no attribute {name!r}")

@@ -8,10 +8,10 @@ Its numbers are a `NamedTuple` of declarations (`control/gain.py`), from which t
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.flight.closed_loop import Clock
-from quadstep.numbers import Number, Structure, Vector
+from quadstep.numbers import Number, Vector
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ class DeclaredAir(ABC):
     Vector([0.0, 0.0, 3.0])
     """
 
-    Numbers: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
     stirs: ClassVar[bool] = False
 
-    def start(self) -> Structure:
+    def start(self) -> object:
         """Its state before the first tick."""
         return ()
 
-    def stir(self, air: Structure, p: Structure, clock: Clock) -> Structure:
+    def stir(self, air: object, p: object, clock: Clock) -> object:
         """Its state one `simulation.air_period` later; only asked where it stirs."""
         return air
 
     @abstractmethod
-    def wind(self, air: Structure, p: Structure, time: Number) -> Vector:
+    def wind(self, air: object, p: object, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""

@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
 from quadstep.air.dryden import DRAWS, Dryden, Turbulence, gusts, start_turbulence, turbulence_step
 from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import Number, Vector, clip, cos, sin, sqrt, vector, where
-from quadstep.numbers.noise import normals
+from quadstep.numbers.noise import Key, normals
 
 __all__ = ["DRAWS", "Dryden", "MovingAir", "Turbulence", "Wind", "start_turbulence", "turbulence_step", "wind_at"]
 
@@ -53,6 +53,15 @@ def direction(mean: Vector) -> Vector:
     return vector(where(windy, over * x, 1.0), over * y)
 
 
+class Windy(Protocol):
+    """A flight's parameters with wind and the key of its noise."""
+
+    @property
+    def wind(self) -> Wind: ...
+    @property
+    def key(self) -> Key: ...
+
+
 @dataclass(frozen=True)
 class MovingAir:
     """The wind of a flight: its numbers are `p.wind`, its noise comes from `p.key`. stirs: whether it is turbulent."""
@@ -63,10 +72,10 @@ class MovingAir:
         """Calm."""
         return start_turbulence()
 
-    def stir(self, air: Turbulence, p: Any, clock: Clock) -> Turbulence:
+    def stir(self, air: Turbulence, p: Windy, clock: Clock) -> Turbulence:
         """The turbulence one period later."""
         return turbulence_step(air, p.wind.turbulence, normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
 
-    def wind(self, air: Turbulence, p: Any, time: Number) -> Vector:
+    def wind(self, air: Turbulence, p: Windy, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""
         return wind_at(p.wind, air, time)

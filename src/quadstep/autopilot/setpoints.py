@@ -6,7 +6,7 @@ No command leaves here: neither arming nor a change of mode.
 import time
 from collections.abc import Callable, Iterable
 from enum import StrEnum
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, cast
 
 from quadstep.control.wanted_attitude import wanted_attitude
 from quadstep.errors import UserError
@@ -61,7 +61,7 @@ def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
     wanted = wanted_attitude(force, mass * reference.jerk, mass * reference.snap, reference.yaw, reference.yaw_rate)
     w, x, y, z = (float(one) for one in quaternion_of(wanted.rotation))
     roll, pitch, yaw = (float(one) for one in wanted.rates)
-    full = float(p.allocation.most) * len(plan.loop.plant.geometry.mounts)
+    full = float(p.allocation.most) * len(cast(Multirotor, plan.loop.plant).geometry.mounts)
 
     def turned(v: Iterable[float]) -> tuple[float, float, float]:
         a, b, c = (float(one) for one in v)

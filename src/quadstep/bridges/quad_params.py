@@ -21,7 +21,7 @@ GRAVITY = 9.81
 UP = (0.0, 0.0, 1.0)
 
 
-def to_quad_params(vehicle: BuiltAirframe) -> dict[str, Any]:
+def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
     """RotorPy's `quad_params` of a vehicle, SI units. Raises UserError for what RotorPy cannot describe."""
     mounts, effects, airframe = vehicle.geometry.mounts, vehicle.effects, vehicle.airframe
     rotor, drag = airframe.rotor, airframe.drag
@@ -59,7 +59,7 @@ def to_quad_params(vehicle: BuiltAirframe) -> dict[str, Any]:
     }
 
 
-def from_quad_params(params: Mapping[str, Any]) -> dict[str, Any]:
+def from_quad_params(params: Mapping[str, Any]) -> dict[str, object]:
     """The `[vehicle]` table of a mission that flies RotorPy's vehicle. Raises UserError for what we cannot describe.
 
     Without a `rotor_radius` the rotors are as large as they can be without touching; only ground effect asks.

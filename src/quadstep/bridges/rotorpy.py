@@ -10,10 +10,11 @@ Both have world z up, body x forward, y left, z up; RotorPy's quaternions are (i
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.control.controller import Command, Measured
 from quadstep.control.opaque import Controller, Known, Wanted
@@ -25,17 +26,22 @@ from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import from_yaw_pitch_roll
 from quadstep.plants.multirotor import Multirotor
 
-State: TypeAlias = Mapping[str, Any]
+State: TypeAlias = Mapping[str, NDArray[np.float64]]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""
 
 FlatOutput: TypeAlias = Mapping[str, Any]
 """x [m] and its rates x_dot, x_ddot, x_dddot, x_ddddot; yaw [rad], yaw_dot [rad/s]."""
 
+Control: TypeAlias = dict[str, Any]
+"""What its controllers want, in arrays and floats: cmd_thrust [N], cmd_moment [N m] and the like."""
+
+Numbers: TypeAlias = Iterable[float]
+
 
 class RotorpyControl(Protocol):
     """A controller as RotorPy has them."""
 
-    def update(self, t: float, state: State, flat_output: FlatOutput) -> dict[str, Any]:
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> Control:
         """What is to be done from time t [s] on."""
         ...
 
@@ -49,11 +55,11 @@ class Adapter:
     """
 
     calls: int
-    memory: Any
+    memory: object
     command: Command
     thrust: Number
     torque: Vector
-    answer: dict[str, Any]
+    answer: Control
 
     def __init__(self, plan: FlightPlan) -> None:
         if not isinstance(plan.loop.plant, Multirotor):
@@ -67,7 +73,7 @@ class Adapter:
         self.periods = {task.name: every[task.name] * plan.ticks.step for task in plan.loop.sampled}
         self.last = math.inf
 
-    def update(self, t: float, state: State, flat_output: FlatOutput) -> dict[str, Any]:
+    def update(self, t: float, state: State, flat_output: FlatOutput) -> Control:
         """Rotor speeds [rad/s], the thrusts [N] of each and the thrust and moment [N m] of all that they make.
 
         Raises UserError where the mission's periods are no multiples of the steps from call to call.
@@ -130,7 +136,7 @@ class Trajectory:
         self.path, self.parameters = plan.loop.path, plan.parameters.path
         self.duration = plan.ticks.last * plan.ticks.step
 
-    def update(self, t: float) -> dict[str, Any]:
+    def update(self, t: float) -> FlatOutput:
         """The flat output at time t [s]; RotorPy asks for that at infinity to know the end."""
         wanted = self.path.reference(float(t) if math.isfinite(t) else self.duration, self.parameters)
         return {**flat_output(*wanted[:5]), "x_dddot": array(wanted.jerk), "x_ddddot": array(wanted.snap)}
@@ -142,7 +148,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
     It is told no jerk and no snap of the path: zero.
     """
 
-    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, Any]:
+    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, Sequence[float]]:
         state = {"x": measured.position, "v": measured.velocity, "q": np.roll(measured.attitude, -1), "w": measured.rates}
         control = controller.update(t, state, flat_output(*reference))
         for key in ("cmd_thrust", "cmd_moment"):
@@ -161,7 +167,7 @@ def reference_of(flat: FlatOutput) -> Reference:
     return Reference(position, velocity, acceleration, float(flat["yaw"]), float(flat["yaw_dot"]), jerk, snap)
 
 
-def flat_output(position: Any, velocity: Any, acceleration: Any, yaw: float, yaw_rate: float) -> dict[str, Any]:
+def flat_output(position: Numbers, velocity: Numbers, acceleration: Numbers, yaw: float, yaw_rate: float) -> FlatOutput:
     """The flat output of a wanted motion, without jerk and snap."""
     vectors = {"x": position, "x_dot": velocity, "x_ddot": acceleration, "x_dddot": np.zeros(3), "x_ddddot": np.zeros(3)}
     return {**{key: array(value) for key, value in vectors.items()}, "yaw": yaw, "yaw_dot": yaw_rate, "yaw_ddot": 0.0}
@@ -175,11 +181,11 @@ def whole(period: float, step: float, name: str) -> int:
     return steps
 
 
-def column(values: Any) -> Vector:
+def column(values: Numbers) -> Vector:
     """An array as numbers."""
     return Vector(float(value) for value in values)
 
 
-def array(values: Any) -> Any:
+def array(values: Numbers) -> NDArray[np.float64]:
     """Numbers as an array."""
     return np.array(list(values), dtype=float)

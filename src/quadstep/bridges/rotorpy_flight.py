@@ -2,15 +2,16 @@
 
 import math
 from importlib import import_module
-from typing import Any
+from typing import Protocol, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.air.wind import MovingAir, start_turbulence, wind_at
 from quadstep.airframe.events import Events
 from quadstep.airframe.motion import AirframeState
 from quadstep.bridges.quad_params import to_quad_params
-from quadstep.bridges.rotorpy import Adapter, Trajectory, array, column
+from quadstep.bridges.rotorpy import Adapter, Control, State, Trajectory, array, column
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.flight.closed_loop import Outcome
@@ -18,23 +19,32 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog, finished
 from quadstep.flight.loop import Loop
 from quadstep.mission.airframe import BuiltAirframe
-from quadstep.plants.multirotor import AirframeParameters, Spun
+from quadstep.plants.multirotor import AirframeParameters, Multirotor, Spun
 from quadstep.sensing.suite import Suite
 
 STILL = start_turbulence()
 
 
-def multirotor(quad_params: dict[str, Any], integrator: dict[str, Any] | None = None) -> Any:
+class Vehicle(Protocol):
+    """RotorPy's."""
+
+    def step(self, state: dict[str, NDArray[np.float64]], control: Control, t_step: float) -> dict[str, NDArray[np.float64]]:
+        """Its state one step [s] later."""
+        ...
+
+
+def multirotor(quad_params: dict[str, object], integrator: dict[str, object] | None = None) -> Vehicle:
     """RotorPy's vehicle, told rotor speeds. integrator: keywords for SciPy's solve_ivp; RotorPy's own if left out.
 
     Raises UserError without RotorPy.
     """
     with needed_by("flying on RotorPy's vehicle"):
         module = import_module("rotorpy.vehicles.multirotor")
-    return module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
+    made: Vehicle = module.Multirotor(quad_params, control_abstraction="cmd_motor_speeds", integrator_kwargs=integrator)
+    return made
 
 
-def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -> FlightLog:
+def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, object] | None = None) -> FlightLog:
     """The log of a mission flown on RotorPy's vehicle; the wind is held from step to step.
 
     final: RotorPy's last state. Raises UserError without RotorPy, and for what it has no like of: see `to_quad_params`, and
@@ -42,7 +52,7 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, Any] | None = None) -
     """
     controller, trajectory, ticks = Adapter(plan), Trajectory(plan), plan.ticks
     loop, parameters = controller.loop, controller.parameters
-    plant = loop.plant
+    plant = cast(Multirotor, loop.plant)
     check(loop, parameters)
     built = BuiltAirframe(plant.geometry, plant.effects, parameters.airframe, parameters.allocation)
     vehicle = multirotor(to_quad_params(built), integrator)
@@ -83,14 +93,14 @@ def check(loop: Loop, parameters: AirframeParameters) -> None:
             raise UserError(f"a flight on RotorPy's vehicle has no {what}; take them out of the mission")
 
 
-def rotorpy_state(state: AirframeState) -> dict[str, Any]:
+def rotorpy_state(state: AirframeState) -> dict[str, NDArray[np.float64]]:
     """A state as RotorPy keeps it."""
     position, velocity, attitude, rates, speeds = map(array, state[:5])
     parts = {"x": position, "v": velocity, "q": np.roll(attitude, -1), "w": rates}
     return {**parts, "wind": np.zeros(3), "rotor_speeds": speeds}
 
 
-def airframe_state(state: dict[str, Any]) -> AirframeState:
+def airframe_state(state: State) -> AirframeState:
     """The same the other way round."""
     position, velocity, rates, speeds = (column(state[key]) for key in ("x", "v", "w", "rotor_speeds"))
     return AirframeState(position, velocity, column(np.roll(state["q"], 1)), rates, speeds, charge=0.0)

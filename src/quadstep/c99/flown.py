@@ -23,7 +23,7 @@ from quadstep.c99.structs import fields_of
 from quadstep.c99.subject import Planned, exported
 from quadstep.control.controller import Controller
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
+from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.opaque import call
 from quadstep.numbers.registered import raise_pending, register, release
 
@@ -46,41 +46,41 @@ class Compiled(Controller):
     inner: Controller
     shape: tuple[str, ...]
     told: tuple[str, ...]
-    memory: Structure = field(compare=False)
-    command: Structure = field(compare=False)
+    memory: object = field(compare=False)
+    command: object = field(compare=False)
 
     def loops(self) -> tuple[str, ...]:  # type: ignore[override]
         """The law's."""
         return self.inner.loops()
 
-    def start(self, measured: Structure, gains: CompiledGains) -> Structure:
+    def start(self, measured: object, gains: CompiledGains) -> object:
         """The memory before the first sample."""
         return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
 
     def slower(
-        self, loop: str, memory: Structure, measured: Structure, reference: Reference, gains: CompiledGains, t: Number,
+        self, loop: str, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number,
         period: Number,
-    ) -> Structure:  # fmt: skip
+    ) -> object:  # fmt: skip
         """One of its loops; nothing, if it has none of this name."""
         if loop not in self.loops():
             return memory
         return self._asked(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
 
     def law(
-        self, memory: Structure, measured: Structure, reference: Reference, gains: CompiledGains, t: Number, period: Number
-    ) -> tuple[Structure, Structure]:
+        self, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number, period: Number
+    ) -> tuple[object, object]:
         """The law."""
         memory, command = self._asked(len(self.loops()), memory, measured, reference, gains, t, period)
         return command, memory
 
-    def _measured(self, measured: Structure) -> list[Number]:
+    def _measured(self, measured: object) -> list[Number]:
         """What of a measurement the code is told."""
         return [leaf for name in self.told for leaf in flatten(getattr(measured, name))]
 
     def _asked(
-        self, which: int, memory: Structure, measured: Structure, reference: Structure, gains: CompiledGains, t: Number,
+        self, which: int, memory: object, measured: object, reference: object, gains: CompiledGains, t: Number,
         period: Number,
-    ) -> tuple[Structure, Structure]:  # fmt: skip
+    ) -> tuple[object, object]:  # fmt: skip
         """Memory and command after a call. which: -1 start, then the slower loops, then the law."""
         inputs = [float(which), t, period, *flatten(memory), *self._measured(measured), *flatten(reference)]
         count = len(flatten((self.memory, self.command)))

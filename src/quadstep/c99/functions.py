@@ -1,13 +1,15 @@
 """sin, cos, exp, sigmoid, log and atan2 in C, written out from those of every engine, whose bits they give."""
 
 from functools import lru_cache, reduce
-from typing import Any
+from typing import cast
 
 from quadstep.c99.expressions import Naming
 from quadstep.c99.scans import ScanRecord
 from quadstep.c99.structs import Output, Stored
 from quadstep.c99.writing import INDENT, Writer
 from quadstep.numbers.c_text import CSteps, literal
+from quadstep.numbers.elementary import Elementary
+from quadstep.numbers.functions import Number
 from quadstep.numbers.script import ScriptNumber
 
 ARGUMENTS = {"wave": ("x", "ahead"), "sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
@@ -80,18 +82,19 @@ def written(name: str, precise: bool) -> str:
     if name in WAVES:
         return f"{head}\n{{\n{INDENT}return qs_wave(x, {literal(WAVES[name], precise)});\n}}"
     record = ScanRecord()
-    numbers = map(record.input, ARGUMENTS[name])
-    result = wave(CSteps(precise), *numbers) if name == "wave" else getattr(CSteps(precise), name)(*numbers)
+    numbers = [cast(Number, record.input(one)) for one in ARGUMENTS[name]]
+    steps = CSteps(precise)
+    result = cast(ScriptNumber, wave(steps, *numbers) if name == "wave" else getattr(steps, name)(*numbers))
     writer = Writer(record, precise, Naming({}, {}), frozenset(ARGUMENTS[name]))
     *body, last = writer.body(Stored([Output("result", result.place)], []))
     final = "return " + last.removeprefix("result = ")
     return "\n".join([head, "{", *(INDENT + line for line in [*body, final]), "}"])
 
 
-def wave(steps: Any, x: ScriptNumber, ahead: ScriptNumber) -> ScriptNumber:
+def wave(steps: Elementary, x: Number, ahead: Number) -> Number:
     """The sine of x and so many quarter turns, 0 or 1: `Elementary.sin` and `cos` to the bit."""
     sine, cosine, quarter = steps.turn(x)
     quarter = quarter + ahead
     value = steps.where(steps.bit(quarter, 0), cosine, sine)
-    result: ScriptNumber = steps.where(steps.bit(quarter, 1), -value, value)
+    result: Number = steps.where(steps.bit(quarter, 1), -value, value)
     return result

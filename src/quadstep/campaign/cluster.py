@@ -11,6 +11,7 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from importlib.metadata import version
 from itertools import islice
+from types import ModuleType
 from typing import Any, NamedTuple, NoReturn
 
 import pyarrow as pa
@@ -39,7 +40,7 @@ LOSSES = 20
 PATIENCE = 60.0
 """How long a cluster may be without any core [s]: nodes come and go."""
 
-FLYERS: dict[Any, Flyer] = {}
+FLYERS: dict[object, Flyer] = {}
 """This worker's flyer by its order; at most one."""
 
 
@@ -77,7 +78,7 @@ def needs() -> tuple[tuple[str, str], ...]:
     return (("quadstep", __version__), *packages)
 
 
-def fly_span(told: tuple[Any, ...], first: int, past: int) -> pa.Table:
+def fly_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> pa.Table:
     """Flights of a campaign, whose laws stay compiled for the worker's next span. told: an `Order`. Raises UserError."""
     if told not in FLYERS:
         FLYERS.clear()
@@ -144,14 +145,14 @@ def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
             yield Span(chunk, first, min(first + size, chunk.past))
 
 
-def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
+def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError.
 
     Tasks that are still flying when this ends do so with the connection: Ray aborts the driver where it cancels a task that
     ends at the same moment.
     """
 
-    def quadstep_span(told: Any, first: int, past: int) -> Any:
+    def quadstep_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> object:
         # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
         from quadstep.campaign.cluster import fly_span  # noqa: PLC0415 (on the worker)
 
@@ -159,7 +160,7 @@ def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tu
 
     task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
     told = ray.put(tuple(order))
-    flying: dict[Any, Span] = {}
+    flying: dict[object, Span] = {}
     while True:
         room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
         for span in islice(waiting, room):
@@ -172,18 +173,18 @@ def flown_spans(ray: Any, order: Order, waiting: Iterator[Span]) -> Generator[tu
             yield flying.pop(reference), table
 
 
-def over(ray: Any, flying: list[Any]) -> list[Any]:
+def over(ray: ModuleType, flying: list[object]) -> list[object]:
     """The finished tasks, at least one. Raises UserError for a cluster that has lost all its cores."""
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):
             raise UserError(
                 f"--engine ray: the cluster has had no core for {PATIENCE:g} s; start nodes with CPUs, then --resume"
             )
-    ready: list[Any] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
+    ready: list[object] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
     return ready
 
 
-def fetched(ray: Any, reference: Any, what: str) -> Any:
+def fetched(ray: ModuleType, reference: object, what: str) -> Any:
     """The result of a task. what: it is, in words. Raises what was raised there, UserError for an unsuitable worker."""
     try:
         return ray.get(reference)

@@ -18,7 +18,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from quadstep.errors import UserError
 
@@ -56,11 +56,11 @@ TRIAL = "import logging, sys, ray; ray.init(address=sys.argv[1], log_to_driver=F
 
 
 @contextmanager
-def connected() -> Iterator[Any]:
+def connected() -> Iterator[ModuleType]:
     """The module of Ray, connected: to the cluster of RAY_ADDRESS, else to one of this machine's cores, which ends with the
     block. A program around this one that is connected already stays so. Raises UserError.
     """
-    loaded: Any = sys.modules.get("ray")
+    loaded = sys.modules.get("ray")
     if loaded and loaded.is_initialized():
         yield loaded
         return
@@ -78,7 +78,7 @@ def connected() -> Iterator[Any]:
                 ray.shutdown()
 
 
-def join(ray: Any, address: str) -> None:
+def join(ray: ModuleType, address: str) -> None:
     """Connect. Raises UserError."""
     try:
         ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
@@ -234,7 +234,7 @@ def muted() -> Iterator[None]:
         os.close(nowhere)
 
 
-def cores(ray: Any) -> int:
+def cores(ray: ModuleType) -> int:
     """Of all nodes that are alive."""
     return int(ray.cluster_resources().get("CPU", 0))
 

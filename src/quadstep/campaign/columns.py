@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[lis
         yield [low[j].item() if i == j else high[j].item() for j in range(len(ends))]
 
 
-def groups(columns: list[NDArray[Any]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
+def groups(columns: list[NDArray[np.generic]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
     """Flights that agree in these columns of places: the places, and the flights'."""
     if not columns:
         yield (), np.arange(count)
@@ -44,24 +43,24 @@ def numbers(drawn: Drawn) -> NDArray[np.float64]:
     return result
 
 
-def option(drawn: Drawn, place: int) -> Any:
+def option(drawn: Drawn, place: int) -> object:
     """One of a column's options."""
     assert drawn.options is not None
     return drawn.options[place]
 
 
-def same(alone: Any, together: Any, place: int) -> bool:
+def same(alone: object, together: object, place: int) -> bool:
     """Whether a leaf of a single flight is what the arrays have for it, to the bit."""
     if isinstance(alone, Table) or isinstance(together, Table):
         return isinstance(alone, Table) and isinstance(together, Table) and alone.values == together.values
     return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
 
 
-def without(values: Mapping[str, Any], name: str) -> dict[str, Any]:
+def without(values: Mapping[str, object], name: str) -> dict[str, object]:
     """All but one."""
     return {key: value for key, value in values.items() if key != name}
 
 
-def shown(values: Mapping[str, Any]) -> str:
+def shown(values: Mapping[str, object]) -> str:
     """Values for one line."""
     return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))

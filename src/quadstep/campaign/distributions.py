@@ -2,9 +2,10 @@
 
 import math
 from itertools import accumulate
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.campaign.inverse_normal import inverse_normal
@@ -114,7 +115,7 @@ class Choice(Section):
 
     type: Literal["choice"]
     values: Annotated[
-        tuple[Any, ...],
+        tuple[object, ...],
         BeforeValidator(as_tuple),
         Field(min_length=1, max_length=MOST_OPTIONS),
         Quantity("", "anything that the key takes"),
@@ -134,15 +135,15 @@ class Choice(Section):
         return self
 
     @property
-    def options(self) -> tuple[Any, ...]:
+    def options(self) -> tuple[object, ...]:
         """The options."""
         return self.values
 
-    def place(self, u: Any) -> Any:
+    def place(self, u: Number) -> NDArray[np.int64]:
         """Which option, for an array of u."""
         weights = self.weights or (1.0,) * len(self.values)
         *ends, last = accumulate(weights)
-        return np.searchsorted(np.array(ends) / last, u, side="right")
+        return np.searchsorted(np.array(ends) / last, np.asarray(u), side="right")
 
 
 class Grid(Section):
@@ -150,7 +151,7 @@ class Grid(Section):
 
     type: Literal["grid"]
     values: Annotated[
-        Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None,
+        Annotated[tuple[object, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None,
         Quantity("", "one by one"),
     ] = None
     low: Annotated[Finite | None, Quantity("", "or from here")] = None
@@ -169,7 +170,7 @@ class Grid(Section):
         return self
 
     @property
-    def options(self) -> tuple[Any, ...]:
+    def options(self) -> tuple[object, ...]:
         """The values in order."""
         if self.values is not None:
             return self.values
@@ -186,7 +187,7 @@ def within(x: Number, low: float | None, high: float | None) -> Number:
     return x if high is None else minimum(x, high)
 
 
-def as_rows(rows: Any) -> Any:
+def as_rows(rows: object) -> object:
     """A list of lists as a tuple of tuples."""
     return tuple(as_tuple(row) for row in rows) if isinstance(rows, list) else rows
 
@@ -252,12 +253,12 @@ class Correlated(Section):
         ]
 
 
-def by_key(table: Any) -> Any:
+def by_key(table: object) -> object:
     """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A distribution is what has a type."""
-    return dotted(table, is_value)
+    return dotted(table, is_value) if isinstance(table, dict) else table
 
 
-def is_value(table: dict[str, Any]) -> bool:
+def is_value(table: dict[str, object]) -> bool:
     """Whether a table is a distribution, or is meant as one, and not a level of keys."""
     return not table or isinstance(table.get("type"), str) or not all(isinstance(one, dict) for one in table.values())
 

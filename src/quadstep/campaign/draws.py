@@ -2,7 +2,7 @@
 
 import json
 import warnings
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +21,17 @@ STREAM = 2**25
 A_TICK = 128
 """Numbers drawn at one tick of the counter."""
 
-Values: TypeAlias = Any
-"""An array with one element per flight, which laws treat as a number."""
+Values: TypeAlias = NDArray[Any]
+"""One element per flight: numbers, places of options, or text."""
 
 
 class Drawn(NamedTuple):
     """A column of values. options: where it is not None, `values` are places in it."""
 
     values: Values
-    options: tuple[Any, ...] | None = None
+    options: tuple[object, ...] | None = None
 
-    def at(self, place: int) -> Any:
+    def at(self, place: int) -> object:
         """The value of one flight."""
         value = self.values[place]
         return float(value) if self.options is None else self.options[value]
@@ -44,12 +44,12 @@ class Drawn(NamedTuple):
         result: Values = np.array(shown, dtype=object if isinstance(shown[0], str) else None)[self.values]
         return result
 
-    def shown_options(self) -> list[Any]:
+    def shown_options(self) -> list[object]:
         """The options as numbers, booleans or text (JSON for anything else)."""
         options = list(self.options or ())
         kinds = {type(option) for option in options}
         if kinds == {int, float}:
-            return [float(option) for option in options]
+            return [float(cast(float, option)) for option in options]
         if len(kinds) == 1 and kinds <= {int, float, bool, str}:
             return options
         return [json.dumps(option, sort_keys=True) for option in options]
@@ -58,9 +58,9 @@ class Drawn(NamedTuple):
 def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
     """The keys of the flights' noise, each part an array; as `noise.key`."""
     *first, high, low = key(seed, 0).words
-    halves: list[Any] = [np.full(len(flights), half) for half in first]
+    halves = [np.full(len(flights), half) for half in first]
     halves += [(int(half) ^ part).astype(float) for half, part in ((high, flights >> 16), (low, flights & 0xFFFF))]
-    return Key(Vector(halves))
+    return Key(Vector(cast(list[Number], halves)))
 
 
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
@@ -82,13 +82,13 @@ def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, D
             every *= len(one.options)
     for name, one in file.vary.items():
         if isinstance(one, Sobol):
-            drawn[name] = Drawn(one.quantile(next(points)))
+            drawn[name] = Drawn(cast(Values, one.quantile(cast(Number, next(points)))))
     return {name: drawn[name] for name in file.keys}
 
 
 def from_shares(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Drawn]:
     """The values of all keys but grids and Sobol sequences, from a number in (0, 1) for each."""
-    drawn = {name: Drawn(value) for name, value in continuous(file, shared).items()}
+    drawn = {name: Drawn(cast(Values, value)) for name, value in continuous(file, shared).items()}
     chosen = {name: Drawn(one.place(shared[name]), one.options) for name, one in file.vary.items() if isinstance(one, Choice)}
     return drawn | chosen
 

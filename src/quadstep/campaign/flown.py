@@ -1,7 +1,7 @@
 """A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row per flight."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -37,7 +37,7 @@ class Flyer:
     def __init__(self, campaign: Campaign, sweeper: Callable[..., Sweeper] = Sweep) -> None:
         self.campaign, self.sweeper = campaign, sweeper
         self.planner = planner(campaign)
-        self.sweeps: dict[Any, Sweeper] = {}
+        self.sweeps: dict[object, Sweeper] = {}
 
     def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
@@ -95,7 +95,7 @@ def table(
     """One row per flight; missing values are null, never NaN."""
     number = np.float64 if campaign.double else np.float32
     lost = outcome != Outcome.COMPLETED
-    columns: dict[str, Any] = {FLIGHT: arrow(flights)}
+    columns: dict[str, object] = {FLIGHT: arrow(flights)}
     columns |= {name: drawn_column(column) for name, column in drawn.items()}
     columns[OUTCOME] = pa.DictionaryArray.from_arrays(arrow(outcome), pa.array(OUTCOMES))
     columns[TIME] = arrow(ended, known=lost)
@@ -127,7 +127,7 @@ def drawn_column(drawn: Drawn) -> pa.Array:
     return pa.array(drawn.shown_options()).take(arrow(drawn.values.astype(np.int64)))
 
 
-def arrow(values: NDArray[Any], known: NDArray[np.bool_] | None = None) -> pa.Array:
+def arrow(values: NDArray[np.generic], known: NDArray[np.bool_] | None = None) -> pa.Array:
     """Numbers as a column, null where not known. (`pyarrow.array` would load pandas where it is installed: a second.)"""
     kinds = {"int8": pa.int8(), "int64": pa.int64(), "float32": pa.float32(), "float64": pa.float64()}
     valid = None if known is None or known.all() else bits(known)

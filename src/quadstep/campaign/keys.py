@@ -1,12 +1,14 @@
 """Keys of a mission file, dotted as in `path.end.2`: set in a user's text, or in a checked mission."""
 
 import re
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import TypeVar, cast
 
 from pydantic import BaseModel
 
 from quadstep.errors import UserError
+
+Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def parts(key: str) -> list[str]:
@@ -17,33 +19,32 @@ def parts(key: str) -> list[str]:
     return found
 
 
-def dotted(table: Any, whole: Callable[[dict[str, Any]], bool], prefix: str = "") -> Any:
-    """Tables within a table as one table with dotted keys; anything else stays as it is.
+def dotted(table: Mapping[str, object], whole: Callable[[dict[str, object]], bool], prefix: str = "") -> dict[str, object]:
+    """Tables within a table as one table with dotted keys.
 
     whole: whether a table is a value. Raises ValueError for a key given twice.
     """
-    if not isinstance(table, dict):
-        return table
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for key, value in table.items():
-        nested = isinstance(value, dict) and not whole(value)
-        more = dotted(value, whole, f"{prefix}{key}.") if nested else {f"{prefix}{key}": value}
+        more = {f"{prefix}{key}": value}
+        if isinstance(value, dict) and not whole(value):
+            more = dotted(value, whole, f"{prefix}{key}.")
         for name in found.keys() & more.keys():
             raise ValueError(f"{name}: varies twice")
         found.update(more)
     return found
 
 
-def with_value(content: Any, key: str, value: Any, defaults: Any) -> Any:
+def with_value(content: Mapping[str, object], key: str, value: object, defaults: object) -> dict[str, object]:
     """A copy of a mission's content in which `key` has this value; lists that are not there, and the type of
     tables, are taken from `defaults`.
 
     Raises UserError where the key leads into something that is neither a table nor a list.
     """
-    return placed(content, parts(key), value, defaults, key)
+    return cast(dict[str, object], placed(content, parts(key), value, defaults, key))
 
 
-def placed(content: Any, rest: list[str], value: Any, defaults: Any, key: str) -> Any:
+def placed(content: object, rest: list[str], value: object, defaults: object, key: str) -> object:
     """`with_value` from some way down the key."""
     if not rest:
         return value
@@ -66,12 +67,12 @@ def placed(content: Any, rest: list[str], value: Any, defaults: Any, key: str) -
     return {**table, name: placed(table.get(name), below, value, inside, key)}
 
 
-def overridden(section: Any, key: str, value: Any) -> Any:
+def overridden(section: Checked, key: str, value: object) -> Checked:
     """A checked mission with an entry replaced by something that is not checked: an array in place of a number."""
-    return replaced(section, parts(key), value)
+    return cast(Checked, replaced(section, parts(key), value))
 
 
-def replaced(section: Any, rest: list[str], value: Any) -> Any:
+def replaced(section: object, rest: list[str], value: object) -> object:
     """`overridden` from some way down the key. Raises TypeError where there is no number to replace."""
     if not rest:
         if isinstance(section, bool) or not isinstance(section, float | int):

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
@@ -43,7 +44,7 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
         columns = sheet.side_by_side(len(metrics), 2.2)
         rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
         figure = new_figure(sheet, width, 5.6, 4.0 * rows)
-        grid: Any = figure.subplots(2 * rows, columns, squeeze=False)
+        grid = figure.subplots(2 * rows, columns, squeeze=False)
         margins(figure, sheet, 0.75 / width, 0.09, 0.985, 0.95, 0.24, 0.1)
         pairs = [(grid[2 * row, column], grid[2 * row + 1, column]) for row in range(rows) for column in range(columns)]
         for place, (above, below) in enumerate(pairs):
@@ -60,7 +61,7 @@ def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, shee
         write(figure, path, sheet)
 
 
-def draw_metric(above: Any, below: Any, metric: Metric, flights: int) -> None:
+def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
     """One column of `draw_distributions`, in a unit that suits it."""
     words, unit = units.metric(metric.name)
     unit, factor = units.handy(unit, float(metric.values.max()))
@@ -110,7 +111,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
         count = 2 if timed else 1
         columns, height = sheet.side_by_side(count, 3.0), 1.0 + 0.42 * max(len(outcomes), 4)
         figure = new_figure(sheet, 9.0, height, 0.8 * height * count / columns)
-        axes: Any = figure.subplots(count // columns, columns, squeeze=False).ravel()
+        axes = figure.subplots(count // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
@@ -141,7 +142,7 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
     with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
         figure = new_figure(sheet, 8.4, height)
-        axes: Any = figure.subplots()
+        axes = figure.subplots()
         widest = max(len(key) for key in ranking)
         margins(figure, sheet, min(0.45, 0.03 + 0.0095 * widest), 0.45 / height, 0.97, 1.0 - 0.32 / height)
         step = len(explained) + 0.5
@@ -201,7 +202,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
         height = 4.0 if crowded else 2.7
         columns = sheet.side_by_side(2, 3.0)
         figure = new_figure(sheet, 9.0, height, 0.8 * height * 2 / columns)
-        axes: Any = figure.subplots(2 // columns, columns, squeeze=False).ravel()
+        axes = figure.subplots(2 // columns, columns, squeeze=False).ravel()
         margins(figure, sheet, 0.075, (1.6 if crowded else 0.35) / height, 0.985, 1.0 - 0.52 / height, 0.2)
         headline(figure, sheet, (0.01, 1.0 - 0.2 / height), key)
         success, errors = axes
@@ -221,7 +222,7 @@ def draw_key(path: Path, key: str, found: Bins, shown: ByKey, sheet: Sheet = SCR
         write(figure, path, sheet)
 
 
-def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
+def draw_success(axes: Axes, found: Bins, good: Mapping[int, Estimate]) -> None:
     """The share of successes in each bin, with its interval."""
     places = list(good)
     value, low, high = (100.0 * np.array(part) for part in zip(*good.values(), strict=True))
@@ -242,7 +243,7 @@ def draw_success(axes: Any, found: Bins, good: Mapping[int, Estimate]) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:.10g}"))
 
 
-def draw_errors(axes: Any, found: Bins, errors: Mapping[int, Numbers]) -> None:
+def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
     """Median and the middle 80 % of the position RMSE in each bin."""
     unit, factor = units.handy("m", max((float(some[-1]) for some in errors.values()), default=0.0))
     axes.set_title(f"position RMSE [{unit}]: median and middle 80 %", fontsize=9, loc="left")
@@ -274,7 +275,7 @@ def middles(found: Bins, places: Sequence[int]) -> Numbers:
     return middle
 
 
-def logarithmic(axes: Any, which: str = "x") -> None:
+def logarithmic(axes: Axes, which: str = "x") -> None:
     """A logarithmic axis with plain numbers: at 1, 2 and 5 where it is short."""
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     axis = axes.xaxis if which == "x" else axes.yaxis

@@ -21,6 +21,7 @@ from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Loop
 from quadstep.flight.scored import Scored, scored
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
@@ -63,22 +64,22 @@ class Planner:
     """
 
     def __init__(
-        self, content: dict[str, Any], defaults: dict[str, Any], source: str, folder: Path, typical: Mapping[str, Drawn],
+        self, content: dict[str, object], defaults: dict[str, object], source: str, folder: Path, typical: Mapping[str, Drawn],
         seed: int, score_period: float | None = None,
     ) -> None:  # fmt: skip
         self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
         self.typical, self.seed, self.score_period = typical, seed, score_period
         mission = check_mission(content, source, folder)
         self.begin, self.own = mission.scored_from, mission.own_metrics
-        self.direct: dict[Any, list[str]] = {}
-        self.checked: dict[Any, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        self.structures: set[Any] = set()
+        self.direct: dict[object, list[str]] = {}
+        self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        self.structures: set[object] = set()
 
     # One flight
 
-    def mission(self, values: Mapping[str, Any], flight: int | None = None) -> Mission:
+    def mission(self, values: Mapping[str, object], flight: int | None = None) -> Mission:
         """The mission with these values. Raises UserError naming the key, and the flight if given."""
-        content: Any = self.content
+        content = self.content
         said = "" if flight is None else f"flight {flight} ({shown(values)}): "
         try:
             for name, value in values.items():
@@ -88,7 +89,7 @@ class Planner:
             text = str(error).removeprefix(f"{self.source}: ")
             raise UserError(f"{self.source}: {said}{text}") from None
 
-    def plan(self, values: Mapping[str, Any], flight: int | None = None) -> FlightPlan:
+    def plan(self, values: Mapping[str, object], flight: int | None = None) -> FlightPlan:
         """The flight with these values, its noise that of `flight`. Raises UserError."""
         mission = self.mission(values, flight)
         try:
@@ -119,7 +120,7 @@ class Planner:
             yield from self.batches_of(fixed, columns, drawn, flights, members)
 
     def batches_of(
-        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, Drawn],
+        self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, Drawn],
         flights: NDArray[np.int64], members: NDArray[np.int64],
     ) -> Iterator[Batch]:  # fmt: skip
         """The flights that agree in what is not a number."""
@@ -139,7 +140,7 @@ class Planner:
             yield self.in_one_go({**fixed, **more}, part, flights[members[some]], members[some])
 
     def in_one_go(
-        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
+        self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
     ) -> Batch:  # fmt: skip
         """A batch whose mission was built with arrays in it."""
@@ -152,7 +153,7 @@ class Planner:
         return self.batch(members, plan.loop, plan.ticks, start, parameters, places, rows)
 
     def one_by_one(
-        self, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
+        self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
     ) -> Iterator[Batch]:  # fmt: skip
         """Batches of flights each of which was built on its own; everything but tables counts as varying."""
@@ -160,7 +161,7 @@ class Planner:
             self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
             for i in range(len(members))
         ]
-        alike: dict[Any, list[int]] = defaultdict(list)
+        alike: dict[object, list[int]] = defaultdict(list)
         for i, plan in enumerate(plans):
             given = (plan.start, plan.parameters)
             tables = tuple(tuple(leaf.values) for leaf in flatten(given) if isinstance(leaf, Table))
@@ -174,7 +175,7 @@ class Planner:
             yield self.batch(members[some], first.loop, first.ticks, first.start, first.parameters, places, rows)
 
     def batch(
-        self, members: NDArray[np.int64], loop: Any, ticks: Ticks, start: Any, parameters: Any, places: tuple[int, ...],
+        self, members: NDArray[np.int64], loop: Loop, ticks: Ticks, start: object, parameters: object, places: tuple[int, ...],
         rows: NDArray[np.float64],
     ) -> Batch:  # fmt: skip
         """A batch, scored. Raises UserError for a campaign of too many structures."""
@@ -198,7 +199,7 @@ class Planner:
         """Whether a column is of numbers for a key that takes any."""
         return drawn.options is None or all(type(one) is float for one in drawn.options)
 
-    def array_plan(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
+    def array_plan(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
         """A plan with arrays among its leaves. Raises what arithmetic on them may raise."""
         first = {name: column[0].item() for name, column in columns.items()}
         with np.errstate(all="ignore"):
@@ -211,15 +212,14 @@ class Planner:
                 raise TypeError(f"neither number nor table: {type(leaf)}")
         return plan
 
-    def built(self, values: dict[str, Any], numbers: Mapping[str, Any]) -> FlightPlan:
+    def built(self, values: dict[str, object], numbers: Mapping[str, object]) -> FlightPlan:
         """The plan of a mission with these values, some of which are then other kinds of numbers."""
-        mission: Any = self.mission(values)
+        mission = self.mission(values)
         for name, number in numbers.items():
             mission = overridden(mission, name, number)
-        plan: FlightPlan = mission.plan(self.folder, warn=False)
-        return plan
+        return mission.plan(self.folder, warn=False)
 
-    def find_direct(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
+    def find_direct(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
         """The keys that arrays can stand for: alone, and all together, with the very numbers of flights built one by one."""
         spread = {name: np.array([column.min(), np.median(column), column.max()]) for name, column in columns.items()}
         first = {name: column[0].item() for name, column in columns.items()}
@@ -228,7 +228,7 @@ class Planner:
         rest = {name: value for name, value in first.items() if name not in found}
         return found if self.agrees({**fixed, **rest}, some) else []
 
-    def agrees(self, fixed: dict[str, Any], columns: Mapping[str, NDArray[np.float64]]) -> bool:
+    def agrees(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> bool:
         """Whether arrays give the flights that single values give."""
         if not columns:
             return True
@@ -251,7 +251,7 @@ class Planner:
         return True
 
     def check(
-        self, identity: Any, fixed: dict[str, Any], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64]
+        self, identity: object, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64]
     ) -> None:
         """Refuse values that the mission refuses. Ranges are checked by their corners, one by one only where a corner fails.
 

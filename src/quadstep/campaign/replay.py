@@ -1,15 +1,17 @@
 """One flight of a campaign on its own, to be flown again with its full log."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.campaign.draws import draw
 from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.campaign.manifest import check_replay
 from quadstep.campaign.planner import planner
-from quadstep.campaign.schema import Campaign
+from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.errors import UserError
+from quadstep.extras import needed_by
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.schema import Mission
 from quadstep.terminal.screen import command
@@ -18,7 +20,7 @@ from quadstep.terminal.screen import command
 class Replay(NamedTuple):
     """values: what was drawn, by key. mission: with them. plan: the flight, with its own noise."""
 
-    values: dict[str, Any]
+    values: dict[str, object]
     mission: Mission
     plan: FlightPlan
 
@@ -33,6 +35,14 @@ def replay(campaign: Campaign, flight: int) -> Replay:
     mission = builder.mission(values, flight)
     named = mission.model_copy(update={"name": f"{mission.name}, flight {flight}"})
     return Replay(values, named, builder.plan(values, flight))
+
+
+def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Campaign, Replay]:
+    """A campaign file and one of its flights. results: the campaign's folder, if not the usual one. Raises UserError."""
+    campaign = read_campaign(path)
+    check_replay(campaign, results or Path("out") / path.stem, results is not None)
+    with needed_by("`quadstep fly --flight`"):
+        return campaign, replay(campaign, flight)
 
 
 def replay_command(file: Path, flight: int, folder: Path) -> str:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from quadstep.campaign.pictures import SCREEN, logarithmic
@@ -42,7 +43,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
         narrow = sheet.side_by_side(3, 2.2) < 3
         figure = new_figure(sheet, 9.6, 3.0, 3.8 if narrow else 2.6)
         places: Any = [["errors", "errors"], ["top", "side"]] if narrow else [["errors", "top", "side"]]
-        panels: Any = figure.subplot_mosaic(places, width_ratios=(1.0, 1.0) if narrow else (1.5, 1.0, 1.0))
+        panels = figure.subplot_mosaic(places, width_ratios=(1.0, 1.0) if narrow else (1.5, 1.0, 1.0))
         errors, top, side = (panels[name] for name in ("errors", "top", "side"))
         margins(figure, sheet, 0.075, 0.16, 0.985, 0.82, 0.33)
         seen = distance > 0.0
@@ -70,7 +71,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
         write(figure, path, sheet)
 
 
-def draw_path(axes: Any, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
+def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
     """One view: the wanted path, the flown one, where it began and where it ended."""
     for points, name, style in ((wanted, "wanted", LINES[3]), (flown, "flown", LINES[0])):
         axes.plot(*points[:: max(1, len(points) // 2000)].T, label=name, **style)

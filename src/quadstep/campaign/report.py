@@ -5,7 +5,7 @@ import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -27,7 +27,7 @@ from quadstep.campaign.pictures import (
 from quadstep.campaign.replay import Replay, replay
 from quadstep.campaign.replay_pictures import draw_flight, for_a_picture
 from quadstep.campaign.schema import Campaign
-from quadstep.campaign.sensitivity import Interaction, Result, first_order, strongest_interaction
+from quadstep.campaign.sensitivity import Interaction, Parts, Result, first_order, strongest_interaction
 from quadstep.campaign.store import Store
 from quadstep.campaign.summary import Summary
 from quadstep.campaign.varied import Varied, bins, varied
@@ -211,7 +211,7 @@ def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_],
     return explained(Result((~success).astype(float)), {key: one.parts for key, one in columns.items()}, campaign)
 
 
-def explained(result: Result, parts: Mapping[str, Any], campaign: Campaign) -> Explained:
+def explained(result: Result, parts: Mapping[str, Parts], campaign: Campaign) -> Explained:
     """The indices, and the strongest pair of the first keys, which has no meaning where keys are correlated."""
     shares = first_order(result, parts)
     if not shares:

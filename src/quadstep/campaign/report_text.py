@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.flown import OUTCOMES
@@ -73,7 +72,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
     return body
 
 
-def pairs(table: Mapping[str, Any]) -> str:
+def pairs(table: Mapping[str, object]) -> str:
     """A small table in one line."""
     return ", ".join(f"{name} {value}" for name, value in table.items())
 
@@ -182,7 +181,7 @@ def keys(count: int, most: int) -> list[str]:
     ]
 
 
-def worst(summary: Summary, values: Sequence[Mapping[str, Any]], path: Path, folder: Path) -> list[str]:
+def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
     """A table with a column for each, and the command that flies it again. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))

@@ -45,7 +45,8 @@ class CampaignFile(Section):
 
     name: Annotated[Name, Quantity("", "of the campaign, in its results")] = "Campaign"
     mission: Annotated[
-        str | dict[str, Any], Quantity("", "a mission file, looked up from this one's folder, or a whole mission as a table")
+        str | dict[str, object],
+        Quantity("", "a mission file, looked up from this one's folder, or a whole mission as a table"),
     ]
     flights: Annotated[
         Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
@@ -116,7 +117,7 @@ class Campaign(NamedTuple):
 
     file: CampaignFile
     text: str
-    content: dict[str, Any]
+    content: dict[str, object]
     defaults: dict[str, Any]
     source: str
     folder: Path
@@ -160,7 +161,7 @@ class Campaign(NamedTuple):
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
+def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
     """A digest of each file that some string in parsed TOML names, and of those that these name or import in turn."""
     found, installed = [], all_installed()
     for name in sorted(set(strings(content))):
@@ -182,7 +183,7 @@ def digests(content: Any, folder: Path, depth: int = 0) -> list[str]:
     return found
 
 
-def strings(content: Any) -> list[str]:
+def strings(content: object) -> list[str]:
     """Every string in parsed TOML."""
     if isinstance(content, str):
         return [content]
@@ -208,7 +209,7 @@ def read_campaign(path: Path) -> Campaign:
 
 
 def campaign_of(
-    file: CampaignFile, text: str, mission: dict[str, Any], source: str, folder: Path, about: str = ""
+    file: CampaignFile, text: str, mission: dict[str, object], source: str, folder: Path, about: str = ""
 ) -> Campaign:
     """A campaign from what its files say. about: the campaign's own file.
 

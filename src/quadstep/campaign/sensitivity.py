@@ -9,7 +9,7 @@ taken off (as in the adjusted R^2). Intervals: bootstrap over flights, in a thou
 import functools
 import itertools
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,7 +99,7 @@ def resampled(blocks: int) -> Numbers:
     return np.concatenate([np.ones((1, blocks)), drawn])
 
 
-def ratios(counts: NDArray[Any], sums: NDArray[Any], squares: NDArray[Any]) -> tuple[Numbers, Numbers]:
+def ratios(counts: Numbers | NDArray[np.intp], sums: Numbers | NDArray[np.intp], squares: Numbers) -> tuple[Numbers, Numbers]:
     """R^2 and adjusted R^2 of means of parts, one row per sample; NaN without variance, or with one part per flight."""
     flights, used = counts.sum(axis=1), (counts > 0.0).sum(axis=1)
     off = sums.sum(axis=1) ** 2 / flights

@@ -75,7 +75,7 @@ class Store:
             self.digests[chunk.file] = digest
             self.save()
 
-    def save(self, **more: Any) -> None:
+    def save(self, **more: object) -> None:
         """Write the manifest. Raises UserError."""
         self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
         with self.explained():

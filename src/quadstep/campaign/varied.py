@@ -3,7 +3,7 @@
 import contextlib
 import json
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pyarrow as pa
@@ -74,7 +74,7 @@ def numbers(column: pa.ChunkedArray) -> Varied:
     return Varied(values, None, parts_of(values))
 
 
-def texts_of(values: Sequence[Any]) -> list[str]:
+def texts_of(values: Sequence[object]) -> list[str]:
     """The values of a column for an axis; of tables what they do not all have in common."""
     tables = [leaves(read_back(value)) for value in values]
     common = set.intersection(*({(name, repr(one)) for name, one in table.items()} for table in tables))
@@ -85,7 +85,7 @@ def texts_of(values: Sequence[Any]) -> list[str]:
     return [text_of(table) for table in tables]
 
 
-def read_back(value: Any) -> Any:
+def read_back(value: object) -> object:
     """A value of a column, in which tables and lists are JSON."""
     if isinstance(value, str) and value[:1] in ("{", "["):
         with contextlib.suppress(ValueError, RecursionError):
@@ -93,13 +93,12 @@ def read_back(value: Any) -> Any:
     return value
 
 
-def leaves(value: Any) -> dict[str, Any]:
+def leaves(value: object) -> dict[str, object]:
     """The values in a table by dotted key; what is no table has an empty key."""
-    found: dict[str, Any] = dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
-    return found
+    return dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
 
 
-def text_of(value: Any) -> str:
+def text_of(value: object) -> str:
     """A value for an axis or a table of the page."""
     if isinstance(value, bool):
         text = str(value).lower()
@@ -108,7 +107,7 @@ def text_of(value: Any) -> str:
     elif isinstance(value, dict):
         text = ", ".join(f"{name} = {text_of(one)}" for name, one in leaves(value).items())
     else:
-        text = value if isinstance(value, str) else f"[{', '.join(map(text_of, value))}]"
+        text = value if isinstance(value, str) else f"[{', '.join(map(text_of, cast(list[object], value)))}]"
     return text if len(text) <= WIDTH else f"{text[: WIDTH - 1]}…"
 
 
@@ -178,7 +177,7 @@ def cut_off(one: Normal | LogNormal) -> str:
     return f", nothing {' or '.join(ends)}" if ends else ""
 
 
-def listed(values: tuple[Any, ...]) -> str:
+def listed(values: tuple[object, ...]) -> str:
     """Some values for a table."""
     texts = [text_of(one) for one in values[:10]]
     return ", ".join(texts) + (f" ... ({len(values)})" if len(values) > len(texts) else "")

@@ -4,7 +4,7 @@ The log holds state, thrust and torque; errors follow from them. The controller'
 is carried forward from sample to sample by the shipped laws. `mismatch` says how far that is from what the log has of it.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from quadstep.control.networks import Net, basis, weight_rate
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Vector
+from quadstep.numbers import Matrix, Number, Vector
 from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.vehicle.state import State
 
@@ -124,7 +124,7 @@ def recall(plan: FlightPlan, log: FlightLog) -> History:
 
 def reference_at(plan: FlightPlan, t: Array) -> Reference:
     """The path at many times, as a reference of arrays."""
-    reference: Reference = plan.loop.path.reference(t, plan.parameters.path)
+    reference: Reference = plan.loop.path.reference(cast(Number, t), plan.parameters.path)
     return reference
 
 

@@ -1,5 +1,7 @@
 """What a mission must satisfy for Theorem 5.1 to apply; anything else is refused in one line."""
 
+from typing import cast
+
 import numpy as np
 
 from quadstep.certify.arrays import Array, as_rows
@@ -8,6 +10,7 @@ from quadstep.certify.smoothness import check_path
 from quadstep.control.backstepping import Backstepping
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
+from quadstep.plants.lagrange import Lagrange
 
 MOST_SAMPLES = 500_000
 FEWEST_SAMPLES = 10
@@ -73,7 +76,7 @@ def too_little(plan: FlightPlan, force: Array, sample: int) -> str:
 def check_flight(plan: FlightPlan, h: History) -> None:
     """After the flight. Raises UserError where rotor limits changed the law's commands."""
     bitten = np.flatnonzero(h.excess > AGREEMENT * (1.0 + np.abs(h.thrust) + np.linalg.norm(h.torque, axis=1)))
-    if plan.loop.plant.rotor_limits and len(bitten):
+    if cast(Lagrange, plan.loop.plant).rotor_limits and len(bitten):
         raise UserError(
             f"vehicle.rotors.limits: they bite in {len(bitten)} of {len(h.t)} control samples, first at t = "
             f"{h.t[bitten[0]]:.4g} s; Theorem 5.1 knows no saturation: missing are limits wide enough for this flight"

@@ -5,7 +5,7 @@ kappa |W|^2 / 4 and eps. Least squares on a flight (one curve in the space of th
 huge weights for a slightly smaller error. So a ridge is chosen for each net, from none to infinite, for the smallest b_r.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from quadstep.certify.arrays import Array, apply, as_rows, lengths
 from quadstep.certify.history import History
 from quadstep.control.backstepping import BacksteppingGains
 from quadstep.flight.engines import FlightPlan
+from quadstep.numbers import Number
+from quadstep.plants.lagrange import Lagrange
 
 RIDGES = (0.0, *(10.0**power for power in range(-14, 1)), np.inf)
 """Tried ridges, as shares of the largest squared singular value of the basis outputs; infinite: weights of zero."""
@@ -71,7 +73,9 @@ def targets(plan: FlightPlan, h: History, inertia: Array, coriolis: Array) -> tu
     """
     gains: BacksteppingGains = plan.parameters.gains
     count, slope_1, slope_2 = len(h.t), np.array(gains.slope_1.entries), np.array(gains.slope_2.entries)
-    force, moment = (as_rows(part, count) for part in plan.loop.plant.disturbed(plan.parameters, h.state, h.t))
+    force, moment = (
+        as_rows(part, count) for part in cast(Lagrange, plan.loop.plant).disturbed(plan.parameters, h.state, cast(Number, h.t))
+    )
     excess = plan.parameters.vehicle.mass - gains.mass
     lift = np.array([0.0, 0.0, gains.gravity])
     first = excess * (as_rows(h.reference.acceleration, count) - slope_1 * slope_1 * h.e1 + lift) - force

@@ -1,6 +1,6 @@
 """L of Eq. 55 and its rate along a flight, term by term (Eq. 56 and the terms that the proof leaves out)."""
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -9,6 +9,8 @@ from quadstep.certify.history import History
 from quadstep.certify.ideal_weights import IdealWeights
 from quadstep.control.backstepping import BacksteppingGains
 from quadstep.flight.engines import FlightPlan
+from quadstep.numbers import Number
+from quadstep.plants.lagrange import Lagrange
 from quadstep.vehicle.lagrange import (
     acceleration,
     angular_acceleration,
@@ -56,7 +58,7 @@ class Lyapunov(NamedTuple):
 
 def matrices(plan: FlightPlan, h: History) -> Matrices:
     """J, J_dot and C along a flight."""
-    inertia, kinematics, count = plan.parameters.vehicle.inertia, plan.loop.plant.kinematics, len(h.t)
+    inertia, kinematics, count = plan.parameters.vehicle.inertia, cast(Lagrange, plan.loop.plant).kinematics, len(h.t)
     partials = effective_inertia_partials(h.state.attitude, inertia, kinematics)
     rates = as_rows(h.state.rates, count)
     return Matrices(
@@ -83,10 +85,11 @@ def lyapunov(plan: FlightPlan, h: History, m: Matrices, ideal: IdealWeights) -> 
     parts = [0.5 * np.broadcast_to(sum(of), len(h.t)) for of in (kinetic, stored, weight)]
     value = sum(parts, np.zeros(()))
 
-    force, moment = plan.loop.plant.disturbed(plan.parameters, h.state, h.t)
+    plant = cast(Lagrange, plan.loop.plant)
+    force, moment = plant.disturbed(plan.parameters, h.state, cast(Number, h.t))
     moving = as_rows(acceleration(vehicle, h.state.attitude, h.thrust, force), count)  # type: ignore[arg-type]
     pushed = as_vector(h.torque) + moment
-    turning = angular_acceleration(vehicle, h.state.attitude, h.state.rates, pushed, plan.loop.plant.kinematics)
+    turning = angular_acceleration(vehicle, h.state.attitude, h.state.rates, pushed, plant.kinematics)
     r1_dot = as_rows(h.reference.acceleration, count) - moving + slope_1 * (h.r1 - slope_1 * h.e1)
     r2_dot = h.desired_accelerations - as_rows(turning, count) + slope_2 * (h.r2 - slope_2 * h.e2)
     tuned = sum(-f * (w * rate).sum(axis=(1, 2)) for f, (_, w, rate) in zip(inverse, nets, strict=True))

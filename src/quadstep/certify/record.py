@@ -26,7 +26,7 @@ def share(condition: Mask) -> float | None:
     return float(np.mean(condition)) if len(condition) else None
 
 
-def rate_record(c: Certificate) -> dict[str, Any]:
+def rate_record(c: Certificate) -> dict[str, object]:
     """L and L_dot: ends, work of each term, and how well the three ways to L_dot agree."""
     rate, value = c.lyapunov.rate, c.lyapunov.value
     mean = 0.5 * (rate[1:] + rate[:-1])
@@ -49,7 +49,7 @@ def rate_record(c: Certificate) -> dict[str, Any]:
     }
 
 
-def coupling_record(c: Certificate) -> dict[str, Any]:
+def coupling_record(c: Certificate) -> dict[str, object]:
     """The term -r1^T delta that the proof leaves out."""
     ratio, h = c.coupling_ratio, c.history
     tilt = np.sqrt(np.square(h.e2[:, 1:]).sum(axis=1))
@@ -69,7 +69,7 @@ def coupling_record(c: Certificate) -> dict[str, Any]:
     }
 
 
-def flight_record(c: Certificate) -> dict[str, Any]:
+def flight_record(c: Certificate) -> dict[str, object]:
     """Where |r| and |W_tilde| really were."""
     entered = c.entered
     return {

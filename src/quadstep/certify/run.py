@@ -39,7 +39,7 @@ def certify_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet | No
             found = certify_plan(plan)
         except UserError as error:
             raise UserError(f"{path}: no certificate: {error}") from None
-        figure = pool.submit(figure_of(found, mission.name).draw, out, sheet)
+        figure = pool.submit(figure_of(found, mission.name).draw, out, sheet and sheet.shown())
         full = record(found)
         write_json(out / "certificate.json", full)
         about = {"name": mission.name, "version": __version__, "kind": full["kind"], "verdict": full["verdict"]}

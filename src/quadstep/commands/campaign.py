@@ -37,7 +37,7 @@ def campaign(
         str | None,
         typer.Option(
             metavar="P",
-            help="Fly until fewer than P of the flights are known to fail, or not; --flights: the most.",
+            help="Fly until the failure rate is shown to be below P, or not to be; --flights: at most so many.",
             show_default=False,
         ),
     ] = None,

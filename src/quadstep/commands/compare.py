@@ -23,12 +23,12 @@ MOST_SEEDS, USUAL_SEEDS = 100_000, 100
 
 EngineOption = Annotated[CompareEngine, typer.Option(help="lanes: all cores. ray: a cluster.")]
 SeedsOption = Annotated[
-    int | None, typer.Option(help="Flights of a cell, instead of the study's; of missions 100.", show_default=False)
+    int | None, typer.Option(help="Flights per cell, instead of the study's; 100 for missions.", show_default=False)
 ]
 KeepGoingOption = Annotated[
-    bool, typer.Option("--keep-going", help="Go on with the others where a controller cannot; exit code 2 in the end.")
+    bool, typer.Option("--keep-going", help="Continue with the others if a controller fails; exit code 2 at the end.")
 ]
-RetuneOption = Annotated[bool, typer.Option("--retune", help="Tune also those for which the study brings gains along.")]
+RetuneOption = Annotated[bool, typer.Option("--retune", help="Also tune controllers for which the study supplies gains.")]
 
 
 def compare(

@@ -15,7 +15,10 @@ from quadstep.terminal.screen import say, say_whole
 
 def envelope(
     file: Annotated[
-        Path, typer.Argument(metavar="MISSION.toml", help="Mission, or a campaign that varies more.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="MISSION.toml", help="Mission file, or a campaign file that varies further keys.", show_default=False
+        ),
     ],
     x: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Horizontal axis: n values from a to b; or KEY=v1,v2,...")],
     y: Annotated[str, typer.Option(metavar="KEY=a:b:n", help="Vertical axis, in the same form.")],

@@ -35,7 +35,7 @@ def fly(
     engine: EngineOption = Engine.LANES,
     overwrite: OverwriteOption = False,
     flight: Annotated[
-        int | None, typer.Option(help="With a campaign file: fly its flight of this number.", show_default=False)
+        int | None, typer.Option(help="With a campaign file: number of the flight to fly.", show_default=False)
     ] = None,
     results: Annotated[
         Path | None,

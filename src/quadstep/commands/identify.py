@@ -23,18 +23,19 @@ def identify(
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the vehicle.")] = Path("vehicle.toml"),
     mass: Annotated[
-        float | None, typer.Option(metavar="KG", help="Mass, where it is not that of --vehicle.", show_default=False)
+        float | None, typer.Option(metavar="KG", help="Mass, if it differs from that of --vehicle.", show_default=False)
     ] = None,
     mapping: MappingOption = None,
     trust: Annotated[
-        bool, typer.Option("--trust-mapping", help="Fit also where a log contradicts its mapping; the lines are printed.")
+        bool,
+        typer.Option("--trust-mapping", help="Fit even if a log contradicts its mapping; the contradictions are printed."),
     ] = False,
     hold_out: Annotated[
         bool, typer.Option("--hold-out/--no-hold-out", help="Keep one flight of four from the first fit to test it on.")
     ] = True,
     residual: Annotated[
         bool,
-        typer.Option("--residual", help="Train a small network on what is left over; in the vehicle it is off."),
+        typer.Option("--residual", help="Train a small network on the residual; the vehicle file has it switched off."),
     ] = False,
     report: Annotated[
         bool, typer.Option("--report/--no-report", help="Write a page beside the vehicle: fits, residuals, spectra (HTML).")

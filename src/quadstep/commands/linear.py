@@ -29,9 +29,11 @@ def linear(
     file: Annotated[Path, typer.Argument(metavar="MISSION.toml", help="A mission, or a campaign.", show_default=False)],
     controllers: Annotated[
         str | None,
-        typer.Option(metavar="NAMES", help="Under each of these laws, with commas between; or all.", show_default=False),
+        typer.Option(
+            metavar="NAMES", help="Linearise under each of these laws, separated by commas; or all.", show_default=False
+        ),
     ] = None,
-    along: Annotated[bool, typer.Option("--along", help="At instants along the flight, instead of at rest.")] = False,
+    along: Annotated[bool, typer.Option("--along", help="Linearise at instants along the flight instead of at rest.")] = False,
     samples: Annotated[
         int | None,
         typer.Option(help="Instants of --along (20), or draws of a campaign (all, at most 100).", show_default=False),

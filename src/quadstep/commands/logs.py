@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
 MappingOption = Annotated[
     str | None,
-    typer.Option(help="What a CSV's columns are: nanobench, crazypad, idsia, or a mapping file (TOML).", show_default=False),
+    typer.Option(help="Meaning of a CSV's columns: nanobench, crazypad, idsia, or a mapping file (TOML).", show_default=False),
 ]
 
 

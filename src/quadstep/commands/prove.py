@@ -14,17 +14,21 @@ def prove(
     mission: Annotated[Path | None, typer.Argument(help="Mission file (TOML).", show_default=False)] = None,
     force: Annotated[
         float | None,
-        typer.Option(help="Unknown force on each axis, at most [N]; 2.3e-4 on the paper's plant, else 0.", show_default=False),
+        typer.Option(
+            help="Bound of the unknown force on each axis [N]; default: 2.3e-4 on the paper's plant, else 0.",
+            show_default=False,
+        ),
     ] = None,
     torque: Annotated[
         float | None,
         typer.Option(
-            help="Unknown torque on each axis, at most [N m]; 2.3e-4 on the paper's plant, else 0.", show_default=False
+            help="Bound of the unknown torque on each axis [N m]; default: 2.3e-4 on the paper's plant, else 0.",
+            show_default=False,
         ),
     ] = None,
-    mass: Annotated[float, typer.Option(help="The mass is unknown within this share; 0.01: 1 %.")] = 0.0,
-    inertia: Annotated[float, typer.Option(help="So is each inertia.")] = 0.0,
-    start: Annotated[float, typer.Option(help="The start is unknown within this on each axis [m].")] = 0.0,
+    mass: Annotated[float, typer.Option(help="Relative uncertainty of the mass; 0.01 is 1 %.")] = 0.0,
+    inertia: Annotated[float, typer.Option(help="Relative uncertainty of each moment of inertia.")] = 0.0,
+    start: Annotated[float, typer.Option(help="Uncertainty of the start position on each axis [m].")] = 0.0,
     out: Annotated[
         Path | None, typer.Option(help="Certificate of a tube; default: out/<mission's name>-proof.json.", show_default=False)
     ] = None,

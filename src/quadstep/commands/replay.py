@@ -33,8 +33,8 @@ def replay(
         ),
     ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
-    commands_only: Annotated[bool, typer.Option("--commands-only", help="Do not look at setpoints.")] = False,
-    residual: Annotated[bool, typer.Option("--residual", help="Also with the residual that the vehicle has learned.")] = False,
+    commands_only: Annotated[bool, typer.Option("--commands-only", help="Ignore setpoints.")] = False,
+    residual: Annotated[bool, typer.Option("--residual", help="Also predict with the vehicle's learned residual.")] = False,
     starts: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help='Rows to predict from: {"flight": [row, ...]} (JSON).', show_default=False),
@@ -43,7 +43,7 @@ def replay(
         Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
     ] = None,
 ) -> None:
-    """Predict logged flights from their measured states and commands, and say how wrong that is.
+    """Predict logged flights from their measured states and commands, and report the errors.
 
     Mean errors 1, 10 and 50 samples ahead stand beside those of two guesses: velocity and rates stay what they are
     ("constant"), or the rates are zero.

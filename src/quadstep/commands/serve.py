@@ -18,7 +18,7 @@ def serve(
     folder: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("out"),
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 picks a free one.")] = PORT,
     host: Annotated[
-        str, typer.Option(help="Address of this machine for others in its network, who need the link's token; 0.0.0.0: all.")
+        str, typer.Option(help="Address to listen on for others on the network, who need the token in the link; 0.0.0.0: all.")
     ] = "127.0.0.1",
     show: OpenOption = False,
 ) -> None:

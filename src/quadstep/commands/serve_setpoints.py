@@ -18,10 +18,10 @@ def serve_setpoints(
         str,
         typer.Option(metavar="ADDRESS", help="Where the vehicle is, as pymavlink names it, such as udpin:127.0.0.1:14540."),
     ] = "udpin:127.0.0.1:14540",
-    kind: Annotated[str, typer.Option(help="What a setpoint says: position, attitude or rates.")] = "position",
-    rate: Annotated[float, typer.Option(help="Setpoints a second, 2 to 200.")] = 50.0,
+    kind: Annotated[str, typer.Option(help="Content of a setpoint: position, attitude or rates.")] = "position",
+    rate: Annotated[float, typer.Option(help="Setpoints per second, 2 to 200.")] = 50.0,
 ) -> None:
-    """Send a mission's path to a vehicle as MAVLink setpoints, in its own time; arms nothing and changes no mode.
+    """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
 
     Exit code 2: bad input, or no vehicle was heard.
     """

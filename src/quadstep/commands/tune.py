@@ -1,8 +1,9 @@
 """`quadstep tune`."""
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,7 +23,7 @@ def tune(
     mission: Annotated[
         Path, typer.Argument(metavar="MISSION.toml", help="Mission file with a table [tune].", show_default=False)
     ],
-    budget: Annotated[int, typer.Option(help="Most flights to use, all in all.", show_default=False)],
+    budget: Annotated[int, typer.Option(help="Maximum number of flights in total.", show_default=False)],
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-tuned.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search and of what differs from flight to flight.")] = 1,
     overwrite: OverwriteOption = False,
@@ -85,7 +86,7 @@ def listed(values: list[float]) -> str:
     return ", ".join(f"{value:.6g}" for value in (values if len(set(values)) > 1 else values[:1]))
 
 
-def shown(estimate: Any, factor: float = 1.0) -> str:
+def shown(estimate: Iterable[float] | None, factor: float = 1.0) -> str:
     """A value with its interval."""
     if estimate is None:
         return "-"

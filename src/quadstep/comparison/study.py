@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -115,8 +115,7 @@ class Study(NamedTuple):
     def tuned(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
         """A controller's table with these gains, by key of the mission."""
         mission = self.nominal(vehicle, controller)
-        changed: Content = with_numbers({"controller": controller}, mission, dict(values))["controller"]
-        return changed
+        return cast(Content, with_numbers({"controller": controller}, mission, dict(values))["controller"])
 
     def cell(self, situation: Situation, name: str, controller: Content) -> Cell:
         """A controller in a situation. Raises UserError naming both."""

@@ -91,8 +91,8 @@ def of_all(found: Comparison) -> str:
     over = f" over {many} situations" if many > 1 else ""
     first, *_ = found.overall().items()
     text = (
-        f"{len(found.controllers)} controllers, {found.seeds} flights each of every situation. Of {len(pairs)} pairs{over}, "
-        f"it is decided of {decided} which tracks better, and of {kept} which loses fewer flights; of the others it is not."
+        f"{len(found.controllers)} controllers, {found.seeds} flights each of every situation. Which of two tracks better is "
+        f"decided for {decided} of {len(pairs)} pairs{over}, and which loses fewer flights for {kept}."
     )
     return f"{text} {first[0]} has the best mean rank." if many > 1 else text
 

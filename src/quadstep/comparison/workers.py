@@ -6,7 +6,6 @@ import platform
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from itertools import islice
-from typing import Any
 
 from quadstep.campaign.cluster import AHEAD, LOSSES, fetched, needs, over, refuse_others
 from quadstep.campaign.cluster_connection import connected, cores
@@ -43,7 +42,7 @@ def on_cluster(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
     """On a cluster: a task a job."""
     with connected() as ray:
 
-        def quadstep_job(told: Any, packed: bytes) -> Any:
+        def quadstep_job(told: Sequence[tuple[str, str]], packed: bytes) -> tuple[bytes, str]:
             # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
             from quadstep.comparison.workers import on_worker  # noqa: PLC0415 (on the worker)
 
@@ -51,7 +50,7 @@ def on_cluster(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
 
         task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_job)
         waiting = iter(jobs)
-        going: dict[Any, Job] = {}
+        going: dict[object, Job] = {}
         while True:
             room = max(0, AHEAD * max(1, cores(ray)) - len(going))
             for job in islice(waiting, room):

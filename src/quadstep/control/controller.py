@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Self
 
-from quadstep.control.gain import Gain, Said, Undecided, declared, kept, with_defaults
+from quadstep.control.gain import Declaration, Gain, Said, Undecided, declared, kept, with_defaults
 from quadstep.control.learning import Learning
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
@@ -116,11 +116,11 @@ class Controller:
     name: ClassVar[str] = ""
     label: ClassVar[str] = ""
     source: ClassVar[str] = ""
-    Gains: ClassVar[type[Any]]
-    defaults: ClassVar[Mapping[str, Any]] = {}
-    measures: ClassVar[type[Any]] = Measured
+    Gains: ClassVar[type]
+    defaults: ClassVar[Mapping[str, object]] = {}
+    measures: ClassVar[type] = Measured
     also_measures: ClassVar[tuple[str, ...]] = ()
-    commands: ClassVar[type[Any]] = Command
+    commands: ClassVar[type] = Command
     preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
 
@@ -190,7 +190,7 @@ class Controller:
         return tuple(name for name in named if name != "law" and getattr(cls, name) is not getattr(Controller, name, None))
 
     @classmethod
-    def declarations(cls) -> Mapping[str, Any]:
+    def declarations(cls) -> Mapping[str, Declaration]:
         """The declaration of every field of the gains, by dotted name."""
         return declarations_of(cls)
 
@@ -200,19 +200,21 @@ class Controller:
         return keys_of(cls)
 
     @classmethod
-    def undecided(cls, model: Model, values: Mapping[str, Any] | None = None, learning: Learning | None = None) -> Undecided:
+    def undecided(
+        cls, model: Model, values: Mapping[str, object] | None = None, learning: Learning | None = None
+    ) -> Undecided:
         """The gains for a vehicle, decided as they are read. values: what is said of them, by key; learning: of the nets."""
         said = {} if values is None else {name: values.get(key) for key, (name, _) in cls.by_key().items()}
         return Undecided(cls.Gains, cls.declarations(), Said(said, learning), model)
 
     @classmethod
-    def gains(cls, model: Model, values: Mapping[str, Any] | None = None, learning: Learning | None = None) -> Any:
+    def gains(cls, model: Model, values: Mapping[str, object] | None = None, learning: Learning | None = None) -> Any:
         """The gains for a vehicle, as declared."""
         return cls.undecided(model, values, learning).decided()
 
 
 @kept
-def declarations_of(controller: type[Controller]) -> Mapping[str, Any]:
+def declarations_of(controller: type[Controller]) -> Mapping[str, Declaration]:
     """Those of its gains, with the controller's own defaults."""
     return with_defaults(declared(controller.Gains), controller.defaults)
 

@@ -13,10 +13,13 @@ gains needs none: its keys stand beside the others.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, NamedTuple, ParamSpec, Protocol, TypeAlias, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, ParamSpec, Protocol, TypeAlias, TypeVar, cast, get_type_hints
 
 from quadstep.control.model import Model
 from quadstep.numbers import Number, Vector
+
+if TYPE_CHECKING:
+    from quadstep.control.learning import Learning
 
 AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
 """Parts of a gain about three axes. One number in a mission stands for three equal ones."""
@@ -27,25 +30,32 @@ GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
 BELIEVED_UNITS = {"mass": "kg", "inertia": "kg m^2", "gravity": "m/s^2"}
 
 
+Rule: TypeAlias = Callable[[Any, Model], object]
+"""Of other gains, read by their names, and the vehicle."""
+
+
 @dataclass(frozen=True)
 class FromGains:
     """A default that follows from other gains of the same structure: rule(gains, model)."""
 
-    rule: Callable[[Any, Model], Any]
+    rule: Rule
 
 
-Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], Any] | FromGains | None
+Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], object] | FromGains | None
 """A number, one for each part, a function of the vehicle, or of other gains; None if a mission has to say it."""
 
 
+Values = TypeVar("Values", float, tuple[float, ...])
+
+
 @dataclass(frozen=True)
-class Usual:
+class Usual(Generic[Values]):
     """A gain found on the 2.6 kg vehicle; on others it is times their agility to this power: 1/s to the power."""
 
-    values: float | tuple[float, ...]
+    values: Values
     power: int
 
-    def __call__(self, model: Model) -> Any:
+    def __call__(self, model: Model) -> Values:
         pace: Number = 1.0
         for _ in range(self.power):
             pace = pace * model.agility
@@ -55,7 +65,7 @@ class Usual:
 class Declaration(Protocol):
     """What decides a field of the gains."""
 
-    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+    def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
         """The field's value where the mission says nothing. gains: the other fields; learning: what is said of the nets."""
         ...
 
@@ -83,15 +93,16 @@ class Gain:
     group: str = GAINS
     signed: bool = False
 
-    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+    def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
         """The default."""
         return self.shaped(resolved(self.default, gains, model))
 
-    def shaped(self, value: Any) -> Any:
+    def shaped(self, value: object) -> object:
         """A value as the law takes it: a vector where there are parts, one number standing for equal ones."""
         if not self.parts or isinstance(value, Vector):
             return value
-        return Vector(value if isinstance(value, tuple) else (value,) * len(self.parts))
+        entries = value if isinstance(value, tuple) else (value,) * len(self.parts)
+        return Vector(cast(tuple[Number, ...], entries))
 
     @property
     def label(self) -> str:
@@ -105,7 +116,7 @@ class Gain:
         return self.parts in (AXES, ANGLES)
 
     @property
-    def fixed(self) -> Any:
+    def fixed(self) -> float | tuple[float, ...] | None:
         """The default if it is the same for every vehicle, as a mission holds it; else None."""
         if self.default is None or callable(self.default) or isinstance(self.default, FromGains):
             return None
@@ -126,9 +137,9 @@ class Gain:
 class Given:
     """No key: it follows from the vehicle."""
 
-    value: Callable[[Model], Any]
+    value: Callable[[Model], object]
 
-    def decide(self, gains: Any, model: Model, learning: Any) -> Any:
+    def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
         """What the vehicle gives."""
         return self.value(model)
 
@@ -165,22 +176,22 @@ def believed(what: str) -> Any:
     )
 
 
-def given(value: Callable[[Model], Any]) -> Any:
+def given(value: Callable[[Model], object]) -> Any:
     """Declares a number that follows from the vehicle and has no key."""
     return Given(value)
 
 
-def usual(values: float | tuple[float, ...], power: int = 1) -> Usual:
+def usual(values: Values, power: int = 1) -> Usual[Values]:
     """A default found on the 2.6 kg vehicle, times the agility of others to this power."""
     return Usual(values, power)
 
 
-def from_gains(rule: Callable[[Any, Model], Any]) -> FromGains:
+def from_gains(rule: Rule) -> FromGains:
     """A default that follows from other gains: `from_gains(lambda gains, model: gains.k_p / 15.0)`."""
     return FromGains(rule)
 
 
-def resolved(default: Default, gains: Any, model: Model) -> Any:
+def resolved(default: Default, gains: object, model: Model) -> object:
     """What a default comes to."""
     if isinstance(default, FromGains):
         return default.rule(gains, model)
@@ -200,22 +211,22 @@ def kept(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @kept
-def kinds_of(gains: type[Any]) -> Mapping[str, Any]:
+def kinds_of(gains: type) -> Mapping[str, type]:
     """The type of every field."""
     return get_type_hints(gains)
 
 
 @kept
-def declared(gains: type[Any]) -> Mapping[str, Any]:
+def declared(gains: type) -> Mapping[str, Declaration]:
     """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
-    found: dict[str, Any] = {}
+    found: dict[str, Declaration] = {}
     for name, kind in kinds_of(gains).items():
         declaration = getattr(gains, "_field_defaults", {}).get(name)
         if isinstance(declaration, Gain):
             parts = declaration.parts or (AXES if kind is Vector else ())
             found[name] = replace(declaration, key=declaration.key or name, parts=parts)
         elif hasattr(declaration, "decide"):
-            found[name] = declaration
+            found[name] = cast(Declaration, declaration)
         elif hasattr(kind, "_field_defaults"):
             found |= {f"{name}.{inner}": one for inner, one in declared(kind).items()}
         else:
@@ -227,25 +238,32 @@ def declared(gains: type[Any]) -> Mapping[str, Any]:
     return found
 
 
-def with_defaults(declarations: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+def gains_in(structure: type) -> dict[str, Gain]:
+    """Those of a structure's declarations that have keys, by dotted name."""
+    return {name: one for name, one in declared(structure).items() if isinstance(one, Gain)}
+
+
+def with_defaults(declarations: Mapping[str, Declaration], defaults: Mapping[str, Any]) -> dict[str, Declaration]:
     """Declarations with other defaults, by dotted name; what is itself a declaration replaces the one that was there."""
     changed = dict(declarations)
     for name, one in defaults.items():
-        changed[name] = one if hasattr(one, "decide") else replace(declarations[name], default=one)
+        changed[name] = one if hasattr(one, "decide") else replace(cast(Gain, declarations[name]), default=one)
     return changed
 
 
 class Said(NamedTuple):
     """What a mission says of the gains. values: by dotted field, where it does; learning: of the nets."""
 
-    values: Mapping[str, Any]
-    learning: Any = None
+    values: Mapping[str, object]
+    learning: "Learning | None" = None
 
 
 class Undecided:
     """Gains that are decided one by one as they are read, so that their order does not matter, and only what is read costs."""
 
-    def __init__(self, gains: type, declarations: Mapping[str, Any], said: Said, model: Model, prefix: str = "") -> None:
+    def __init__(
+        self, gains: type, declarations: Mapping[str, Declaration], said: Said, model: Model, prefix: str = ""
+    ) -> None:
         self._gains, self._declarations, self._said, self._model, self._prefix = gains, declarations, said, model, prefix
         self._begun: set[str] = set()
 
@@ -259,11 +277,11 @@ class Undecided:
         path = f"{self._prefix}{name}"
         declaration, said = self._declarations.get(path), self._said.values.get(path)
         if declaration is None:
-            value: Any = Undecided(kinds[name], self._declarations, self._said, self._model, f"{path}.")
+            value: object = Undecided(kinds[name], self._declarations, self._said, self._model, f"{path}.")
         elif said is None:
             value = declaration.decide(self, self._model, self._said.learning)
         else:
-            value = declaration.shaped(said)
+            value = cast(Gain, declaration).shaped(said)
         setattr(self, name, value)
         return value
 

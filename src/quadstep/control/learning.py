@@ -9,7 +9,7 @@ weights_2: Matrix = weights(2)
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from quadstep.control.gain import Default, resolved
 from quadstep.control.model import Model
@@ -41,13 +41,13 @@ class DeclaredNet:
     rate: Default
     damping: float
 
-    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Net:
+    def decide(self, gains: object, model: Model, learning: Learning | None) -> Net:
         """The net, with its fixed input weights."""
         said = learning or Learning()
         rate, damping = said.rates[self.number - 1], said.dampings[self.number - 1]
         return Net(
             random_input_weights(said.seed, self.number, said.neurons, self.inputs),
-            resolved(self.rate, gains, model) if rate is None else rate,
+            cast(Number, resolved(self.rate, gains, model)) if rate is None else rate,
             self.damping if damping is None else damping,
         )
 
@@ -56,7 +56,7 @@ class DeclaredNet:
 class LearningStart:
     """When both nets switch on."""
 
-    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Number:
+    def decide(self, gains: object, model: Model, learning: Learning | None) -> Number:
         """[s]; infinite for never."""
         said = learning or Learning()
         return said.start if said.enabled else math.inf
@@ -68,7 +68,7 @@ class Weights:
 
     number: int
 
-    def decide(self, gains: Any, model: Model, learning: Learning | None) -> Matrix:
+    def decide(self, gains: object, model: Model, learning: Learning | None) -> Matrix:
         """Shape (neurons, 3)."""
         said = learning or Learning()
         if said.weights is not None:

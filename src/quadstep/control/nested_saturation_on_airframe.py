@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.control.controller import Controller
 from quadstep.control.gain import usual
@@ -13,7 +13,7 @@ from quadstep.numbers import Number
 from quadstep.vehicle.kinematics import Kinematics
 
 
-def pair(damping: float, stiffness: float) -> Any:
+def pair(damping: float, stiffness: float) -> object:
     """A damping [1/s] and a stiffness [1/s^2] that suit a vehicle."""
 
     def suited(model: Model) -> tuple[Number, Number]:
@@ -30,7 +30,7 @@ class NestedSaturationOnAirframe(PaperOnAirframe):
     label = "nested saturations [11]"
     source = "Castillo, Lozano, Dzul 2005"
     Gains = NestedSaturationGains
-    defaults: ClassVar[Mapping[str, Any]] = {
+    defaults: ClassVar[Mapping[str, object]] = {
         "altitude": pair(8.0, 24.0),
         "yaw": pair(12.0, 50.0),
         "bounds": (6.0, 3.0, 1.5, 0.75),

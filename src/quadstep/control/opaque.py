@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,7 @@ class OpaqueGains(NamedTuple):
 class Opaque(Law):
     """Asks the callable; has no memory of its own."""
 
-    Gains: ClassVar[type[Any]] = OpaqueGains
+    Gains: ClassVar[type] = OpaqueGains
 
     def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
         """Nothing."""

@@ -7,7 +7,7 @@ tau_body. Singular at theta = 90 degrees, as the paper's law is.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.controller import Command, Condition, Controller, Measured
@@ -87,8 +87,8 @@ class PaperOnAirframe(Controller):
     name = "backstepping"
     label = "adaptive backstepping (the paper's)"
     source = "Das, Lewis, Subbarao 2009, through its Euler angles"
-    Gains: ClassVar[type[Any]] = BacksteppingGains
-    defaults: ClassVar[Mapping[str, Any]] = {
+    Gains: ClassVar[type] = BacksteppingGains
+    defaults: ClassVar[Mapping[str, object]] = {
         "slope_1": usual(0.82),
         "gain_1": from_gains(lambda gains, model: 6.3 * gains.mass * model.agility),
         "integral_1": from_gains(lambda gains, _: gains.gain_1 / 15.0),
@@ -102,13 +102,13 @@ class PaperOnAirframe(Controller):
 
     law_on_angles: Controller = field(default_factory=Backstepping)
 
-    def start(self, measured: Measured, gains: Any) -> Any:
+    def start(self, measured: Measured, gains: object) -> object:
         """The memory before the first sample."""
         return self.law_on_angles.start(paper_state(measured), gains)
 
     def law(
-        self, memory: Any, measured: Measured, reference: Reference, gains: Any, t: Number, period: Number
-    ) -> tuple[Command, Any]:
+        self, memory: object, measured: Measured, reference: Reference, gains: object, t: Number, period: Number
+    ) -> tuple[Command, object]:
         """One sample of the paper's law. Yaw errors are taken the short way round."""
         state = paper_state(measured)
         wanted_psi = -reference.yaw
@@ -121,6 +121,6 @@ class PaperOnAirframe(Controller):
         attitude = yaw_pitch_roll(quaternion_of(body_to_world(command.desired_attitude)))
         return command._replace(torque=body_torque(state.attitude, command.torque), desired_attitude=attitude), memory
 
-    def conditions(self, gains: Any, model: Model) -> Sequence[Condition]:
+    def conditions(self, gains: object, model: Model) -> Sequence[Condition]:
         """Those of the law on angles."""
         return self.law_on_angles.conditions(gains, model)

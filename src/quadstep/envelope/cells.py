@@ -1,7 +1,7 @@
 """The flights of a map gathered cell by cell."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -118,7 +118,7 @@ def table(asked: Request, cells: Cells) -> pa.Table:
     """One row per cell; missing values are null. Without chance in a cell, its share is no estimate."""
     count = asked.cells
     drawn = draw(asked.campaign.file, np.arange(count))
-    columns: dict[str, Any] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(asked.axes)}
+    columns: dict[str, object] = {axis.key: drawn_column(drawn[axis.key]) for axis in reversed(asked.axes)}
     known = {successes: interval(cells, successes) for successes in np.unique(cells.successes).tolist()}
     estimates = np.array([known[successes] for successes in cells.successes.ravel().tolist()])
     columns["flights"] = pa.array(np.full(count, cells.flights))

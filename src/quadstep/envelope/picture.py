@@ -2,10 +2,11 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
@@ -37,7 +38,7 @@ LOOKS = {
 }
 """Grey, hatch and words for each cause (for the first the limits themselves): told apart by the hatch alone."""
 
-CONTOURS: dict[float, Any] = {0.05: ":", 0.5: "-", 0.95: "--"}
+CONTOURS: dict[float, Literal[":", "-", "--"]] = {0.05: ":", 0.5: "-", 0.95: "--"}
 """Lines of equal success rate, where a cell has several flights."""
 
 MOST_HATCHED = 20_000
@@ -157,14 +158,14 @@ def hatch(axes: Axes, where: NDArray[np.bool_], across: NDArray[np.float64], up:
         axes.add_patch(PathPatch(outline, facecolor="none", edgecolor="0.35", linewidth=0.0, hatch=pattern))
 
 
-def legend(asked: Request, cells: Cells) -> list[Any]:
+def legend(asked: Request, cells: Cells) -> list[Artist]:
     """The legend of greys and lines, as far as they occur."""
     grey = ~coloured(cells)
     limits = ", ".join(
         f"{name} > {most:g} {unit_of(asked.campaign.thresholds[name])}".strip()
         for name, most in asked.campaign.file.failure.items()
     )
-    handles: list[Any] = [
+    handles: list[Artist] = [
         Patch(facecolor=grade, edgecolor="0.35", hatch=pattern, linewidth=0.0, label=words or limits)
         for number, (grade, pattern, words) in enumerate(LOOKS[name] for name in CAUSES)
         if (grey & (cells.cause == number)).any()
@@ -178,9 +179,9 @@ def legend(asked: Request, cells: Cells) -> list[Any]:
     return handles
 
 
-def draw_scale(figure: Figure, grid: Any, norm: LogNorm, asked: Request) -> None:
+def draw_scale(figure: Figure, grid: NDArray[np.object_], norm: LogNorm, asked: Request) -> None:
     """The colour bar of RMSE."""
-    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=list(grid.flat), pad=0.02, aspect=30)
+    bar = figure.colorbar(ScalarMappable(norm, colormaps[COLOURS]), ax=grid.ravel().tolist(), pad=0.02, aspect=30)
     decades = math.log10((norm.vmax or 1.0) / (norm.vmin or 1.0))
     bar.ax.yaxis.set_major_locator(
         LogLocator(10.0, (1.0,) if decades > 3.0 else (1.0, 3.0) if decades > 1.5 else (1.0, 2.0, 5.0))

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep import files
 from quadstep.campaign.distributions import MOST_OPTIONS, Grid
@@ -121,7 +121,7 @@ def is_random(base: Campaign, axes: Sequence[Axis]) -> bool:
     return any(is_noisy(planner, {**fixed, **dict(zip((axis.key for axis in axes), at, strict=True))}) for at in corners)
 
 
-def is_noisy(planner: Planner, values: dict[str, Any]) -> bool:
+def is_noisy(planner: Planner, values: dict[str, object]) -> bool:
     """Whether a flight with these values uses random numbers; one that cannot be flown is found out later."""
     try:
         return planner.mission(values).noisy

@@ -4,7 +4,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 from quadstep import __version__
 from quadstep.campaign.flown import Flyer
@@ -13,6 +12,7 @@ from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
 from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.envelope.found import Envelope, Panel
+from quadstep.envelope.picture import draw_map
 from quadstep.envelope.report import write_report
 from quadstep.envelope.request import Request
 from quadstep.report.publish import MANIFEST, publishing, write_json
@@ -33,8 +33,6 @@ def fly_envelope(
 
     progress: told flights over and flights in all. sheet: what the map is drawn on. Raises UserError.
     """
-    from quadstep.envelope.picture import draw_map  # noqa: PLC0415 (matplotlib loads only where it draws)
-
     over, total = 0, asked.cells * asked.flights
 
     def told(more: int) -> None:
@@ -48,7 +46,7 @@ def fly_envelope(
         cells = fly_cells(asked, flyer(engine), told)
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
-        draw_map(out / PICTURE, asked, cells, sheet or Sheet())
+        draw_map(out / PICTURE, asked, cells, (sheet or Sheet()).shown())
         write_report(out / REPORT, found, PICTURE)
         write_json(out / MANIFEST, as_json(found, engine))
     return found
@@ -90,7 +88,7 @@ def panel_name(by: Axis | None, place: int) -> str:
     return f"{by.key} = {shown(by.values[place])}" if by else ""
 
 
-def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, Any]:
+def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, object]:
     """The content of metrics.json."""
     asked, file = found.asked, found.asked.campaign.file
     return {
@@ -113,7 +111,7 @@ def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, Any]:
     }
 
 
-def panel_as_json(panel: Panel) -> dict[str, Any]:
+def panel_as_json(panel: Panel) -> dict[str, object]:
     """A panel with the unit in its key."""
     *others, _ = panel._asdict().items()
     return {**dict(others), "rmse[m]": panel.rmse}

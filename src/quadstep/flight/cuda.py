@@ -2,6 +2,7 @@
 
 import ctypes
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class Device:
     def __exit__(self, *_: object) -> None:
         self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
 
-    def call(self, name: str, *arguments: Any) -> None:
+    def call(self, name: str, *arguments: object) -> None:
         """Call a function of the driver; CudaError with its reason where it fails."""
         gpu_driver.call(self.driver, name, *arguments)
 
@@ -67,14 +68,14 @@ class Device:
         self.call("cuMemGetInfo_v2", ctypes.byref(free), ctypes.byref(total))
         return free.value
 
-    def discard(self, name: str, handle: Any) -> None:
+    def discard(self, name: str, handle: object) -> None:
         """Release something; a failure is ignored, above all after another error."""
         self.driver.cuCtxPushCurrent_v2(self.context)
         getattr(self.driver, name)(handle)
         self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
 
 
-def discarded(owner: Any, device: Device, name: str, handle: Any) -> Any:
+def discarded(owner: object, device: Device, name: str, handle: object) -> Callable[[], object]:
     """What to call when `owner` is done with; it happens by itself when nothing refers to the owner any more."""
     finalizer = weakref.finalize(owner, device.discard, name, handle)
     finalizer.atexit = False  # the driver cleans up by itself then, and may be gone
@@ -105,7 +106,7 @@ class Module:
         self.device.call("cuModuleGetFunction", ctypes.byref(function), self.handle, name.encode())
         return Kernel(self, function)
 
-    def fill(self, name: str, values: NDArray[Any]) -> None:
+    def fill(self, name: str, values: NDArray[np.generic]) -> None:
         """Write into a variable of the module."""
         address, size = ctypes.c_uint64(), ctypes.c_size_t()
         self.device.call("cuModuleGetGlobal_v2", ctypes.byref(address), ctypes.byref(size), self.handle, name.encode())
@@ -161,7 +162,7 @@ class Memory:
         self.free = discarded(self, device, "cuMemFree_v2", self.address)
 
     @classmethod
-    def holding(cls, device: Device, array: NDArray[Any]) -> "Memory":
+    def holding(cls, device: Device, array: NDArray[np.generic]) -> "Memory":
         """With a copy of an array."""
         memory = cls(device, array.nbytes)
         array = np.ascontiguousarray(array)
@@ -169,7 +170,7 @@ class Memory:
             device.call("cuMemcpyHtoD_v2", memory.address, array.ctypes.data, array.nbytes)
         return memory
 
-    def read(self, array: NDArray[Any]) -> None:
+    def read(self, array: NDArray[np.generic]) -> None:
         """Copy into a contiguous array."""
         self.device.call("cuMemcpyDtoH_v2", array.ctypes.data, self.address, array.nbytes)
 

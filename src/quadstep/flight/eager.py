@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop, Ticks
 from quadstep.flight.log import FlightLog, finished
-from quadstep.numbers import Structure, Table, flatten, rebuild, where
+from quadstep.numbers import Table, flatten, rebuild, where
 
 S = TypeVar("S")
 
@@ -20,7 +20,7 @@ Progress = Callable[[int], None]
 
 
 def fly_floats(
-    loop: ClosedLoop, parameters: Structure, start: Structure, ticks: Ticks, progress: Progress | None = None
+    loop: ClosedLoop, parameters: object, start: object, ticks: Ticks, progress: Progress | None = None
 ) -> FlightLog:
     """One flight on Python floats."""
     rows: list[tuple[float, ...]] = []
@@ -49,7 +49,7 @@ def fly_floats(
 def always(law: Callable[..., S]) -> Callable[..., S]:
     """The law of floats, repeated on arrays of one element where floats raise and other numbers continue (1 / 0)."""
 
-    def run(*given: Structure) -> S:
+    def run(*given: object) -> S:
         try:
             return law(*given)
         except (ArithmeticError, ValueError):
@@ -60,9 +60,7 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
     return run
 
 
-def fly_arrays(
-    loop: ClosedLoop, parameters: Sequence[Structure], starts: Sequence[Structure], ticks: Ticks
-) -> list[FlightLog]:
+def fly_arrays(loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[object], ticks: Ticks) -> list[FlightLog]:
     """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
     stacked, start = stack(parameters), stack(starts)
@@ -90,19 +88,19 @@ def fly_arrays(
     ]
 
 
-def stack(structures: Sequence[Structure]) -> Structure:
+def stack(structures: Sequence[object]) -> object:
     """One structure of arrays from many structures of floats."""
     columns = zip(*(flatten(structure) for structure in structures), strict=True)
     leaves = (column[0] if isinstance(column[0], Table) else np.array(column, dtype=float) for column in columns)
     return rebuild(structures[0], leaves)
 
 
-def keep(alive: NDArray[np.bool_], new: Structure, old: Structure) -> Structure:
+def keep(alive: NDArray[np.bool_], new: object, old: object) -> object:
     """The new cycle for flights still alive, the old one for those that have ended."""
     pairs = zip(flatten(new), flatten(old), strict=True)
     return rebuild(new, (where(alive, fresh, held) for fresh, held in pairs))  # type: ignore[arg-type]
 
 
-def pick(structure: Structure, index: int, count: int) -> list[float]:
+def pick(structure: object, index: int, count: int) -> list[float]:
     """The leaves of one flight."""
     return [float(np.broadcast_to(leaf, count)[index]) for leaf in flatten(structure)]

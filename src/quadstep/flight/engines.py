@@ -19,16 +19,16 @@ from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 class FlightPlan(NamedTuple):
     """A flight as laws and numbers, ready for an engine.
 
-    loop: a `ClosedLoop`, with its parameters and start; warnings: about its numbers.
+    parameters, start: the structures that its plant makes; warnings: about its numbers.
     """
 
-    loop: Any
+    loop: Loop
     parameters: Any
     start: Any
     ticks: Ticks
     warnings: tuple[str, ...] = ()
 
-    def with_controller(self, controller: Controller, gains: Any) -> "FlightPlan":
+    def with_controller(self, controller: Controller, gains: object) -> "FlightPlan":
         """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`.
 
         Raises UserError for one that has other loops, for which the plan has no sample times, or that measures more.
@@ -51,7 +51,7 @@ def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
     logs = flown(plans, engine, progress)
     for plan in plans:
-        if isinstance(plan.loop, Loop):
+        if isinstance(plan.loop, Loop):  # the engines take any `ClosedLoop`
             plan.loop.controller.landed(plan.parameters.gains)
     return logs
 

@@ -4,13 +4,12 @@ import ctypes
 import sys
 from ctypes import POINTER, c_char_p, c_float, c_int, c_size_t, c_uint, c_uint64, c_void_p
 from functools import lru_cache
-from typing import Any
 
 from quadstep.errors import UserError
 
 LIBRARY = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
-FUNCTIONS: dict[str, tuple[Any, ...]] = {
+FUNCTIONS: dict[str, tuple[object, ...]] = {
     "cuInit": (c_uint,),
     "cuGetErrorString": (c_int, POINTER(c_char_p)),
     "cuDeviceGetCount": (POINTER(c_int),),
@@ -56,7 +55,7 @@ class OutOfDeviceMemoryError(CudaError):
 
 
 @lru_cache(maxsize=1)
-def library() -> Any:
+def library() -> ctypes.CDLL:
     """The driver's library. NoDeviceError where there is none, or one too old."""
     try:
         driver = ctypes.CDLL(LIBRARY)
@@ -70,7 +69,7 @@ def library() -> Any:
     return driver
 
 
-def call(driver: Any, name: str, *arguments: Any) -> None:
+def call(driver: ctypes.CDLL, name: str, *arguments: object) -> None:
     """Call a function of the driver; CudaError with its reason where it fails."""
     status = getattr(driver, name)(*arguments)
     if not status:

@@ -3,7 +3,7 @@
 import ctypes
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,8 +44,8 @@ class GpuSweep(Batch):
         self,
         loop: Scored,
         ticks: Ticks,
-        start: Any,
-        parameters: Any,
+        start: object,
+        parameters: object,
         varying: Sequence[int],
         double: bool = False,
         registers: int | None = None,
@@ -101,7 +101,7 @@ class GpuSweep(Batch):
         progress: Progress | None,
         threads: int,
         portion: int | None,
-    ) -> NDArray[Any]:
+    ) -> NDArray[np.floating]:
         """Results in the order of `SweepTrace`, launch by launch."""
         results = np.zeros((self.row_count + (len(self.varying) if self.generates else 0), flights), dtype=self.number)
         bytes_a_flight = (self.row_count + len(self.varying)) * results.itemsize
@@ -126,8 +126,8 @@ class GpuSweep(Batch):
         return results
 
     def _launch(
-        self, first: int, flights: int, given: NDArray[Any] | None, common: tuple[Memory, Memory], threads: int
-    ) -> tuple[NDArray[Any], float]:
+        self, first: int, flights: int, given: NDArray[np.floating] | None, common: tuple[Memory, Memory], threads: int
+    ) -> tuple[NDArray[np.floating], float]:
         """The results of one launch and the seconds it took; the kernel's arguments are as `SweepTrace` has them."""
         over = np.empty((self.row_count + (len(self.varying) if given is None else 0), flights), dtype=self.number)
         every, tables = common

@@ -2,7 +2,7 @@
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ class Kernel:
     """Compiled code. fly: a C function as described in `Trace` or `SweepTrace`; engine: what keeps it in memory."""
 
     engine: llvm.ExecutionEngine
-    fly: Any
+    fly: Callable[..., None]
 
 
 WIDTHS = {"x86-64": 2, "nehalem": 2, "haswell": 4, "skylake-avx512": 8, "znver4": 8}
@@ -86,11 +86,12 @@ def compile_sweep(text: str, double: bool) -> Kernel:
     return Kernel(engine, function(engine, "sweep", counters, double, buffers))
 
 
-def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: bool, buffers: int) -> Any:
+def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: bool, buffers: int) -> Callable[..., None]:
     """A compiled function of so many counters, a number and so many addresses; it runs without the interpreter's lock."""
     number = ctypes.c_double if double else ctypes.c_float
     kinds: Sequence[Any] = [ctypes.c_int64] * counters + [number] + [ctypes.c_void_p] * buffers
-    return ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
+    compiled: Callable[..., None] = ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
+    return compiled
 
 
 def machine_code(text: str) -> llvm.ExecutionEngine:

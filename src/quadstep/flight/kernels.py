@@ -2,17 +2,16 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import Any
 
 from quadstep.flight.kernel import Kernel
 
 MOST = 64
 
 
-class Kernels(OrderedDict[Any, Kernel]):
+class Kernels(OrderedDict[object, Kernel]):
     """Kernels by what decides their code, the one used last at the end."""
 
-    def get_or_make(self, key: Any, make: Callable[[], Kernel]) -> Kernel:
+    def get_or_make(self, key: object, make: Callable[[], Kernel]) -> Kernel:
         """The kernel of this key, made when first asked for; the one unused for longest makes room."""
         kernel = self.pop(key, None) or make()
         self[key] = kernel

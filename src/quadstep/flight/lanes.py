@@ -3,7 +3,6 @@
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +23,8 @@ KERNELS = Kernels()
 
 def fly_lanes(
     loop: ClosedLoop,
-    parameters: Sequence[Any],
-    starts: Sequence[Any],
+    parameters: Sequence[object],
+    starts: Sequence[object],
     ticks: Ticks,
     progress: Progress | None = None,
     double: bool = True,
@@ -55,7 +54,7 @@ def fly_lanes(
     varying = [[leaf for leaf, common in zip(one, shared, strict=True) if not common] for one in leaves]
     common = [leaf for leaf, is_common in zip(leaves[0], shared, strict=True) if is_common and not isinstance(leaf, Table)]
 
-    def blocks(values: Sequence[Sequence[float]]) -> NDArray[Any]:
+    def blocks(values: Sequence[Sequence[float]]) -> NDArray[np.floating]:
         with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
             return np.ascontiguousarray(np.array(values).astype(numbers)[members].transpose(0, 2, 1))
 
@@ -88,7 +87,7 @@ def fly_lanes(
     return [result(flight) for flight in range(count)]
 
 
-def shared_leaves(parameters: Any) -> tuple[bool, ...]:
+def shared_leaves(parameters: object) -> tuple[bool, ...]:
     """For each parameter, whether all flights read it from one place: tables and matrices (the nets' input weights).
 
     Everything else is kept per flight even where it agrees, so that one compiled program serves all such flights.
@@ -97,7 +96,7 @@ def shared_leaves(parameters: Any) -> tuple[bool, ...]:
     return tuple(entry or isinstance(leaf, Table) for leaf, entry in pairs)
 
 
-def prepare(loop: ClosedLoop, parameters: Any, start: Any, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
+def prepare(loop: ClosedLoop, parameters: object, start: object, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)

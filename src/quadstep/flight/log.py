@@ -50,7 +50,7 @@ class FlightLog(NamedTuple):
 
 
 def finished(
-    columns: Mapping[str, str], rows: NDArray[np.float64], code: float, tick: int, ticks: Ticks, final: Any
+    columns: Mapping[str, str], rows: NDArray[np.float64], code: float, tick: int, ticks: Ticks, final: object
 ) -> FlightLog:
     """The log of a flight that ended at `tick` with outcome `code`; rows from that tick on, and broken ones, are cut.
 

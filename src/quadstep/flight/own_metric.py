@@ -60,7 +60,7 @@ class Metric(ABC):
 class Summed(NamedTuple):
     """A metric so far. value: of the sums."""
 
-    sums: Any
+    sums: object
     value: Number
 
 

@@ -1,7 +1,6 @@
 """The same laws for NVIDIA's graphics processors: PTX, their assembly language, written by LLVM without anything of CUDA."""
 
 from functools import lru_cache
-from typing import Any
 
 from llvmlite import binding as llvm
 
@@ -42,8 +41,8 @@ def prepare() -> llvm.Target:
 
 def ptx(
     loop: Scored,
-    start: Any,
-    parameters: Any,
+    start: object,
+    parameters: object,
     varying: frozenset[int],
     double: bool = False,
     architecture: int = NEWEST,
@@ -56,7 +55,12 @@ def ptx(
 
 
 def program(
-    loop: Scored, start: Any, parameters: Any, varying: frozenset[int], double: bool = False, generate: Generate | None = None
+    loop: Scored,
+    start: object,
+    parameters: object,
+    varying: frozenset[int],
+    double: bool = False,
+    generate: Generate | None = None,
 ) -> str:
     """The kernel as LLVM writes it down, not yet optimised."""
     trace = SweepTrace(loop, start, parameters, varying, double, 1, gpu=True, generate=generate)

@@ -10,7 +10,7 @@ which of its numbers vary, or on the processor.
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,13 +48,13 @@ class Swept(NamedTuple):
         return metrics(self.score)
 
 
-def places(start: Any, parameters: Any, names: Sequence[str]) -> list[int]:
+def places(start: object, parameters: object, names: Sequence[str]) -> list[int]:
     """Where the leaves of these names stand among all of a flight's: `start.position.2`, `parameters.vehicle.mass`."""
     known = given_names(start, parameters)
     return [known.index(name) for name in names]
 
 
-def given_names(start: Any, parameters: Any) -> list[str]:
+def given_names(start: object, parameters: object) -> list[str]:
     """The name of every number that a flight is given, in order."""
     return [*leaf_names(start, "start"), *leaf_names(parameters, "parameters")]
 
@@ -67,7 +67,7 @@ class Batch:
     """
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: Any, parameters: Any, varying: Sequence[int], double: bool = False
+        self, loop: Scored, ticks: Ticks, start: object, parameters: object, varying: Sequence[int], double: bool = False
     ) -> None:
         self.loop, self.ticks, self.varying, self.double = loop, ticks, tuple(varying), double
         given = flatten((start, parameters))
@@ -87,7 +87,7 @@ class Batch:
             raise ValueError(f"values of shape {rows.shape} do not fit {len(self.varying)} varying numbers")
         return rows
 
-    def columns(self, rows: NDArray[np.float64], length: int) -> NDArray[Any]:
+    def columns(self, rows: NDArray[np.float64], length: int) -> NDArray[np.floating]:
         """The varying numbers, one row per leaf in the order of `flatten`, the last flight repeated to fill up `length`."""
         columns = np.empty((len(self.varying), length), dtype=self.number)
         with np.errstate(over="ignore"):  # a limit beyond the range of f32 is infinite there
@@ -95,7 +95,7 @@ class Batch:
         columns[:, len(rows) :] = columns[:, len(rows) - 1 : len(rows)]
         return columns
 
-    def swept(self, results: NDArray[Any]) -> Swept:
+    def swept(self, results: NDArray[np.floating]) -> Swept:
         """Results in the order of `SweepTrace`."""
         code, ended, *score = results.astype(np.float64)
         return Swept(code.astype(np.int8), ended * self.ticks.step, rebuild(self.shape, iter(score)))
@@ -105,7 +105,7 @@ class Sweep(Batch):
     """A batch for the lanes of this machine."""
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: Any, parameters: Any, varying: Sequence[int], double: bool = False
+        self, loop: Scored, ticks: Ticks, start: object, parameters: object, varying: Sequence[int], double: bool = False
     ) -> None:
         super().__init__(loop, ticks, start, parameters, varying, double)
         self.width = host_width(double)
@@ -153,7 +153,7 @@ def completed(
     yield from (future.result() for future in wait(waiting).done)
 
 
-def prepare(loop: Scored, start: Any, parameters: Any, varying: frozenset[int], double: bool, width: int) -> Kernel:
+def prepare(loop: Scored, start: object, parameters: object, varying: frozenset[int], double: bool, width: int) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
     key = (loop, sizes, varying, double)
@@ -167,15 +167,15 @@ def prepare(loop: Scored, start: Any, parameters: Any, varying: frozenset[int], 
     return KERNELS.get_or_make(key, made)
 
 
-def check(given: Sequence[Any], varying: Sequence[int]) -> None:
+def check(given: Sequence[object], varying: Sequence[int]) -> None:
     """Refuse places that cannot vary."""
     wrong = [i for i in varying if not 0 <= i < len(given) or isinstance(given[i], Table)]
     if wrong or len(set(varying)) < len(varying):
         raise ValueError(f"places {sorted(varying)} of {len(given)}: each once, and no table")
 
 
-def narrow(values: Any, number: Any) -> NDArray[Any]:
+def narrow(values: ArrayLike, number: type[np.floating]) -> NDArray[np.floating]:
     """An array of at least one number of the lanes' kind; what is beyond the range of f32 is infinite there."""
     with np.errstate(over="ignore"):
-        array: NDArray[Any] = np.asarray(values, dtype=np.float64).astype(number)
+        array: NDArray[np.floating] = np.asarray(values, dtype=np.float64).astype(number)
     return array if array.size else np.zeros(1, dtype=number)

@@ -1,7 +1,7 @@
 """Very many flights without a log as LLVM instructions: for the lanes of this machine, or a thread of a graphics processor."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias, cast
 
 from llvmlite import ir
 
@@ -44,8 +44,8 @@ class SweepTrace(Ticking):
     def __init__(
         self,
         loop: Scored,
-        start: Any,
-        parameters: Any,
+        start: object,
+        parameters: object,
         varying: frozenset[int],
         double: bool,
         width: int,
@@ -112,8 +112,8 @@ class SweepTrace(Ticking):
         """
         emitter = Emitter(self.builder, ir.DoubleType(), self.emitter.width)
         number = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
-        flight: Any = LaneWord(emitter, number)
-        values = generate((flight >> 16).number(), (flight & 0xFFFF).number())
+        flight = LaneWord(emitter, number)
+        values = generate(cast(Number, (flight >> 16).number()), cast(Number, (flight & 0xFFFF).number()))
         if len(values) != count:
             raise ValueError(f"{len(values)} numbers generated for {count} that vary")
         self.drawn = [self.variable(self._narrow(emitter.value(value))) for value in values]

@@ -2,19 +2,26 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TypeVar, cast
 
 from llvmlite import ir
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop, Task
-from quadstep.numbers import Table, flatten, rebuild
-from quadstep.numbers.lane import Emitter, Lane, LaneTable, Stored
+from quadstep.numbers import Number, Table, flatten, rebuild
+from quadstep.numbers.lane import Condition, Emitter, Lane, LaneTable, Operand, Stored
 from quadstep.numbers.lane_functions import LaneFunctions
 
 INDEX = ir.IntType(64)
 CACHE_LINE = 64
 
 Lanes = LaneFunctions()
+
+S = TypeVar("S")
+
+
+def clock(time: Lane, tick: Lane, period: Lane) -> Clock:
+    """What a law knows of time, as lanes."""
+    return Clock(*cast(tuple[Number, Number, Number], (time, tick, period)))
 
 
 class Ticking(ABC):
@@ -25,8 +32,8 @@ class Ticking(ABC):
     """
 
     loop: ClosedLoop
-    parameters: Any
-    shape: Any
+    parameters: object
+    shape: object
     hold: Sequence[bool]
     first: ir.Value
     past: ir.Value
@@ -76,20 +83,21 @@ class Ticking(ABC):
 
             def run(task: Task = task, place: int = place) -> None:
                 builder.store(builder.add(tick, pauses[place]), dues[place])
-                self._run(task, Clock(time, count, periods[place]), count)
+                self._run(task, clock(time, count, periods[place]), count)
 
             self.when(builder.icmp_unsigned("==", tick, builder.load(dues[place])), task.name, run)
         if others is not None:
             others(tick, time)
         moves = builder.icmp_unsigned("<", tick, self.final)
-        self.when(moves, "moving", lambda: self._move(Clock(time, count, length)))
+        self.when(moves, "moving", lambda: self._move(clock(time, count, length)))
         builder.store(builder.add(tick, INDEX(1)), counter)
         builder.branch(self.block("head"))
         self.enter("done")
 
     def _run(self, task: Task, clock: Clock, tick: Lane) -> None:
         before = self.current()
-        after, code = task.run(before, self.parameters, clock)
+        after, number = task.run(before, self.parameters, clock)
+        code = cast(Operand, number)
         living = self._living()
         if not isinstance(code, Lane):  # a task that never ends a flight
             self.keep(before, after, living)
@@ -108,12 +116,12 @@ class Ticking(ABC):
 
     # Numbers in and out of memory
 
-    def leaves(self, structure: Any, homes: Sequence[str]) -> Any:
+    def leaves(self, structure: S, homes: Sequence[str]) -> S:
         """A structure of lanes, each read from the buffer that `homes` names for it.
 
         A buffer called "varying" holds a number for each flight, any other one for all; tables lie one behind the other.
         """
-        leaves: list[Any] = []
+        leaves: list[Lane | LaneTable] = []
         places = dict.fromkeys(homes, 0)
         bases = {home: self.common(home, INDEX(0)) for home in places if home != "varying"}
         for leaf, home in zip(flatten(structure), homes, strict=True):
@@ -125,7 +133,7 @@ class Ticking(ABC):
                 table = isinstance(leaf, Table)
                 leaves.append(LaneTable(self.emitter, pointer, leaf.size) if table else self.wide(self.builder.load(pointer)))
                 if not table:
-                    self.emitter.stored[id(leaves[-1].value)] = Stored(bases[home], places[home], scalar=True)
+                    self.emitter.stored[id(cast(Lane, leaves[-1]).value)] = Stored(bases[home], places[home], scalar=True)
             places[home] += leaf.size if isinstance(leaf, Table) else 1
         return rebuild(structure, iter(leaves))
 
@@ -140,17 +148,17 @@ class Ticking(ABC):
         self.builder.store(value, slot)
         return slot
 
-    def live(self, shape: Any, cycle: Sequence[ir.Value], outcome: Sequence[ir.Value]) -> None:
+    def live(self, shape: object, cycle: Sequence[ir.Value], outcome: Sequence[ir.Value]) -> None:
         """Set the cycle that the loop starts with, shaped as `shape`, and how its flights have ended so far: code, tick."""
         self.shape = shape
         self.cycle = [self.variable(number) for number in cycle]
         self.code, self.ended = (self.variable(number) for number in outcome)
 
-    def current(self) -> Any:
+    def current(self) -> object:
         """The cycle as lanes."""
         return rebuild(self.shape, (Lane(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
-    def keep(self, before: Any, after: Any, living: Any) -> None:
+    def keep(self, before: object, after: object, living: Condition) -> None:
         """Store what has changed in the cycle; where it is to be held, for flights that live."""
         for new, old, slot, held in zip(flatten(after), flatten(before), self.cycle, self.hold, strict=True):
             if isinstance(new, Lane) and new.value is old.value:
@@ -160,22 +168,22 @@ class Ticking(ABC):
             else:
                 self.builder.store(self.lane(new).value, slot)
 
-    def store(self, numbers: list[Any], slots: list[ir.Value], living: Any) -> None:
+    def store(self, numbers: list[Operand], slots: list[ir.Value], living: Condition) -> None:
         """Store numbers where the condition holds."""
         for number, slot in zip(numbers, slots, strict=True):
             held = Lane(self.emitter, self.builder.load(slot))
-            self.builder.store(Lanes.where(living, self.lane(number), held).value, slot)
+            self.builder.store(self.emitter.value(Lanes.where(living, self.lane(number), held)), slot)
 
     def save(self, buffer: str, slots: Sequence[ir.Value]) -> None:
         """Write variables into a buffer, one place after the other."""
         for place, slot in enumerate(slots):
             self.builder.store(self.builder.load(slot), self.address(buffer, INDEX(place)), align=self.align)
 
-    def lane(self, number: Any) -> Lane:
+    def lane(self, number: Operand) -> Lane:
         """A number, which may have folded to a constant, as a lane."""
         return number if isinstance(number, Lane) else Lane(self.emitter, self.emitter.constant(number))
 
-    def wide(self, scalar: ir.Value) -> Any:
+    def wide(self, scalar: ir.Value) -> Lane:
         """The same scalar in every lane."""
         return Lane(self.emitter, self.emitter.spread(scalar))
 
@@ -183,8 +191,9 @@ class Ticking(ABC):
         """The address of one number a lane, `offset` numbers into a buffer."""
         return self.builder.bitcast(self.builder.gep(self.argument[buffer], [offset]), self.emitter.vector.as_pointer())
 
-    def _living(self) -> Any:
-        return Lane(self.emitter, self.builder.load(self.code)) == 0.0
+    def _living(self) -> Condition:
+        living: Condition = Lane(self.emitter, self.builder.load(self.code)) == 0.0
+        return living
 
     def _times_step(self, count: ir.Value) -> ir.Value:
         return self.builder.fmul(self.builder.sitofp(count, self.emitter.element), self.step)

@@ -1,12 +1,13 @@
 """A flight with a log as LLVM instructions."""
 
-from typing import Any
+from typing import cast
 
 from llvmlite import ir
 
 from quadstep.flight.closed_loop import ClosedLoop
 from quadstep.flight.ticking import INDEX, Ticking
-from quadstep.numbers import Table, flatten
+from quadstep.numbers import Number, Table, flatten
+from quadstep.numbers.lane import Lane
 
 COUNTERS = ("first", "past", "final", "log")
 BUFFERS = ("cycle", "shared", "varying", "tables", "rows", "outcome")
@@ -23,7 +24,7 @@ class Trace(Ticking):
     all flights read; a row is written to rows every `log` ticks.
     """
 
-    def __init__(self, loop: ClosedLoop, parameters: Any, start: Any, shared: list[bool], double: bool, width: int):
+    def __init__(self, loop: ClosedLoop, parameters: object, start: object, shared: list[bool], double: bool, width: int):
         kinds = {**dict.fromkeys(COUNTERS, INDEX), "step": ir.DoubleType() if double else ir.FloatType()}
         super().__init__("fly", double, width, {**kinds, "every": INDEX.as_pointer(), **dict.fromkeys(BUFFERS)})
         self.loop = loop
@@ -49,13 +50,13 @@ class Trace(Ticking):
     def _loaded(self, buffer: str, count: int) -> list[ir.Value]:
         return [self.builder.load(self.address(buffer, INDEX(place)), align=self.align) for place in range(count)]
 
-    def _log(self, tick: ir.Value, time: Any) -> None:
+    def _log(self, tick: ir.Value, time: Lane) -> None:
         """A row, where one is due."""
         builder, every = self.builder, self.argument["log"]
 
         def write() -> None:
             row = builder.mul(builder.udiv(tick, every), INDEX(len(self.loop.columns)))
-            for place, number in enumerate(self.loop.row(self.current(), self.parameters, time)):
+            for place, number in enumerate(self.loop.row(self.current(), self.parameters, cast(Number, time))):
                 address = self.address("rows", builder.add(row, INDEX(place)))
                 builder.store(self.lane(number).value, address, align=self.align)
 

@@ -34,7 +34,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
         memory = always(law.slower)(name, memory, *given, periods[name])
         check_same(memory, cycle.memory, f"{name}: the memory")
     kind = type(cycle.command) if law.commands is Command else law.commands
-    answer: Any = always(law.law)(memory, *given, periods["law"])
+    answer: object = always(law.law)(memory, *given, periods["law"])
     wanted = kind.__name__
     if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
         raise UserError(f"law: should return a {wanted} and the memory; it returns {named(answer)}")
@@ -42,7 +42,7 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_same(answer[1], cycle.memory, "law: the memory")
 
 
-def check_command(loop: Loop, cycle: Cycle, parameters: Any, command: Any) -> None:
+def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object) -> None:
     """Refuses a command that the vehicle cannot take. Raises UserError."""
     what = f"law: the {type(command).__name__}"
     check_numbers(command, what)
@@ -53,14 +53,14 @@ def check_command(loop: Loop, cycle: Cycle, parameters: Any, command: Any) -> No
     check_same(loop.plant.asked(parameters, command), cycle.command, what)
 
 
-def named(answer: Any) -> str:
+def named(answer: object) -> str:
     """What something is, a tuple entry by entry."""
     if type(answer) is tuple and answer:
         return f"a tuple of {', '.join(type(one).__name__ for one in answer)}"
     return type(answer).__name__
 
 
-def check_numbers(structure: Any, what: str) -> None:
+def check_numbers(structure: object, what: str) -> None:
     """Refuses what is not made of numbers. Raises UserError."""
     for leaf, name in zip(flatten(structure), leaf_names(structure), strict=True):
         if not isinstance(leaf, (*NUMBERS, Table)):
@@ -68,7 +68,7 @@ def check_numbers(structure: Any, what: str) -> None:
             raise UserError(f"{what}: should be made of {MADE_OF}; {inside} a {type(leaf).__name__}")
 
 
-def check_same(structure: Any, first: Any, what: str) -> None:
+def check_same(structure: object, first: object, what: str) -> None:
     """Refuses what is not made of the same numbers as the first. Raises UserError."""
     check_numbers(structure, what)
     now, then = leaf_names(structure), leaf_names(first)

@@ -9,7 +9,7 @@ and checks, and the page's sliders.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number
@@ -37,12 +37,12 @@ class DeclaredPath(ABC):
     20.0
     """
 
-    Numbers: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
 
     @abstractmethod
-    def length(self, numbers: Any) -> Number:
+    def length(self, numbers: object) -> Number:
         """How long the path takes [s]: the flight's duration, unless the mission says another."""
 
     @abstractmethod
-    def reference(self, t: Number, numbers: Any) -> Reference:
+    def reference(self, t: Number, numbers: object) -> Reference:
         """The wanted motion at time t [s], also after the path's end."""

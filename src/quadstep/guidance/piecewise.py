@@ -1,7 +1,7 @@
 """Paths made of quintic pieces: waypoints with times, and recorded positions."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ def piecewise_parameters(knots: NDArray[np.float64], nodes: NDArray[np.float64])
     knots: (n,) increasing times [s]. nodes: (n, 3, 4), value, rate and second rate of (x, y, z, psi) at each knot.
     After the last knot its value is held.
     """
-    lengths: Any = np.diff(knots)[:, None]
+    lengths = cast(Number, np.diff(knots)[:, None])
     pieces = np.zeros((len(knots), 6, 4))
     for power, coefficient in enumerate(quintic(lengths, *nodes[:-1].swapaxes(0, 1), *nodes[1:].swapaxes(0, 1))):
         pieces[:-1, power] = coefficient

@@ -73,7 +73,7 @@ def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
     if best is None:
         return f"{said}; none was held out to say how well they predict others."
     ratio = best.ratio(AHEAD, "position").value
-    others = f"positions {AHEAD} samples ahead are {percent(ratio)} as wrong as without a model"
+    others = f"the error in position {AHEAD} samples ahead is {percent(ratio)} of what it is without a model"
     return f"{said}; on {counted(len(run.held_out))} held out, {others}."
 
 
@@ -132,7 +132,7 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
         rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
     header = (
-        "flight, x / y / z", "angular acceleration [rad/s^2]", "of it unexplained", "unexplained acceleration [m/s^2]",
+        "flight, x / y / z", "angular acceleration [rad/s²]", "of it unexplained", "unexplained acceleration [m/s²]",
         "its mean", "thrust over needed",
     )  # fmt: skip
     return table(header, rows, escape)
@@ -178,7 +178,7 @@ def spectra(one: Followed, file: str) -> str:
             if first is None:
                 first = panel
                 panel.set_ylabel("rad/s per √Hz")
-                panel.legend(loc="lower left", fontsize="x-small")
+                panel.legend(loc="upper right", fontsize="x-small")
             else:
                 panel.tick_params(labelleft=False)
         write_figure(sheet, Path(folder) / file, SVG)

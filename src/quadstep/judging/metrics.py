@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.errors import UserError
 from quadstep.judging.verdict import Case
@@ -30,7 +30,7 @@ class Judged(NamedTuple):
         """For a report."""
         return Case(f"{bare(self.metric)} at most {quantity(self.most, unit(self.metric))}", self.failure)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """For `--json`."""
         return {"metric": self.metric, "most": self.most, "measured": self.measured, "met": self.failure is None}
 

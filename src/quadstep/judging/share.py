@@ -1,7 +1,7 @@
 """`quadstep campaign --require SHARE`: how large a share of flights must succeed for sure."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.analysis.statistics import LEVEL, Estimate
 from quadstep.errors import UserError
@@ -44,7 +44,7 @@ class Judged(NamedTuple):
             failure += f"; {self.flights} flights cannot show more, {needed} could if none of them fails"
         return Case(name, None if self.met else failure)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """For `--json`."""
         return {"least": self.least, "measured": self.success.low, "met": self.met}
 

@@ -1,6 +1,6 @@
 """What a machine is told of a run: whether it is good enough, point by point."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class Case(NamedTuple):
@@ -24,7 +24,7 @@ class Verdict(NamedTuple):
     command: str
     subject: str
     cases: tuple[Case, ...]
-    content: dict[str, Any]
+    content: dict[str, object]
     exit_code: int
 
     @property
@@ -32,12 +32,12 @@ class Verdict(NamedTuple):
         """Whether every point is met."""
         return not any(case.failure for case in self.cases)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """The object that `--json` prints."""
         return {"command": self.command, **self.content, "passed": self.passed, "exit_code": self.exit_code}
 
 
-def scalars(table: dict[str, Any], prefix: str = "") -> dict[str, float | None]:
+def scalars(table: dict[str, object], prefix: str = "") -> dict[str, float | None]:
     """Numbers of nested tables by dotted name, as `position.x.rmse[m]`; None where a flight has no such number."""
     found: dict[str, float | None] = {}
     for key, value in table.items():

@@ -1,7 +1,7 @@
 """Where the sampled loop rests: the state that a whole period gives back, by Newton's method on the loop's own slopes."""
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,8 +60,9 @@ def quiet(plan: FlightPlan) -> FlightPlan:
     loop, every = plan.loop, plan.ticks.every
     if loop.sensing is not None and loop.sensing.noisy:
         loop = replace(loop, sensing=replace(loop.sensing, noisy=False))
-    if isinstance(getattr(loop.air, "stirs", None), bool) and loop.air.stirs and hasattr(plan.parameters.wind, "turbulence"):
-        loop, every = replace(loop, air=replace(loop.air, stirs=False)), every[1:]
+    air: Any = loop.air  # a dataclass of the package's or of the user's own
+    if isinstance(getattr(air, "stirs", None), bool) and air.stirs and hasattr(plan.parameters.wind, "turbulence"):
+        loop, every = replace(loop, air=replace(air, stirs=False)), every[1:]
     return plan._replace(loop=loop, ticks=plan.ticks._replace(every=every))
 
 

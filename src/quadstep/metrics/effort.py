@@ -5,22 +5,24 @@ They read the columns of the log, so a flight with a log and one without give th
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from quadstep.airframe.plant import Airframe
 from quadstep.flight.own_metric import Metric
 from quadstep.numbers import Number, Vector, absolute, maximum, sqrt, total, where
 
+B = TypeVar("B", float, Vector)
+
 SHORTFALL = 1e-3
 """What the rotors could not make counts as saturation from this share of the weight on; a tenth of it at 1 m for torques."""
 
 
-class OverTime(NamedTuple):
+class OverTime(NamedTuple, Generic[B]):
     """first, last: times of samples [s]. before: what was there at the last of them. sum: so far."""
 
     first: Number
     last: Number
-    before: Any
+    before: B
     sum: Number
 
 
@@ -51,18 +53,18 @@ class Energy(EffortMetric):
     name: ClassVar[str] = "energy"
     unit: ClassVar[str] = "J"
 
-    def start(self) -> OverTime:
+    def start(self) -> OverTime[Number]:
         """Nothing."""
         return OverTime(-1.0, 0.0, 0.0, 0.0)
 
-    def add(self, sums: OverTime, sample: Mapping[str, Number]) -> OverTime:
+    def add(self, sums: OverTime[Number], sample: Mapping[str, Number]) -> OverTime[Number]:
         """The trapezium since the last sample."""
         power = self.power * total(one * sqrt(maximum(one, 0.0)) for one in thrusts(sample, self.rotors))
         new = sums.first < 0.0
         more = 0.5 * (power + sums.before) * (sample["t"] - sums.last)
         return OverTime(where(new, sample["t"], sums.first), sample["t"], power, sums.sum + where(new, 0.0, more))
 
-    def value(self, sums: OverTime) -> Number:
+    def value(self, sums: OverTime[Number]) -> Number:
         """The sum."""
         return sums.sum
 
@@ -74,18 +76,18 @@ class RotorActivity(EffortMetric):
     name: ClassVar[str] = "rotor_activity"
     unit: ClassVar[str] = "N/s"
 
-    def start(self) -> OverTime:
+    def start(self) -> OverTime[Vector]:
         """Nothing."""
         return OverTime(-1.0, 0.0, Vector([0.0] * self.rotors), 0.0)
 
-    def add(self, sums: OverTime, sample: Mapping[str, Number]) -> OverTime:
+    def add(self, sums: OverTime[Vector], sample: Mapping[str, Number]) -> OverTime[Vector]:
         """The changes since the last sample."""
         now = thrusts(sample, self.rotors)
         new = sums.first < 0.0
         more = total(absolute(one - before) for one, before in zip(now, sums.before, strict=True))
         return OverTime(where(new, sample["t"], sums.first), sample["t"], Vector(now), sums.sum + where(new, 0.0, more))
 
-    def value(self, sums: OverTime) -> Number:
+    def value(self, sums: OverTime[Vector]) -> Number:
         """A second; 0 of a single sample."""
         time = sums.last - sums.first
         return sums.sum / where(time > 0.0, time, 1.0)

@@ -1,13 +1,13 @@
 """Quantities of a flight that metrics are made of: from the columns of its log, or from its loop while it flies."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.log import FlightLog
-from quadstep.numbers import atan2, cos
+from quadstep.numbers.functions import ARRAYS
 
 Numbers = NDArray[np.float64]
 
@@ -71,8 +71,8 @@ def rotor_thrusts(log: FlightLog) -> Numbers:
 def angles_of(cosines: Numbers) -> Numbers:
     """The angles [rad] of these cosines; round-off beyond 1 counts as 1."""
     cosines = np.clip(cosines, -1.0, 1.0)
-    sines: Any = np.sqrt((1.0 - cosines) * (1.0 + cosines))
-    return np.asarray(atan2(sines, cast(Any, cosines)))
+    sines = np.sqrt((1.0 - cosines) * (1.0 + cosines))
+    return ARRAYS.atan2(sines, cosines)
 
 
 def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:
@@ -127,8 +127,8 @@ def tilt(seen: Seen) -> Rows | None:
     if has(seen, "q_x", "q_y"):
         cosines = 1.0 - 2.0 * (seen.log.table("q_x", "q_y") ** 2).sum(axis=1)
     elif has(seen, *ANGLES):
-        theta, phi = cast(Any, seen.log.table("theta", "phi").T)
-        cosines = cos(theta) * cos(phi)
+        theta, phi = seen.log.table("theta", "phi").T
+        cosines = ARRAYS.cos(theta) * ARRAYS.cos(phi)
     else:
         return None
     return rows(seen, {"tilt": "rad"}, angles_of(cosines))

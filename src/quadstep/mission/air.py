@@ -1,6 +1,6 @@
 """The air of a mission: steady and swinging wind, a gust, turbulence."""
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, SerializeAsAny, WrapValidator, model_validator
 
@@ -123,7 +123,7 @@ class OwnWindSection(OwnSection):
         """Its law."""
         return self.thing
 
-    def build(self) -> Any:
+    def build(self) -> object:
         """Its numbers."""
         return self.numbers()
 

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
@@ -310,7 +310,7 @@ class AirframeSection(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _completed(cls, table: Any, info: ValidationInfo) -> Any:
+    def _completed(cls, table: object, info: ValidationInfo) -> object:
         folder = (info.context or {}).get("folder", Path())
         return completed(table, folder) if isinstance(table, dict) else table
 

@@ -20,7 +20,7 @@ LONGEST = 60
 Checked = TypeVar("Checked", bound=BaseModel)
 
 
-def check(model: type[Checked], content: dict[str, Any], source: str, folder: Path = Path()) -> Checked:
+def check(model: type[Checked], content: dict[str, object], source: str, folder: Path = Path()) -> Checked:
     """Parsed TOML as a model; files it names are looked up from `folder`. Raises UserError: one line on what is wrong."""
     try:
         return model.model_validate(content, context={"folder": folder})
@@ -29,7 +29,7 @@ def check(model: type[Checked], content: dict[str, Any], source: str, folder: Pa
 
 
 def explained(
-    model: type[BaseModel], content: dict[str, Any], error: ValidationError | UserError, source: str, folder: Path = Path()
+    model: type[BaseModel], content: dict[str, object], error: ValidationError | UserError, source: str, folder: Path = Path()
 ) -> UserError:
     """What is wrong with the content of a model, in one line: the first of its problems, or a fault of a vehicle's file."""
     vehicle = "vehicle." if "vehicle" in model.model_fields else ""  # where a table may start from another file
@@ -44,9 +44,10 @@ def explained(
     return UserError(f"{source}: {said}{more}")
 
 
-def blamed(content: dict[str, Any], location: tuple[int | str, ...], folder: Path) -> Path | None:
+def blamed(content: dict[str, object], location: tuple[int | str, ...], folder: Path) -> Path | None:
     """The file that a vehicle starts from where a problem at `location` comes from there."""
-    table, keys = content, location
+    table: object = content
+    keys = location
     if "vehicle" in content:
         table, keys = content["vehicle"], location[1:]
         if location[:1] != ("vehicle",):
@@ -117,7 +118,7 @@ def walk(
     return models, keys, options
 
 
-def sections(annotation: Any) -> tuple[type[BaseModel], ...]:
+def sections(annotation: object) -> tuple[type[BaseModel], ...]:
     """The sections a field may hold."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return (annotation,)
@@ -141,7 +142,7 @@ class Shortened(reprlib.Repr):
         return repr(x) if x.bit_length() < 4 * LONGEST else "a very large number"
 
 
-def shorten(value: Any) -> str:
+def shorten(value: object) -> str:
     """A given value, cut to fit a line."""
     text = Shortened().repr(value)
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

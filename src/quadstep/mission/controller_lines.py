@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
-from typing import Any, get_args
+from typing import get_args
 
 from pydantic import BaseModel
 
@@ -58,7 +58,7 @@ def net_lines(nets: NetsSection, derived: Mapping[str, float]) -> Iterator[str]:
     yield commented('# weights = "weights.json"', "", "example: warm start from an earlier flight")
 
 
-def learning_numbers(controller: type[Controller], gains: Any) -> dict[str, float]:
+def learning_numbers(controller: type[Controller], gains: object) -> dict[str, float]:
     """F1, F2, kappa1 and kappa2."""
     found: dict[str, float] = {}
     for name, net in controller.declarations().items():
@@ -68,12 +68,12 @@ def learning_numbers(controller: type[Controller], gains: Any) -> dict[str, floa
     return found
 
 
-def rounded(value: Any) -> Any:
+def rounded(value: object) -> object:
     """Numbers to a few digits."""
     return tuple(map(rounded, value)) if isinstance(value, Vector | tuple) else float(f"{value:.{DIGITS}g}")
 
 
-def written(value: Any, stands_for_three: bool = False) -> str:
+def written(value: object, stands_for_three: bool = False) -> str:
     """A value as TOML; of three equal ones that one number may stand for, that."""
     if isinstance(value, tuple):
         same = stands_for_three and len(set(value)) == 1

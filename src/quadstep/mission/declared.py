@@ -62,7 +62,7 @@ class DeclaredMission(Mission):
         limits: NumbersSection
 
     @property
-    def plant(self) -> Any:
+    def plant(self) -> DeclaredPlant:
         return self.vehicle.plant
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:

@@ -33,7 +33,7 @@ from quadstep.numbers import flatten
 class BuiltController(NamedTuple):
     """law and gains as in `quadstep.control`."""
 
-    law: Any
+    law: Controller
     gains: Any
 
 
@@ -80,7 +80,7 @@ class ControllerSection(Section):
                 raise
             raise UserError(f"controller: {self.type} has no law for these gains: {error}") from error
 
-    def check_followed(self, gains: Any) -> None:
+    def check_followed(self, gains: object) -> None:
         """Refuse gains that follow from a vehicle of no use. Raises UserError."""
         for key, (name, _) in self.controller.by_key().items():
             for value in flatten(attrgetter(name)(gains)) if getattr(self, key) is None else ():
@@ -99,9 +99,9 @@ class ControllerSection(Section):
         return [one.warning() for one in self.conditions(vehicle.model()) if not one.holds]
 
 
-def with_usual_rates(content: Mapping[str, Any], law: type[Controller], keys: Container[str]) -> Mapping[str, Any]:
+def with_usual_rates(content: Mapping[str, object], law: type[Controller], keys: Container[str]) -> Mapping[str, object]:
     """A mission's content with its controller's own sample times where it says none. keys: of its [simulation]."""
-    own: dict[str, Any] = {}
+    own: dict[str, object] = {}
     further: dict[str, float] = {}
     usual = {**Controller.rates, **law.rates}
     for method, period in usual.items():
@@ -154,9 +154,9 @@ def section_of(law: type[Controller], kind: str = "") -> type[ControllerSection]
     return found
 
 
-def fields_in_order(law: type[Controller]) -> Mapping[str, Any]:
+def fields_in_order(law: type[Controller]) -> Mapping[str, object]:
     """Keys as declared; the nets stand where the first of them does."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for one in law.declarations().values():
         if isinstance(one, Gain):
             found[one.key] = one
@@ -179,7 +179,7 @@ def nets_field(nets: list[DeclaredNet], name: str) -> tuple[Any, Any]:
     return made, made()
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """A table of the package's controllers by its name, or that of its nets: so that missions can be pickled."""
     of_law, section, nets = name.rpartition("Section")
     for measures, places in BUILT_IN.items():

@@ -6,7 +6,7 @@ from pydantic import SerializeAsAny, WrapValidator
 
 from quadstep.mission.fields import Finite, Quantity, Section, Triple
 from quadstep.mission.own_thing import OwnSection, own_or
-from quadstep.numbers import Structure, Vector
+from quadstep.numbers import Vector
 from quadstep.user_code.installed import DISTURBANCES
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.own_disturbance import DeclaredDisturbance
@@ -32,7 +32,7 @@ class OwnDisturbanceSection(OwnSection):
 
     thing: ClassVar[DeclaredDisturbance]
 
-    def build(self) -> Structure:
+    def build(self) -> object:
         """Its numbers."""
         return self.numbers()
 

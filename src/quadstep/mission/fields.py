@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -14,7 +14,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """Keys given in Python as TOML would give them: tuples and arrays as lists, NumPy's numbers as Python's, paths as text."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}

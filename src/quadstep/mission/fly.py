@@ -17,7 +17,6 @@ from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
-from quadstep.extras import needed_by
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
@@ -138,7 +137,7 @@ def write_results(
     write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
     jobs = mission.figures(log) if len(log.rows) > 1 else []
     told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
-    drawn = [pool.submit(job.draw, out / "figures", sheet) for job in jobs]
+    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
@@ -176,14 +175,9 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
             raise UserError("--results: goes with --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
-    from quadstep.campaign.manifest import check_replay  # noqa: PLC0415 (40 ms, only for --flight)
-    from quadstep.campaign.replay import replay  # noqa: PLC0415
-    from quadstep.campaign.schema import read_campaign  # noqa: PLC0415
+    from quadstep.campaign.replay import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
 
-    campaign = read_campaign(path)
-    check_replay(campaign, results or Path("out") / path.stem, results is not None)
-    with needed_by("`quadstep fly --flight`"):
-        one = replay(campaign, flight)
+    campaign, one = replay_of(path, flight, results)
     return one.mission, one.plan, campaign.folder
 
 

@@ -1,7 +1,5 @@
 """The unit of a mission's key, as the section that holds it says."""
 
-from typing import Any
-
 from pydantic import BaseModel
 
 from quadstep.mission.fields import Quantity
@@ -9,7 +7,7 @@ from quadstep.mission.fields import Quantity
 
 def unit(mission: BaseModel, key: str) -> str:
     """The unit of a key of a checked mission; nothing if it has none."""
-    section: Any = mission
+    section: object = mission
     found = ""
     for name in (part for part in key.split(".") if not part.isdecimal()):
         field = type(section).model_fields.get(name) if isinstance(section, BaseModel) else None

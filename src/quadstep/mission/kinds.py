@@ -2,7 +2,7 @@
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from quadstep.mission.presets import is_airframe
 
@@ -20,7 +20,7 @@ def kind(place: str) -> "type[Mission]":
     return found
 
 
-def kind_of(content: Any, folder: Path = Path()) -> "type[Mission]":
+def kind_of(content: object, folder: Path = Path()) -> "type[Mission]":
     """The kind of mission whose vehicle this content describes. folder: of the mission. Raises UserError."""
     vehicle = content.get("vehicle") if isinstance(content, dict) else None
     if isinstance(vehicle, dict) and isinstance(vehicle.get("type"), str):

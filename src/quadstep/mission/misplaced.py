@@ -1,6 +1,6 @@
 """What is said of a table or a controller in a mission whose vehicle is of another kind."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from quadstep.control.registry import names
 from quadstep.mission.check import shorten
@@ -18,7 +18,7 @@ NEEDS = {
 }
 
 
-def of_another_plant(content: dict[str, Any], own: "type[Mission]") -> str:
+def of_another_plant(content: dict[str, object], own: "type[Mission]") -> str:
     """What is said of a table, or of a type of controller, that missions of another plant have; else nothing."""
     wrong = mistaken(content, own)
     for other, needs in NEEDS.items() if wrong and own in (kind(PAPER), kind(REAL)) else ():
@@ -29,10 +29,11 @@ def of_another_plant(content: dict[str, Any], own: "type[Mission]") -> str:
     return ""
 
 
-def mistaken(content: dict[str, Any], model: "type[Mission]") -> list[str]:
+def mistaken(content: dict[str, object], model: "type[Mission]") -> list[str]:
     """Tables that this kind of mission does not have, and the controller if it has none of its type."""
     unknown = [f"[{key}]" for key in content if key not in model.model_fields]
-    named = content["controller"].get("type") if isinstance(content.get("controller"), dict) else None
+    controller = content.get("controller")
+    named = controller.get("type") if isinstance(controller, dict) else None
     if isinstance(named, str) and named not in names(model.measures):
         unknown.append(f"controller.type = {shorten(named)}")
     return unknown

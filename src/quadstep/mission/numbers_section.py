@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 from pydantic import create_model
 
-from quadstep.control.gain import Gain, declared
+from quadstep.control.gain import Gain, declared, gains_in
 from quadstep.mission.derived import key_field
 from quadstep.mission.fields import Section
 from quadstep.numbers import Vector
@@ -13,15 +13,15 @@ from quadstep.numbers import Vector
 class NumbersSection(Section):
     """Numbers that a structure declares; keys are those declared."""
 
-    structure: ClassVar[type[Any]]
+    structure: ClassVar[type]
 
-    def numbers(self) -> Any:
+    def numbers(self) -> object:
         """The structure of these numbers."""
-        values = {name: getattr(self, one.key) for name, one in declared(self.structure).items()}
+        values = {name: getattr(self, one.key) for name, one in gains_in(self.structure).items()}
         return self.structure(**{name: Vector(one) if isinstance(one, tuple) else one for name, one in values.items()})
 
 
-def numbers_section(name: str, structure: type[Any], base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
+def numbers_section(name: str, structure: type, base: type[NumbersSection] = NumbersSection, **more: Any) -> Any:
     """The table of a structure of declared numbers. Raises TypeError for declarations that give none."""
     fields: dict[str, Any] = {}
     for one in declared(structure).values():

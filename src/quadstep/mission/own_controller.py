@@ -73,7 +73,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
         raise UserError(f"{kind}: {error}") from error
 
 
-def as_controller(thing: Any, found: Place) -> type[Controller]:
+def as_controller(thing: object, found: Place) -> type[Controller]:
     """A class of controllers; a function of time, measurement and reference becomes one. Raises UserError."""
     if inspect.isclass(thing) and issubclass(thing, Controller):
         if thing.law is Controller.law:
@@ -136,7 +136,7 @@ def check_gain(one: Gain) -> None:
         raise ValueError(f"{one.key}: low = {one.low:g} must be below high = {one.high:g}")
     if one.fixed is None:
         return
-    values = one.fixed if one.parts else (one.fixed,)
+    values: tuple[object, ...] = one.fixed if one.parts and isinstance(one.fixed, tuple) else (one.fixed,)
     if len(values) != (len(one.parts) or 1):
         raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
     for value in values:
@@ -153,7 +153,7 @@ def any_controller(measures: type) -> Any:
         law = controller(measures, kind)
         return section_of(law) if law else own_section(kind, measures, folder)
 
-    def refused(value: Any) -> ControllerSection:
+    def refused(value: object) -> ControllerSection:
         if not isinstance(value, Mapping):
             raise PydanticCustomError("model_type", "not a table")
         wrong = f"{shorten(value['type'])} is not known" if "type" in value else "missing"
@@ -161,7 +161,7 @@ def any_controller(measures: type) -> Any:
         problem = {"type": "value_error", "loc": ("type",), "msg": said, "input": value}
         raise PydanticCustomError(INSIDE, "inside", {"model": ControllerSection, "problem": problem})
 
-    def is_one(value: Any) -> bool:
+    def is_one(value: object) -> bool:
         return isinstance(value, ControllerSection) and value.controller.measures is measures
 
     taken = or_own(is_one, table)

@@ -42,7 +42,7 @@ def own_metric(kind: str, folder: Path) -> Metric:
     """One of them."""
     if kind in EFFORT:
         return EFFORT[kind]()
-    thing = own_class(kind, Metric, METRICS, folder)
+    thing: type[Metric] | None = own_class(kind, Metric, METRICS, folder)
     if thing is None:
         said = 'names no class of a Python file, such as "my_metrics.py:Overshoot"'
         raise UserError(f"{kind!r:.60}: {said}, and is none of {', '.join(EFFORT)}")

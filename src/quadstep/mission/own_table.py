@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import PydanticCustomError
@@ -12,15 +11,15 @@ from quadstep.mission.check import INSIDE
 
 
 def or_own(
-    is_own: Callable[[Any], bool], table: Callable[[str, Path], type[BaseModel] | None]
-) -> Callable[[Any, Any, ValidationInfo], Any]:
+    is_own: Callable[[object], bool], table: Callable[[str, Path], type[BaseModel] | None]
+) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
     """A validator around that of the package's tables: takes one of the user's own too.
 
     is_own: of a checked table. table: what a `type` names, files looked up from the mission's folder; None where it is no
     thing of the user's; raises UserError.
     """
 
-    def validated(value: Any, known: Callable[[Any], Any], info: ValidationInfo) -> Any:
+    def validated(value: object, known: Callable[[object], object], info: ValidationInfo) -> object:
         if is_own(value):
             return value
         kind = value.get("type") if isinstance(value, Mapping) else None
@@ -33,7 +32,7 @@ def or_own(
     return validated
 
 
-def checked(model: type[BaseModel], value: Any, info: ValidationInfo) -> BaseModel:
+def checked(model: type[BaseModel], value: object, info: ValidationInfo) -> BaseModel:
     """The table; an error in it names its key."""
     try:
         return model.model_validate(value, context=info.context)

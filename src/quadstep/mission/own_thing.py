@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import ClassVar, Literal, TypeVar
 
 from pydantic import ValidationInfo
 
@@ -19,11 +19,11 @@ T = TypeVar("T")
 class OwnSection(NumbersSection):
     """The table of one."""
 
-    thing: ClassVar[Any]
+    thing: ClassVar[object]
     type: str
 
 
-def own_class(kind: str, base: type[Any], group: str, folder: Path) -> type[Any] | None:
+def own_class(kind: str, base: type, group: str, folder: Path) -> type | None:
     """The class that `kind` names, which is one of `base`; None where it names nothing of the user's. Raises UserError.
 
     group: of the entry points that name such classes.
@@ -46,7 +46,9 @@ def the_only(thing: type[T]) -> T:
     return thing()
 
 
-def own_or(base: type[Any], section: type[OwnSection], group: str) -> Callable[[Any, Any, ValidationInfo], Any]:
+def own_or(
+    base: type, section: type[OwnSection], group: str
+) -> Callable[[object, Callable[[object], object], ValidationInfo], object]:
     """A validator around that of the package's tables: takes one of a class of the user's own too.
 
     base: what the class is one of; section: what its table is; group: of entry points.
@@ -59,7 +61,7 @@ def own_or(base: type[Any], section: type[OwnSection], group: str) -> Callable[[
     return or_own(lambda value: isinstance(value, section), table)
 
 
-def own_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
+def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:
     """The table of a class of the user's own. Raises UserError."""
     try:
         return new_section(kind, thing, section)
@@ -68,7 +70,7 @@ def own_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[
 
 
 @kept
-def new_section(kind: str, thing: type[Any], section: type[OwnSection]) -> type[OwnSection]:
+def new_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:
     """The same, made when first asked for."""
     if not hasattr(thing, "Numbers"):
         raise TypeError("says no `Numbers`, the NamedTuple of its declared numbers")

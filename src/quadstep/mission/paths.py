@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Field, SerializeAsAny, WrapValidator, model_validator
@@ -27,7 +27,7 @@ class BuiltPath(NamedTuple):
     """law and parameters as in `quadstep.guidance`; length: how long the path takes [s]."""
 
     law: PathLaw
-    parameters: Any
+    parameters: object
     length: float
 
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
 
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
@@ -24,7 +23,7 @@ DEEPEST = 8
 """How many files may start from one another."""
 
 
-def is_airframe(table: Any) -> bool:
+def is_airframe(table: object) -> bool:
     """Whether a vehicle table of a mission describes a real airframe and not the paper's plant."""
     keys = table if isinstance(table, dict) else getattr(type(table), "model_fields", {})  # or another mission's, checked
     return bool(OWN_KEYS & keys.keys())
@@ -41,7 +40,7 @@ def preset_names() -> list[str]:
     return [*sorted(own), *sorted(installed(VEHICLES).keys() - set(own))]
 
 
-def preset_table(name: object, folder: Path = Path()) -> dict[str, Any]:
+def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
     """The keys of one of them, or of one in a Python file, looked up from `folder`: a dict, or a function that gives one.
 
     Raises ValueError naming the others, or what is wrong with the file.
@@ -64,7 +63,7 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, Any]:
     return completed(table, folder, 1) if {"preset", "file"} & table.keys() else table
 
 
-def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, Any]:
+def completed(table: dict[str, object], folder: Path, depth: int = 0) -> dict[str, object]:
     """The keys of a vehicle table on top of those of the `preset` or `file` it names, which is looked up from `folder`.
 
     Raises ValueError for an unknown preset or both keys at once; UserError, naming the file, where that is about a file, where
@@ -88,7 +87,7 @@ def completed(table: dict[str, Any], folder: Path, depth: int = 0) -> dict[str, 
     return table
 
 
-def named_file(table: dict[str, Any], folder: Path) -> Path:
+def named_file(table: dict[str, object], folder: Path) -> Path:
     """The file that a vehicle table starts from. Raises ValueError."""
     file = table["file"]
     if not isinstance(file, str) or not file.isprintable() or not file:
@@ -96,7 +95,7 @@ def named_file(table: dict[str, Any], folder: Path) -> Path:
     return folder / file
 
 
-def origin(table: dict[str, Any], keys: Sequence[int | str], folder: Path) -> Path | None:
+def origin(table: dict[str, object], keys: Sequence[int | str], folder: Path) -> Path | None:
     """The file that says what a vehicle table has at `keys`; None where the table does itself, or nobody.
 
     What a table is as a whole, without `keys`, its file has said where it adds nothing.
@@ -112,19 +111,19 @@ def origin(table: dict[str, Any], keys: Sequence[int | str], folder: Path) -> Pa
     return None
 
 
-def says(table: dict[str, Any], keys: Sequence[int | str]) -> bool:
+def says(table: dict[str, object], keys: Sequence[int | str]) -> bool:
     """Whether a table has what is at `keys`. Only tables directly inside it are made of several files."""
     value = table.get(str(keys[0]))
     return value is not None and (len(keys) == 1 or not isinstance(value, dict) or keys[1] in value)
 
 
-def merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+def merged(base: dict[str, object], own: dict[str, object]) -> dict[str, object]:
     """`base` with what `own` says; tables are merged key by key, everything else is replaced."""
     result = dict(base)
     for ours, theirs in (WAYS_TO_PLACE_ROTORS, WAYS_TO_PLACE_ROTORS[::-1]):
         if ours & own.keys():
             result = {key: value for key, value in result.items() if key not in theirs}
     for key, value in own.items():
-        both = isinstance(value, dict) and isinstance(result.get(key), dict)
-        result[key] = {**result[key], **value} if both else value
+        before = result.get(key)
+        result[key] = {**before, **value} if isinstance(value, dict) and isinstance(before, dict) else value
     return result

@@ -1,7 +1,6 @@
 """Reading a mission file: TOML, checked, with one line that says what is wrong, where, and what is allowed."""
 
 from pathlib import Path
-from typing import Any
 
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
@@ -35,7 +34,7 @@ def plan_mission(mission: Mission, path: Path) -> FlightPlan:
         raise UserError(f"{path}: {error}") from None
 
 
-def check_mission(content: dict[str, Any], source: str, folder: Path = Path()) -> Mission:
+def check_mission(content: dict[str, object], source: str, folder: Path = Path()) -> Mission:
     """The mission in parsed TOML; `source` names it in the error. Files that it names are looked up from `folder`."""
     try:
         kind = kind_of(content, folder)

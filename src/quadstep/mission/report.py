@@ -1,6 +1,7 @@
 """report.html of a flight."""
 
 import math
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 IN_SUMMARY = 3
 """Figures."""
 
+LIST = re.compile(r"\[[^\[\]{}]*\]")
+"""In JSON: a list of numbers or names, which is shown on one line."""
+
 
 def write_report(
     path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str], figures: dict[str, str]
@@ -32,7 +36,7 @@ def write_report(
         body += [page.heading("Errors", "errors"), page.table(HEADER, error_rows(metrics))]
     if drawn[IN_SUMMARY:]:
         body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
-    content = escape(mission.model_dump_json(indent=2))
+    content = escape(LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2)))
     body += [
         page.heading("What was flown", "flown"),
         f"<details><summary>the mission, every key</summary><pre>{content}</pre></details>",

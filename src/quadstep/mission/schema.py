@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, cast
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
@@ -29,7 +29,7 @@ from quadstep.metrics.effort import EFFORT
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
-from quadstep.mission.derived import with_usual_rates
+from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
 from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
 from quadstep.mission.misplaced import of_another_plant
@@ -91,7 +91,7 @@ class Mission(Section):
         name: Name
         path: AnyPath
         vehicle: Any
-        controller: Any
+        controller: ControllerSection
         simulation: ClockSection
         metrics: tuple[str, ...]
         tune: TuneSection | None
@@ -109,20 +109,20 @@ class Mission(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _at_the_controllers_rates(cls, content: Any, info: ValidationInfo) -> Any:
+    def _at_the_controllers_rates(cls, content: object, info: ValidationInfo) -> object:
         if not isinstance(content, dict):
             return content
         table = content.get("controller", {"type": cls.model_fields["controller"].default.type})
         name = table.get("type") if isinstance(table, dict) else None
         folder = (info.context or {}).get("folder", Path())
         law = law_named(name, cls.measures, folder) if isinstance(name, str) else None
-        simulation: Any = cls.model_fields["simulation"].annotation
+        simulation = cast(type[ClockSection], cls.model_fields["simulation"].annotation)
         return with_usual_rates(content, law, simulation.model_fields) if law else content
 
     @property
-    def modelled(self) -> Any:
+    def modelled(self) -> Modelled:
         """The vehicle that the controller is built for."""
-        return self.vehicle
+        return cast(Modelled, self.vehicle)
 
     @property
     @abstractmethod
@@ -144,20 +144,17 @@ class Mission(Section):
         """From when on a flight is scored [s]."""
         return 0.0
 
-    def __new__(cls, **given: Any) -> Self:
+    def __new__(cls, **given: object) -> Self:
         """The mission of the plant that the vehicle names."""
-        kind: Any = kind_of(given) if cls is Mission else cls
-        made: Self = super().__new__(kind)
-        return made
+        return super().__new__(cast("type[Self]", kind_of(given)) if cls is Mission else cls)
 
     @classmethod
     def model_validate(cls, obj: Any, **how: Any) -> Self:
         """The checked mission of the plant that the vehicle names, from a dict of its keys. Raises UserError."""
         if cls is not Mission:
             return super().model_validate(obj, **how)
-        kind: Any = kind_of(obj, (how.get("context") or {}).get("folder", Path()))
-        found: Self = kind.model_validate(obj, **how)
-        return found
+        kind = cast("type[Self]", kind_of(obj, (how.get("context") or {}).get("folder", Path())))
+        return kind.model_validate(obj, **how)
 
     @cached_property
     def folder(self) -> Path:
@@ -169,7 +166,7 @@ class Mission(Section):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _placed(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+    def _placed(cls, content: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         """A mission of a file comes with a folder; those below it look up what it names there."""
         made = handler(content)
         if info.context is not None:
@@ -229,7 +226,7 @@ class Mission(Section):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _explained(cls, content: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+    def _explained(cls, content: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         """A mission given in Python; the reader of a file explains its errors itself.
 
         It stands below the other validators, since it explains what those above it say.

@@ -1,18 +1,19 @@
 """The commented mission files that `quadstep new` writes."""
 
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from quadstep.atomic import write_beside
 from quadstep.control.controller import Controller, Measured
 from quadstep.control.registry import controllers
 from quadstep.errors import UserError
-from quadstep.mission.clock import PERIODS
+from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
-from quadstep.mission.declared import PLANTS, declared_kind
+from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind
 from quadstep.mission.derived import section_of
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
+from quadstep.mission.numbers_section import NumbersSection
 from quadstep.mission.own_controller import own_section
 from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
@@ -218,8 +219,8 @@ def is_plant(name: str, folder: Path) -> bool:
 def plant_template(kind: str, controller: str | None, folder: Path) -> str:
     """The text of a mission for a plant that declares itself. Raises UserError."""
     mission = declared_kind(kind, folder)
-    fields: Any = mission.model_fields
-    vehicle = fields["vehicle"].annotation
+    fields = mission.model_fields
+    vehicle = cast(type[OwnVehicleSection], fields["vehicle"].annotation)
     known = controllers(mission.measures)
     own = own_section(controller, mission.measures, folder) if controller and controller not in known else None
     name = controller or next(iter(known), None)
@@ -235,7 +236,7 @@ def plant_template(kind: str, controller: str | None, folder: Path) -> str:
         numbers="\n".join(number_lines(vehicle)),
         controller="\n".join(controller_lines(section, model, [other for other in known if other != name])),
         loops=loop_line(section.controller, mission),
-        limits="\n".join(number_lines(fields["limits"].annotation)),
+        limits="\n".join(number_lines(cast(type[NumbersSection], fields["limits"].annotation))),
     )
 
 
@@ -256,7 +257,7 @@ def at_its_rates(text: str, controller: type[Controller]) -> str:
 def loop_line(controller: type[Controller], mission: type[Mission]) -> str:
     """The line about loops that have no key of their own; nothing for a controller without any."""
     usual = {**Controller.rates, **controller.rates}
-    clock: Any = mission.model_fields["simulation"].annotation
+    clock = cast(type[ClockSection], mission.model_fields["simulation"].annotation)
     further = [f"{name} = {usual[name]!r}" for name in controller.loops() if PERIODS.get(name) not in clock.model_fields]
     return f"# loop_periods = {{ {', '.join(further)} }} # of the controller's further loops [s]\n" if further else ""
 

@@ -71,17 +71,19 @@ class Constraint(Section):
         return max(0.0, 1.0 - float(np.sort(values)[::-1][place]) / (self.least or math.inf))
 
 
-def ranges_by_key(table: Any) -> Any:
+def ranges_by_key(table: object) -> object:
     """`controller.K_r1 = {...}` in TOML is a table in a table; here it is a key. A range is what has an end or a scale."""
+    if not isinstance(table, dict):
+        return table
     return dotted(table, lambda inside: not inside or bool(Range.model_fields.keys() & inside.keys()))
 
 
-def as_ranges(table: dict[str, Any]) -> dict[str, Range | None]:
+def as_ranges(table: dict[str, object]) -> dict[str, Range | None]:
     """Ranges by key; None where `{}` asks for the one that the gain declares."""
     return {key: as_section(Range, one, key, "{ low = ..., high = ... }") if one else None for key, one in table.items()}
 
 
-def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
+def as_constraints(table: dict[str, object]) -> dict[str, Constraint]:
     """Constraints by metric; a number stands for the most in all flights, of a margin for the least."""
     found = {}
     for key, one in table.items():
@@ -91,7 +93,7 @@ def as_constraints(table: dict[str, Any]) -> dict[str, Constraint]:
     return found
 
 
-def as_section(model: type[Checked], given: Any, key: str, wanted: str) -> Checked:
+def as_section(model: type[Checked], given: object, key: str, wanted: str) -> Checked:
     """A section checked; ValueError with one line on what is wrong."""
     if isinstance(given, model):
         return given

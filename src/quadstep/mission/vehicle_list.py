@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
@@ -67,7 +67,7 @@ def parameters(vehicle: AirframeSection) -> list[Parameter]:
     return [*found[:first], *rotors, *found[first:]]
 
 
-def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, Any, Quantity]]:
+def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, object, Quantity]]:
     """The keys of a section that hold a number, or several, with its value; what is left out is left out."""
     for name, field in type(section).model_fields.items():
         value = getattr(section, name)
@@ -83,6 +83,6 @@ def source(sources: dict[str, str], key: str) -> str:
     return one_line(sources.get(key) or sources.get(key.partition(".")[0], ""))
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A number or a list of them, short."""
     return ", ".join(f"{part:.6g}" for part in value) if isinstance(value, tuple) else f"{value:.6g}"

@@ -76,7 +76,7 @@ class CSteps(ScriptSteps):
     def __init__(self, precise: bool) -> None:
         self._precise = precise
 
-    def precise(self, x: ScriptNumber) -> bool:
+    def precise(self, x: ScriptNumber | float) -> bool:
         return self._precise
 
 

@@ -7,6 +7,7 @@ place, measured without fused operations: docs/decisions/0012-equal-bits.md.
 """
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -83,43 +84,32 @@ class Elementary:
     bit(x, place): whether the bit of this place, 0 the lowest, is set in x;
     power(m): 2^n for m = n + SHIFTER, n within EXPONENTS;
     fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else of no meaning.
+
+    What is made of them is read by the type checker as over floats, as a law is.
     """
 
-    where: Any
+    where: Callable[..., Any]
+    bit: Callable[..., Any]
+    power: Callable[..., Any]
+    fraction: Callable[..., Any]
+    exponent: Callable[..., Any]
+    precise: Callable[..., bool]
 
-    def precise(self, x: Any) -> bool:
-        """Whether x is in f64."""
-        return True
-
-    def bit(self, x: Any, place: int) -> Any:
-        """Whether this bit of x is set."""
-        raise NotImplementedError
-
-    def power(self, m: Any) -> Any:
-        """2^n for m = n + SHIFTER."""
-        raise NotImplementedError
-
-    def fraction(self, x: Any) -> Any:
-        """x / 2^exponent."""
-        raise NotImplementedError
-
-    def exponent(self, x: Any) -> Any:
-        """Of x, as a number."""
-        raise NotImplementedError
-
-    def sin(self, x: Any) -> Any:
+    def sin(self, x: float) -> float:
         """NaN beyond MOST_ANGLE."""
         sine, cosine, quarter = self.turn(x)
         value = self.where(self.bit(quarter, 0), cosine, sine)
-        return self.where(self.bit(quarter, 1), -value, value)
+        result: float = self.where(self.bit(quarter, 1), -value, value)
+        return result
 
-    def cos(self, x: Any) -> Any:
+    def cos(self, x: float) -> float:
         """NaN beyond MOST_ANGLE."""
         sine, cosine, quarter = self.turn(x)
         value = self.where(self.bit(quarter, 0), sine, cosine)
-        return self.where(self.bit(quarter + 1.0, 1), -value, value)
+        result: float = self.where(self.bit(quarter + 1.0, 1), -value, value)
+        return result
 
-    def turn(self, x: Any) -> tuple[Any, Any, Any]:
+    def turn(self, x: float) -> tuple[float, float, float]:
         """Sine and cosine of what is left of x after whole quarter turns, and the number of these plus SHIFTER."""
         double = self.precise(x)
         x = self.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
@@ -132,7 +122,7 @@ class Elementary:
         cosine = 1.0 - (0.5 * z - (z * z) * polynomial(z, COSINE[double]))
         return sine, cosine, quarter
 
-    def exp(self, x: Any) -> Any:
+    def exp(self, x: float) -> float:
         """Infinite above and zero below EXPONENTS."""
         double = self.precise(x)
         x = self.held(x, *(float(LN2) * limit for limit in EXPONENTS[double]))
@@ -140,22 +130,25 @@ class Elementary:
         count = octave - SHIFTER[double]
         high, low = OCTAVE[double]
         r = x - count * high - count * low
-        return (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * self.power(octave)
+        result: float = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * self.power(octave)
+        return result
 
-    def sigmoid(self, x: Any) -> Any:
+    def sigmoid(self, x: float) -> float:
         """1 / (1 + exp(-x)): its error is small beside 1, as that of -x / ln 2 is where it counts."""
         double = self.precise(x)
         octaves = self.held(x * -float(1 / LN2), *EXPONENTS[double])
         nearest = octaves + SHIFTER[double]
         r = octaves - (nearest - SHIFTER[double])
-        return 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * self.power(nearest))
+        result: float = 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * self.power(nearest))
+        return result
 
-    def held(self, x: Any, least: float, most: float) -> Any:
+    def held(self, x: float, least: float, most: float) -> float:
         """x between these limits; NaN stays."""
         x = self.where(x < least, least, x)
-        return self.where(x > most, most, x)
+        result: float = self.where(x > most, most, x)
+        return result
 
-    def log(self, x: Any) -> Any:
+    def log(self, x: float) -> float:
         """As IEEE 754 has it, save that numbers below the smallest normal one count as between half of it and it."""
         double = self.precise(x)
         mantissa, exponent = self.fraction(x), self.exponent(x)
@@ -169,9 +162,10 @@ class Elementary:
         tail = count * low + s * (half + z * polynomial(z, LOGARITHM[double]))
         value = count * high + (f - (half - tail))  # s (f^2/2 + ...) - f^2/2 + f is log(1 + f)
         extreme = self.where(x == 0.0, -math.inf, self.where(x > 0.0, x, math.nan))
-        return self.where((x > 0.0) & (x < math.inf), value, extreme)
+        result: float = self.where((x > 0.0) & (x < math.inf), value, extreme)
+        return result
 
-    def atan2(self, y: Any, x: Any) -> Any:
+    def atan2(self, y: float, x: float) -> float:
         """Zero at the origin, whose zeros' signs do not count; NaN where both are infinite."""
         rise, run = abs(y), abs(x)
         steep = rise > run
@@ -184,12 +178,13 @@ class Elementary:
         angle = self.where(eighth, angle + math.pi / 4.0, angle)
         angle = self.where(steep, math.pi / 2.0 - angle, angle)
         angle = self.where(x < 0.0, math.pi - angle, angle)
-        return self.where(y < 0.0, -angle, angle)
+        result: float = self.where(y < 0.0, -angle, angle)
+        return result
 
 
-def polynomial(x: Any, coefficients: tuple[float, ...]) -> Any:
+def polynomial(x: float, coefficients: tuple[float, ...]) -> float:
     """Sum of coefficients[i] x^i by Horner's rule."""
-    value: Any = coefficients[-1]
+    value: float = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * x + coefficient
     return value

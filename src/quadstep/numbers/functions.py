@@ -8,9 +8,10 @@ import math
 import struct
 from collections.abc import Iterable
 from functools import reduce
-from typing import Any, Protocol, TypeAlias
+from typing import Protocol, TypeAlias, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.numbers.elementary import Elementary
 
@@ -24,20 +25,30 @@ Word: TypeAlias = int
 """Bits of a number: adds, shifts, ands, ors and xors as a whole number does. At least 32 bits; mask what may grow beyond."""
 
 
-class Functions(Protocol):
-    """What a kind of number must provide."""
+Array: TypeAlias = NDArray[np.float64]
 
-    def sin(self, x: Any) -> Any: ...
-    def cos(self, x: Any) -> Any: ...
-    def exp(self, x: Any) -> Any: ...
-    def sigmoid(self, x: Any) -> Any: ...
-    def log(self, x: Any) -> Any: ...
-    def sqrt(self, x: Any) -> Any: ...
-    def atan2(self, y: Any, x: Any) -> Any: ...
-    def where(self, condition: Any, yes: Any, no: Any) -> Any: ...
-    def word(self, x: Any) -> Any: ...
-    def number(self, word: Any) -> Any: ...
+N = TypeVar("N")
+C_contra = TypeVar("C_contra", contravariant=True)
+W = TypeVar("W")
 
+
+class Functions(Protocol[N, C_contra, W]):
+    """What a kind of number N must provide; comparing such numbers gives C, their bits are W."""
+
+    def sin(self, x: N) -> N: ...
+    def cos(self, x: N) -> N: ...
+    def exp(self, x: N) -> N: ...
+    def sigmoid(self, x: N) -> N: ...
+    def log(self, x: N) -> N: ...
+    def sqrt(self, x: N) -> N: ...
+    def atan2(self, y: N, x: N) -> N: ...
+    def where(self, condition: C_contra, yes: N, no: N) -> N: ...
+    def word(self, x: N) -> W: ...
+    def number(self, word: W) -> N: ...
+
+
+OfLaw: TypeAlias = Functions[Number, Condition, Word]
+"""The functions as a law sees them, whatever its numbers are."""
 
 DOUBLE, WHOLE = struct.Struct("<d"), struct.Struct("<q")
 EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
@@ -59,6 +70,9 @@ def float_of(bits: int) -> float:
 
 class Floats(Elementary):
     """Python floats, with IEEE results where `math` would raise: a diverging flight is an outcome, not an exception."""
+
+    def precise(self, x: float) -> bool:
+        return True
 
     def bit(self, x: float, place: int) -> bool:
         return bits_of(x) >> place & 1 == 1
@@ -91,46 +105,53 @@ class Arrays(Elementary):
     sqrt = staticmethod(np.sqrt)
     where = staticmethod(np.where)
 
-    def bit(self, x: Any, place: int) -> Any:
-        return x.view(np.int64) >> place & 1 == 1
+    def precise(self, x: Array) -> bool:
+        return True
 
-    def power(self, m: Any) -> Any:
+    def bit(self, x: Array, place: int) -> NDArray[np.bool_]:
+        is_set: NDArray[np.bool_] = x.view(np.int64) >> place & 1 == 1
+        return is_set
+
+    def power(self, m: Array) -> Array:
         return ((m.view(np.int64) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS).view(np.float64)
 
-    def fraction(self, x: Any) -> Any:
+    def fraction(self, x: Array) -> Array:
         return (np.asarray(x).view(np.int64) & MANTISSA | EXPONENT_BIAS - 1 << MANTISSA_BITS).view(np.float64)
 
-    def exponent(self, x: Any) -> Any:
+    def exponent(self, x: Array) -> Array:
         return ((np.asarray(x).view(np.int64) >> MANTISSA_BITS & EXPONENT) - EXPONENT_BIAS + 1).astype(np.float64)
 
-    def word(self, x: Any) -> Any:
+    def word(self, x: Array) -> NDArray[np.uint64]:
         return x.astype(np.uint64)
 
-    def number(self, word: Any) -> Any:
+    def number(self, word: NDArray[np.uint64]) -> Array:
         return word.astype(np.float64)
 
 
 FLOATS = Floats()
-ARRAYS = Arrays()
+ARRAYS = cast("Functions[Array, NDArray[np.bool_], NDArray[np.uint64]]", Arrays())
 
 
-def functions_of(*values: Any) -> Any:
+def functions_of(*values: object) -> OfLaw:
     """The functions for these values: the first that is neither a float nor an int decides."""
     for value in values:
         if isinstance(value, float | int):
             continue
         if isinstance(value, np.ndarray | np.generic):
-            return ARRAYS
-        return value.functions if hasattr(value, "functions") else foreign_functions(value)
+            return cast(OfLaw, ARRAYS)
+        if hasattr(value, "functions"):
+            found: OfLaw = value.functions
+            return found
+        return foreign_functions(value)
     return FLOATS
 
 
-def foreign_functions(value: Any) -> Any:
+def foreign_functions(value: object) -> OfLaw:
     """The functions for a number of another package, which need not be installed: SymPy."""
     if type(value).__module__.partition(".")[0] == "sympy":
         from quadstep.numbers.symbols import SYMBOLS  # noqa: PLC0415 (loaded only where it is used)
 
-        return SYMBOLS
+        return cast(OfLaw, SYMBOLS)
     raise TypeError(f"{type(value).__name__} is not a number that a law can take")
 
 

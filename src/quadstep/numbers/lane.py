@@ -10,11 +10,11 @@ docs/decisions/0012-equal-bits.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias, cast
 
 from llvmlite import ir
 
-from quadstep.numbers.functions import entry
+from quadstep.numbers.functions import Number, entry
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 
@@ -24,6 +24,13 @@ class Stored(NamedTuple):
     memory: ir.Value
     place: int
     scalar: bool = False
+
+
+class Within(Protocol):
+    """The function being written, if not the whole: a `lane_calls.Subroutine`."""
+
+    def local(self, value: ir.Value) -> ir.Value:
+        """A value from around it as the function sees it."""
 
 
 class Emitter:
@@ -40,9 +47,9 @@ class Emitter:
         self.double = isinstance(element, ir.DoubleType)
         self.whole = ir.IntType(64 if self.double else 32)
         self.wholes = self.many(self.whole)
-        self.known: dict[tuple[Any, ...], ir.Value] = {}
-        self.subroutine: Any = None  # the function being written, a `lane_calls.Subroutine`, if not the whole
-        self.constants: dict[tuple[Any, str], ir.Constant] = {}
+        self.known: dict[tuple[str | int, ...], ir.Value] = {}
+        self.subroutine: Within | None = None
+        self.constants: dict[tuple[ir.Type, str], ir.Constant] = {}
         self.stored: dict[int, Stored] = {}  # by identity of what was loaded
 
     def many(self, element: ir.Type) -> ir.Type:
@@ -78,7 +85,7 @@ class Emitter:
         one = self.builder.insert_element(nothing, scalar, ir.IntType(32)(0))
         return self.builder.shuffle_vector(one, nothing, ir.Constant(self.many(ir.IntType(32)), [0] * self.width))
 
-    def value(self, number: Lane | float) -> ir.Value:
+    def value(self, number: Operand) -> ir.Value:
         """The LLVM value of a lane or a Python number."""
         return number.value if isinstance(number, Lane) else self.constant(number)
 
@@ -86,7 +93,7 @@ class Emitter:
         """A value as the function being written sees it."""
         return value if self.subroutine is None else self.subroutine.local(value)
 
-    def once(self, key: tuple[Any, ...], emit: Callable[[], ir.Value]) -> ir.Value:
+    def once(self, key: tuple[str | ir.Value, ...], emit: Callable[[], ir.Value]) -> ir.Value:
         """What `emit` gives, or what it gave before in this block for the same operation and operands."""
         name = tuple(part if isinstance(part, str) else id(part) for part in key)
         if name not in self.known:
@@ -117,7 +124,7 @@ class Condition:
         return self.emitter.here(self.given)
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> object:
         """The functions of lanes (used by `where`)."""
         return Lane.functions
 
@@ -138,7 +145,7 @@ class Lane(PythonOperators):
     """One number in many flights at once."""
 
     __slots__ = ("emitter", "given")
-    functions: Any = None  # set by quadstep.numbers.lane_functions
+    functions: ClassVar[object] = None  # set by quadstep.numbers.lane_functions
 
     def __init__(self, emitter: Emitter, value: ir.Value) -> None:
         self.emitter, self.given = emitter, value
@@ -154,22 +161,22 @@ class Lane(PythonOperators):
         build = getattr(emitter.builder, operation)
         return Lane(emitter, emitter.once((operation, x, y), lambda: build(x, y)))
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         return self if is_constant(other, 0) else self._binary("fadd", self, other)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         return self if is_constant(other, 0) else self._binary("fsub", self, other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Operand) -> Operand:
         return -self if is_constant(other, 0) else self._binary("fsub", other, self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         if is_constant(other, 0):
@@ -180,43 +187,43 @@ class Lane(PythonOperators):
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Operand) -> Operand:
         return self if is_constant(other, 1) else self._binary("fdiv", self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Operand) -> Operand:
         return 0.0 if is_constant(other, 0) else self._binary("fdiv", other, self)
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Lane:
         emitter = self.emitter
         return Lane(emitter, emitter.once(("fneg", self.value), lambda: emitter.builder.fneg(self.value)))
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> Lane:
         return Lane(self.emitter, self.emitter.intrinsic("fabs", self.value))
 
-    def _compare(self, operation: str, other: Any) -> Any:
+    def _compare(self, operation: str, other: Operand) -> Condition:
         emitter = self.emitter
         other_value = emitter.value(other)
         key = ("fcmp" + operation, self.value, other_value)
         compare = emitter.builder.fcmp_unordered if operation == "!=" else emitter.builder.fcmp_ordered
         return Condition(emitter, emitter.once(key, lambda: compare(operation, self.value, other_value)))
 
-    def __lt__(self, other: Any) -> Any:
+    def __lt__(self, other: Operand) -> Condition:
         return self._compare("<", other)
 
-    def __le__(self, other: Any) -> Any:
+    def __le__(self, other: Operand) -> Condition:
         return self._compare("<=", other)
 
-    def __gt__(self, other: Any) -> Any:
+    def __gt__(self, other: Operand) -> Condition:
         return self._compare(">", other)
 
-    def __ge__(self, other: Any) -> Any:
+    def __ge__(self, other: Operand) -> Condition:
         return self._compare(">=", other)
 
     def __eq__(self, other: object) -> Any:
-        return self._compare("==", other)
+        return self._compare("==", cast(Operand, other))
 
     def __ne__(self, other: object) -> Any:
-        return self._compare("!=", other)
+        return self._compare("!=", cast(Operand, other))
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -225,9 +232,10 @@ class Lane(PythonOperators):
 
 
 OPERANDS = (Lane, float, int)
+Operand: TypeAlias = Lane | float
 
 
-def is_constant(other: Any, value: int) -> bool:
+def is_constant(other: object, value: int) -> bool:
     """Whether an operand is this Python number (a lane is never one)."""
     return isinstance(other, float | int) and other == value
 
@@ -238,7 +246,7 @@ class LaneTable:
     def __init__(self, emitter: Emitter, pointer: ir.Value, size: int) -> None:
         self.emitter, self.given, self.size = emitter, pointer, size
 
-    def at(self, index: Any) -> Lane:
+    def at(self, index: Number) -> Lane:
         """The entry at a whole index, a separate load for each lane; see `entry`."""
         emitter, builder = self.emitter, self.emitter.builder
         wanted = emitter.value(entry(index, self.size))

@@ -6,7 +6,7 @@ Caller and function meet in a frame in memory: what the law is given, what it gi
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Generic, TypeVar
 
 from llvmlite import ir
 
@@ -15,11 +15,14 @@ from quadstep.numbers.structure import flatten, rebuild
 
 PLACE = ir.IntType(64)
 
+S = TypeVar("S")
+T = TypeVar("T")
 
-class Subroutine:
-    """One law as a function. given: the places of its leaves; the frame holds one vector a place."""
 
-    def __init__(self, emitter: Emitter, law: Callable[[Any], Any], structure: Any) -> None:
+class Subroutine(Generic[S, T]):
+    """One law as a function of an S that gives a T. given: the places of its leaves; the frame holds one vector a place."""
+
+    def __init__(self, emitter: Emitter, law: Callable[[S], T], structure: S) -> None:
         self.emitter = emitter
         module, vector = emitter.builder.module, emitter.vector
         kind = ir.FunctionType(ir.VoidType(), [vector.as_pointer()])
@@ -56,13 +59,13 @@ class Subroutine:
         emitter.builder.position_at_end(block)
         emitter.subroutine = None
 
-    def call(self, structure: Any) -> Any:
+    def call(self, structure: S) -> T:
         """What the law gives for this structure: call it."""
         builder, given = self.emitter.builder, flatten(structure)
         for at, number in enumerate(given):
             builder.store(self.emitter.value(number), builder.gep(self.frame, [PLACE(at)]))
         builder.call(self.function, [self.frame])
-        leaves: list[Any] = []
+        leaves: list[object] = []
         for place, leaf in zip(self.places, flatten(self.result), strict=True):
             if place is None:
                 leaves.append(leaf)
@@ -82,7 +85,7 @@ class Subroutine:
             self.size += 1
         return self.taken[id(value)][2]
 
-    def _place(self, number: Any) -> int | None:
+    def _place(self, number: object) -> int | None:
         """Where the function leaves a number of its result; None if it is a constant."""
         if not isinstance(number, Lane):
             return None
@@ -120,12 +123,12 @@ class Subroutine:
         builder.position_at_end(block)
 
 
-def home(value: ir.Value) -> Any:
+def home(value: ir.Value) -> ir.Function:
     """The function that a value belongs to."""
     return value.parent if isinstance(value, ir.Argument) else value.parent.function
 
 
-def call(memory: dict[str, Any], law: Callable[[Any], Any], structure: Any) -> Any:
+def call(memory: dict[str, Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
     """What `law` gives, its code written when first called and kept in `memory`."""
     emitter = next(number.emitter for number in flatten(structure) if isinstance(number, Lane))
     if emitter.width == 1 or emitter.subroutine is not None:  # a graphics processor; a law within a law

@@ -1,12 +1,11 @@
 """The functions of lanes, straight-line and without calls."""
 
 import struct
-from typing import Any
 
 from llvmlite import ir
 
 from quadstep.numbers.elementary import Elementary
-from quadstep.numbers.lane import Condition, Emitter, Lane
+from quadstep.numbers.lane import Condition, Emitter, Lane, Operand
 from quadstep.numbers.lane_calls import call
 from quadstep.numbers.lane_scan import scan
 from quadstep.numbers.lane_words import LaneWord
@@ -15,9 +14,8 @@ from quadstep.numbers.lane_words import LaneWord
 class LaneFunctions(Elementary):
     """The functions of `quadstep.numbers` for lanes."""
 
-    def precise(self, x: Any) -> bool:
-        precise: bool = x.emitter.double
-        return precise
+    def precise(self, x: Lane) -> bool:
+        return x.emitter.double
 
     def bit(self, x: Lane, place: int) -> Condition:
         emitter, builder = x.emitter, x.emitter.builder
@@ -45,7 +43,7 @@ class LaneFunctions(Elementary):
 
         return Lane(emitter, emitter.once(("fraction", x.value), below))
 
-    def exponent(self, x: Lane) -> Lane:
+    def exponent(self, x: Lane) -> Operand:
         emitter, builder = x.emitter, x.emitter.builder
         size, bias = mantissa(emitter)
         carrier = 2.0**size  # put among its bits, a whole number is added to its value
@@ -54,13 +52,12 @@ class LaneFunctions(Elementary):
             count = builder.lshr(bits_of(x), emitter.whole_constant(size))
             return builder.bitcast(builder.or_(count, emitter.whole_constant(whole(emitter, carrier))), emitter.vector)
 
-        count: Lane = Lane(emitter, emitter.once(("exponent", x.value), carried)) - (carrier + (bias - 1))
-        return count
+        return Lane(emitter, emitter.once(("exponent", x.value), carried)) - (carrier + (bias - 1))
 
     def sqrt(self, x: Lane) -> Lane:
         return Lane(x.emitter, x.emitter.intrinsic("sqrt", x.value))
 
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+    def where(self, condition: Condition | bool, yes: Operand, no: Operand) -> Operand:
         if not isinstance(condition, Condition):
             return yes if condition else no
         if yes is no:

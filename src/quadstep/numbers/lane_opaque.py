@@ -15,7 +15,7 @@ from llvmlite import binding as llvm
 from llvmlite import ir
 
 from quadstep.numbers.functions import Number
-from quadstep.numbers.lane import Lane
+from quadstep.numbers.lane import Lane, Operand
 from quadstep.numbers.registered import answer
 
 SYMBOL = "quadstep_call"
@@ -47,7 +47,7 @@ def link() -> None:
 
 def emit(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
     """Instructions that call the function. They name it only by its handle, so that compiled code can be kept between runs."""
-    given: list[Any] = [handle, *inputs]
+    given: list[Operand] = [handle, *inputs]
     lanes = [number for number in given if isinstance(number, Lane)]
     if not lanes:
         raise TypeError("an opaque function takes floats, arrays and lanes; it has no equations")

@@ -8,19 +8,20 @@ flight's parameters.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import cast
 
 from llvmlite import ir
 
-from quadstep.numbers.lane import Emitter, Lane, Stored
+from quadstep.numbers.functions import Number
+from quadstep.numbers.lane import Emitter, Lane, Operand, Stored
 from quadstep.numbers.linear import Matrix, Vector
-from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
 from quadstep.numbers.structure import flatten, rebuild
 
 PLACE = ir.IntType(64)
 
 
-def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -> tuple[Any, Rows]:
+def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
     """See `quadstep.numbers.scan`."""
     emitter = next(number.emitter for number in flatten((carry, rows)) if isinstance(number, Lane))
     builder = emitter.builder
@@ -43,7 +44,7 @@ def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -
     same_shape(after, len(given))
     kept = [(room(emitter, count * len(one)), len(one)) for one in matrices(made)]
     for one, (memory, columns) in zip(matrices(made), kept, strict=True):
-        store(emitter, list(one), memory, builder.mul(place, PLACE(columns)))
+        store(emitter, cast(list[Operand], list(one)), memory, builder.mul(place, PLACE(columns)))
     store(emitter, flatten(after), slots, PLACE(0))
     builder.store(builder.add(place, PLACE(-1 if backwards else 1)), counter)
     builder.cbranch(builder.icmp_unsigned("==", place, PLACE(0 if backwards else count - 1)), over, body)
@@ -61,7 +62,7 @@ def room(emitter: Emitter, size: int) -> ir.Value:
     return memory
 
 
-def store(emitter: Emitter, numbers: Sequence[Any], memory: ir.Value, place: ir.Value) -> None:
+def store(emitter: Emitter, numbers: Sequence[Operand], memory: ir.Value, place: ir.Value) -> None:
     """Write numbers one after the other, the first to this place."""
     builder = emitter.builder
     address = builder.gep(memory, [place])
@@ -81,7 +82,7 @@ def loaded(emitter: Emitter, memory: ir.Value, size: int) -> list[Lane]:
 
 def matrix(emitter: Emitter, memory: ir.Value, count: int, columns: int) -> Matrix:
     """What is in memory row by row."""
-    lanes: list[Any] = loaded(emitter, memory, count * columns)
+    lanes = cast(list[Number], loaded(emitter, memory, count * columns))
     return Matrix(Vector(lanes[place * columns : (place + 1) * columns]) for place in range(count))
 
 
@@ -89,11 +90,11 @@ def row(emitter: Emitter, source: Stored, place: ir.Value, columns: int) -> Vect
     """The row of this place."""
     builder = emitter.builder
     address = builder.gep(source.memory, [builder.add(builder.mul(place, PLACE(columns)), PLACE(source.place))])
-    entries: list[Any] = []
+    entries: list[Lane] = []
     for column in range(columns):
         value = builder.load(builder.gep(address, [PLACE(column)]))
         entries.append(Lane(emitter, emitter.spread(value) if source.scalar else value))
-    return Vector(entries)
+    return Vector(cast(list[Number], entries))
 
 
 def in_memory(emitter: Emitter, rows: Matrix) -> Stored:

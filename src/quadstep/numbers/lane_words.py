@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from llvmlite import ir
 
@@ -41,7 +40,7 @@ class LaneWord:
         return Lane(emitter, value)
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> object:
         """The functions of lanes."""
         return Lane.functions
 

@@ -26,7 +26,7 @@ def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
 
     Keep the handle among a law's parameters: on Python numbers alone the call would be made once, while the law is compiled.
     """
-    functions = functions_of(handle, *inputs)
+    functions: object = functions_of(handle, *inputs)
     if functions is FLOATS:
         return answer(handle, np.array(inputs, dtype=np.float64), outputs)
     if functions is ARRAYS:

@@ -1,6 +1,6 @@
 """Python operations that a recorded number cannot support, and what to use instead."""
 
-from typing import Any
+from typing import NoReturn, Self
 
 CHOOSE = "a law chooses with `where`, `maximum` and `minimum`, never with `if`, `and`, `or`, `max` or `min`"
 
@@ -15,19 +15,19 @@ class PythonOperators:
 
     __slots__ = ()
 
-    def __pos__(self) -> Any:
+    def __pos__(self) -> Self:
         return self
 
-    def __pow__(self, power: Any) -> Any:
+    def __pow__(self, power: object) -> NoReturn:
         # Python's own power of a float is a library's, in its last bit not always the product.
         raise TypeError("a law takes no powers: write x * x, sqrt(x), or exp(p * log(x))")
 
-    def __float__(self) -> float:
+    def __float__(self) -> NoReturn:
         raise TypeError(f"a {type(self).__name__} {INSTEAD}")
 
     __int__ = __index__ = __round__ = __trunc__ = __floor__ = __ceil__ = __float__
 
-    def __mod__(self, other: object) -> Any:
+    def __mod__(self, other: object) -> NoReturn:
         raise TypeError("a law takes no remainders: % and // jump, and there is no such operation among its numbers")
 
     __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = __mod__

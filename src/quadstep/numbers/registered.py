@@ -4,12 +4,12 @@ import math
 import reprlib
 from collections.abc import Callable
 from threading import Lock
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-Function: TypeAlias = Callable[[NDArray[np.float64]], Any]
+Function: TypeAlias = Callable[[NDArray[np.float64]], object]
 
 MOST_FUNCTIONS = 2**24
 """Whole numbers below it are exact in f32."""

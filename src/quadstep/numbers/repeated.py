@@ -1,7 +1,7 @@
 """Laws that are called several times in a row, whose code need not be written as often."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from quadstep.numbers.functions import functions_of
 from quadstep.numbers.structure import flatten
@@ -15,7 +15,7 @@ def repeated(law: Callable[[S], T]) -> Callable[[S], T]:
 
     Shorter code stays near the processor. What the law takes from around it must be the same in every call.
     """
-    memory: dict[str, Any] = {}
+    memory: dict[str, object] = {}
 
     def run(structure: S) -> T:
         call = getattr(functions_of(*flatten(structure)), "call", None)

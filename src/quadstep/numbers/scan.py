@@ -53,7 +53,7 @@ def turn_by_turn(step: Step[C], carry: C, rows: Rows, count: int, backwards: boo
     return carry, stacked(made)
 
 
-def same_shape(carry: Any, leaves: int) -> None:
+def same_shape(carry: object, leaves: int) -> None:
     """Raises TypeError for a carry of another number of leaves."""
     if len(flatten(carry)) != leaves:
         raise TypeError(f"a scan's carry had {leaves} numbers and has {len(flatten(carry))} after a turn")

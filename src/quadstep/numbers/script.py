@@ -7,9 +7,9 @@ infinity keep their meaning. No text from outside enters: names are made from pl
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
-from quadstep.numbers.functions import entry
+from quadstep.numbers.functions import Number, entry
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 
@@ -45,7 +45,7 @@ class Record:
         """A number that the script finds under this name."""
         return ScriptNumber(self, self.place(INPUT, text=text))
 
-    def at(self, number: Any) -> int:
+    def at(self, number: Operand) -> int:
         """The place of a number, which may be a Python one."""
         return number.place if isinstance(number, ScriptNumber) else self.place(CONSTANT, text=repr(float(number)))
 
@@ -67,7 +67,7 @@ class ScriptCondition:
         self.record, self.place = record, place
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> object:
         """The functions of script numbers (used by `where`)."""
         return ScriptNumber.functions
 
@@ -88,33 +88,33 @@ class ScriptNumber(PythonOperators):
     """A number that the script will compute."""
 
     __slots__ = ("place", "record")
-    functions: Any = None  # set by quadstep.numbers.script_functions
+    functions: ClassVar[object] = None  # set by quadstep.numbers.script_functions
 
     def __init__(self, record: Record, place: int) -> None:
         self.record, self.place = record, place
 
-    def _write(self, operation: str, a: Any, b: Any) -> ScriptNumber:
+    def _write(self, operation: str, a: Operand, b: Operand) -> ScriptNumber:
         places = self.record.at(a), self.record.at(b)
         if operation in COMMUTATIVE:
             places = min(places), max(places)
         return ScriptNumber(self.record, self.record.place(operation, *places))
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         return self if is_constant(other, 0) else self._write("+", self, other)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         return self if is_constant(other, 0) else self._write("-", self, other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Operand) -> Operand:
         return -self if is_constant(other, 0) else self._write("-", other, self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Operand) -> Operand:
         if not isinstance(other, OPERANDS):
             return NotImplemented
         for value, result in ((0, 0.0), (1, self)):
@@ -124,40 +124,40 @@ class ScriptNumber(PythonOperators):
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Operand) -> Operand:
         return self if is_constant(other, 1) else self._write("/", self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Operand) -> Operand:
         return 0.0 if is_constant(other, 0) else self._write("/", other, self)
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> ScriptNumber:
         before = self.record.nodes[self.place]
         inner = before.operands[0] if before.operation == "negative" else self.record.place("negative", self.place)
         return ScriptNumber(self.record, inner)
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> ScriptNumber:
         return ScriptNumber(self.record, self.record.place("magnitude", self.place))
 
-    def _compare(self, operation: str, other: Any) -> ScriptCondition:
+    def _compare(self, operation: str, other: Operand) -> ScriptCondition:
         return ScriptCondition(self.record, self.record.place(operation, self.place, self.record.at(other)))
 
-    def __lt__(self, other: Any) -> Any:
+    def __lt__(self, other: Operand) -> ScriptCondition:
         return self._compare("<", other)
 
-    def __le__(self, other: Any) -> Any:
+    def __le__(self, other: Operand) -> ScriptCondition:
         return self._compare("<=", other)
 
-    def __gt__(self, other: Any) -> Any:
+    def __gt__(self, other: Operand) -> ScriptCondition:
         return self._compare(">", other)
 
-    def __ge__(self, other: Any) -> Any:
+    def __ge__(self, other: Operand) -> ScriptCondition:
         return self._compare(">=", other)
 
     def __eq__(self, other: object) -> Any:
-        return self._compare("==", other)
+        return self._compare("==", cast(Operand, other))
 
     def __ne__(self, other: object) -> Any:
-        return self._compare("!=", other)
+        return self._compare("!=", cast(Operand, other))
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -166,9 +166,10 @@ class ScriptNumber(PythonOperators):
 
 
 OPERANDS = (ScriptNumber, float, int)
+Operand: TypeAlias = ScriptNumber | float
 
 
-def is_constant(other: Any, value: int) -> bool:
+def is_constant(other: object, value: int) -> bool:
     """Whether an operand is this Python number (a script number is never one)."""
     return isinstance(other, float | int) and other == value
 
@@ -180,7 +181,7 @@ class ScriptTable:
         self.record, self.size = record, size
         self.place = record.place(INPUT, text=name)
 
-    def at(self, index: Any) -> ScriptNumber:
+    def at(self, index: Number) -> ScriptNumber:
         """The entry at a whole index; see `entry`."""
         place = self.record.at(entry(index, self.size))
         return ScriptNumber(self.record, self.record.place("entry", self.place, place))

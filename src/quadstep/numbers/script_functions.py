@@ -1,9 +1,7 @@
 """The functions of script numbers, and how each operation is written in JavaScript."""
 
-from typing import Any
-
 from quadstep.numbers.elementary import Elementary
-from quadstep.numbers.script import Record, ScriptCondition, ScriptNumber
+from quadstep.numbers.script import Operand, Record, ScriptCondition, ScriptNumber
 from quadstep.numbers.script_scan import scan
 from quadstep.numbers.script_words import ScriptWord
 
@@ -72,10 +70,11 @@ class ScriptFunctions:
     def sqrt(self, x: ScriptNumber) -> ScriptNumber:
         return written(x.record, "sqrt", x)
 
-    def atan2(self, y: Any, x: Any) -> ScriptNumber:
-        return written(y.record if isinstance(y, ScriptNumber) else x.record, "atan2", y, x)
+    def atan2(self, y: Operand, x: Operand) -> ScriptNumber:
+        record = next(one.record for one in (y, x) if isinstance(one, ScriptNumber))
+        return written(record, "atan2", y, x)
 
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+    def where(self, condition: ScriptCondition | bool, yes: Operand, no: Operand) -> Operand:
         if not isinstance(condition, ScriptCondition):
             return yes if condition else no
         record = condition.record
@@ -96,6 +95,9 @@ class ScriptSteps(Elementary):
 
     where = ScriptFunctions.where
 
+    def precise(self, x: ScriptNumber | float) -> bool:
+        return True
+
     def bit(self, x: ScriptNumber, place: int) -> ScriptCondition:
         return ScriptCondition(x.record, written(x.record, "bit", x, 1 << place).place)
 
@@ -109,7 +111,7 @@ class ScriptSteps(Elementary):
         return written(x.record, "exponent", x)
 
 
-def written(record: Record, operation: str, *operands: Any) -> ScriptNumber:
+def written(record: Record, operation: str, *operands: Operand) -> ScriptNumber:
     """A recorded operation on numbers, some of which may be Python's."""
     return ScriptNumber(record, record.place(operation, *(record.at(operand) for operand in operands)))
 

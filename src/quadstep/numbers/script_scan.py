@@ -7,11 +7,12 @@ parameters do and what another scan has made, are read there.
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
+from quadstep.numbers.functions import Number
 from quadstep.numbers.linear import Matrix, Vector
-from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped, turn_by_turn
-from quadstep.numbers.script import INPUT, Record, ScriptNumber
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped, turn_by_turn
+from quadstep.numbers.script import INPUT, Operand, Record, ScriptNumber
 from quadstep.numbers.structure import flatten, rebuild
 
 ARRAY, LOOP, ITEM = "array", "loop", "item"
@@ -55,7 +56,7 @@ class LoopRecord(Record):
         self.arrays[name] = size
         return name
 
-    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> Any:
+    def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> ScriptNumber:
         """A number read from an array. source: what has to be there before."""
         return ScriptNumber(self, self.place(ITEM, *source, text=text, turning=turning))
 
@@ -91,7 +92,7 @@ class LoopRecord(Record):
                 taken.add(place)
         return taken, frozenset(turning - {index})
 
-    def scan(self, step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -> tuple[Any, Rows]:
+    def scan(self, step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
         """A scan as one node."""
         index = f"i{len(self.arrays)}"
         begin = tuple(self.at(number) for number in flatten(carry))
@@ -100,7 +101,8 @@ class LoopRecord(Record):
         now = [self.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
         taken = [
             Vector(
-                self.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning) for column in range(columns)
+                cast(Number, self.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning))
+                for column in range(columns)
             )
             for name, first, source, turning, columns in sources
         ]
@@ -108,7 +110,7 @@ class LoopRecord(Record):
         same_shape(after, len(begin))
         kept = [(self.array(count * len(one)), list(one)) for one in matrices(made)]
         results = [
-            (f"{name}[{index}*{len(row)}+{column}]", self.at(number))
+            (f"{name}[{index}*{len(row)}+{column}]", self.at(cast(Operand, number)))
             for name, row in kept
             for column, number in enumerate(row)
         ]
@@ -118,7 +120,7 @@ class LoopRecord(Record):
         loop = self.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
         self.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
 
-        def read(name: str, size: int) -> list[Any]:
+        def read(name: str, size: int) -> list[ScriptNumber]:
             return [self.item(f"{name}[{i}]", (loop,)) for i in range(size)]
 
         columns = [
@@ -128,9 +130,9 @@ class LoopRecord(Record):
         return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
 
 
-def scan(step: Step[Any], carry: Any, rows: Rows, count: int, backwards: bool) -> tuple[Any, Rows]:
+def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
     """See `quadstep.numbers.scan`: a loop where the record can hold one."""
-    record: Any = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
+    record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
     own = getattr(record, "scan", turn_by_turn)
-    result: tuple[Any, Rows] = own(step, carry, rows, count, backwards)
+    result: tuple[C, Rows] = own(step, carry, rows, count, backwards)
     return result

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from quadstep.numbers.script import ScriptNumber
+from quadstep.numbers.script import Record, ScriptNumber
 
 EVERY_BIT = 0xFFFFFFFF
 
@@ -14,7 +12,7 @@ class ScriptWord:
 
     __slots__ = ("place", "record")
 
-    def __init__(self, record: Any, place: int) -> None:
+    def __init__(self, record: Record, place: int) -> None:
         self.record, self.place = record, place
 
     @classmethod
@@ -27,7 +25,7 @@ class ScriptWord:
         return ScriptNumber(self.record, self.record.place("number", self.place))
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> object:
         """The functions of script numbers."""
         return ScriptNumber.functions
 

@@ -4,7 +4,7 @@ State, memory, gains and parameters are `NamedTuple`s whose fields are numbers, 
 structures. Engines see only the flat list of leaves; nothing else knows the layout.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -17,7 +17,8 @@ S = TypeVar("S")
 
 Structure: TypeAlias = Any
 """A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
-parameters of a flight.
+parameters of a flight. Unchecked: a law or a plant says its own types where its methods override these. What only passes a
+structure on takes an `object`.
 """
 
 
@@ -43,13 +44,13 @@ class Table:
 
     def at(self, index: Number) -> Number:
         """The entry at a whole `index`, a float or an array; see `entry`."""
-        place: Any = entry(index, self.size)
+        place: object = entry(index, self.size)
         if isinstance(place, np.ndarray):
             return cast(Number, self.array[place.astype(np.int64)])
-        return self.values[int(place)]
+        return self.values[int(cast(float, place))]
 
 
-def flatten(structure: Any) -> list[Any]:
+def flatten(structure: object) -> list[Any]:
     """The leaves of a structure (numbers and tables), depth first.
 
     >>> from quadstep.numbers import flatten, vector
@@ -65,7 +66,7 @@ def flatten(structure: Any) -> list[Any]:
     return [structure]
 
 
-def in_matrix(structure: Any) -> list[bool]:
+def in_matrix(structure: object) -> list[bool]:
     """For each leaf, in the order of `flatten`, whether it is an entry of a matrix.
 
     >>> from quadstep.numbers import in_matrix, matrix
@@ -77,28 +78,27 @@ def in_matrix(structure: Any) -> list[bool]:
     return [isinstance(structure, Matrix)] * len(flatten(structure))
 
 
-def rebuild(like: S, leaves: Iterator[Any]) -> S:
+def rebuild(like: S, leaves: Iterator[object]) -> S:
     """A structure shaped as `like`, filled from `leaves` in the order of `flatten`.
 
     >>> from quadstep.numbers import rebuild, vector
     >>> rebuild((0.0, vector(0.0, 0.0)), iter([1.0, 2.0, 3.0]))
     (1.0, Vector([2.0, 3.0]))
     """
-    shape: Any = like
-    result: Any
-    if isinstance(shape, Vector):
-        result = Vector([next(leaves) for _ in shape])
-    elif isinstance(shape, Matrix):
-        result = Matrix([rebuild(row, leaves) for row in shape])
-    elif isinstance(shape, tuple):
-        fields = [rebuild(field, leaves) for field in shape]
-        result = shape._make(fields) if hasattr(shape, "_make") else tuple(fields)
+    result: object
+    if isinstance(like, Vector):
+        result = Vector([cast(Number, next(leaves)) for _ in like])
+    elif isinstance(like, Matrix):
+        result = Matrix([rebuild(row, leaves) for row in like])
+    elif isinstance(like, tuple):
+        fields = [rebuild(field, leaves) for field in like]
+        result = like._make(fields) if hasattr(like, "_make") else tuple(fields)
     else:
         result = next(leaves)
     return cast(S, result)
 
 
-def leaf_names(structure: Any, prefix: str = "") -> list[str]:
+def leaf_names(structure: object, prefix: str = "") -> list[str]:
     """A dotted name for each leaf, in the order of `flatten`: `vehicle.inertia.0`.
 
     >>> from quadstep.guidance import StepParameters
@@ -107,7 +107,9 @@ def leaf_names(structure: Any, prefix: str = "") -> list[str]:
     ['start.0', 'end.0', 'time', 'yaw']
     """
     if isinstance(structure, tuple):
-        fields: Any = zip(getattr(structure, "_fields", range(len(structure))), structure, strict=True)
+        fields: Iterable[tuple[object, object]] = zip(
+            getattr(structure, "_fields", range(len(structure))), structure, strict=True
+        )
     elif isinstance(structure, Vector | Matrix):
         fields = enumerate(structure)
     else:

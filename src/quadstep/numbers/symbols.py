@@ -3,8 +3,6 @@
 Comparing symbols gives a relational, which `where` turns into a `Piecewise`. Loaded only when a value is a SymPy object.
 """
 
-from typing import Any
-
 import sympy
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
@@ -19,10 +17,10 @@ class Symbols:
     sqrt = staticmethod(sympy.sqrt)
     atan2 = staticmethod(sympy.atan2)
 
-    def sigmoid(self, x: Any) -> Any:
+    def sigmoid(self, x: sympy.Expr) -> sympy.Expr:
         return 1 / (1 + sympy.exp(-x))
 
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+    def where(self, condition: object, yes: sympy.Expr, no: sympy.Expr) -> sympy.Expr:
         """Decided at once where the condition is known."""
         if isinstance(condition, bool | BooleanTrue | BooleanFalse):
             return yes if condition else no

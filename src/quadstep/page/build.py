@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep import __version__
 from quadstep.errors import UserError
@@ -58,7 +58,7 @@ def page_data(
     links: Sequence[Link],
     laws: Laws,
     walk: Walk | None = None,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """What the page is told, as JSON can hold it; the loops of its flights are added to `laws`. Raises UserError."""
     sharing = Sharing()
     share = RECORDED_NUMBERS // max(1, len(flown))
@@ -80,7 +80,7 @@ def page_data(
     }
 
 
-def fill(text: str, title: str, data: dict[str, Any], script: str) -> str:
+def fill(text: str, title: str, data: dict[str, object], script: str) -> str:
     """The template with title, data and laws in their places."""
     if "</" in script or "<!--" in script:
         raise ValueError("the laws would end their own script element")

@@ -1,7 +1,6 @@
 """What theory asks of the gains, as the page works it out: the controller's own conditions, recorded as terms."""
 
 import contextlib
-from typing import Any
 
 from quadstep.control.controller import Controller
 from quadstep.control.model import Model
@@ -40,7 +39,7 @@ def page_conditions(controller: Controller, plan: FlightPlan, model: Model) -> t
     return tuple(found)
 
 
-def term(record: Record, place: int) -> Any:
+def term(record: Record, place: int) -> object:
     """A recorded number as a term. Raises UserError for an operation that the page does not know."""
     operation, operands, text = record.nodes[place]
     if operation == INPUT:

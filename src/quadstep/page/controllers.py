@@ -3,7 +3,6 @@
 import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -14,6 +13,7 @@ from quadstep.control.registry import controllers as built_in
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.mission.schema import Mission
 from quadstep.page.conditions import page_conditions
 from quadstep.page.identity import identity
 from quadstep.page.laws import Laws, widened
@@ -29,7 +29,7 @@ GHOSTS = {
 
 
 def controllers(
-    mission: Any,
+    mission: Mission,
     plan: FlightPlan,
     folder: Path,
     laws: Laws,
@@ -65,20 +65,20 @@ def ghosts(own: ControllerSection) -> Iterator[ControllerSection]:
                 yield section_of(law).model_validate({**in_common(own, law), "type": name})
 
 
-def in_common(own: ControllerSection, other: type[Law]) -> dict[str, Any]:
+def in_common(own: ControllerSection, other: type[Law]) -> dict[str, object]:
     """The keys that are given to one controller and mean the same to another."""
     ours, theirs = meanings(own.controller), meanings(other)
     given = own.model_dump(exclude_unset=True)
     return {key: value for key, value in given.items() if key in ours and ours[key] == theirs.get(key)}
 
 
-def meanings(law: type[Law]) -> Mapping[str, Any]:
+def meanings(law: type[Law]) -> Mapping[str, object]:
     """What each key of a controller means."""
-    found: dict[str, Any] = {key: (gain.unit, gain.meaning) for key, (_, gain) in law.by_key().items()}
+    found: dict[str, object] = {key: (gain.unit, gain.meaning) for key, (_, gain) in law.by_key().items()}
     return {**found, "nets": [one for one in law.declarations().values() if isinstance(one, DeclaredNet)]}
 
 
-def controller(section: ControllerSection, mission: Any, plan: FlightPlan, folder: Path, laws: Laws) -> Controller:
+def controller(section: ControllerSection, mission: Mission, plan: FlightPlan, folder: Path, laws: Laws) -> Controller:
     """One of them. Raises UserError."""
     built = section.build(mission.modelled, folder)
     gains = widened(built.gains, section.table.seed) if section.table else built.gains

@@ -3,17 +3,19 @@
 import math
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any
+from typing import Any, cast
 
 from quadstep.air.wind import Wind
 from quadstep.airframe.events import Events
-from quadstep.control.gain import ANGLES, AXES, BELIEF, Gain, declared
+from quadstep.control.gain import ANGLES, AXES, BELIEF, Gain, gains_in
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
 from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
-from quadstep.numbers import Structure, Vector
+from quadstep.mission.schema import Mission
+from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 from quadstep.vehicle.disturbance import Disturbance
 
@@ -90,9 +92,9 @@ def slider(gain: Gain, value: Any, place: str) -> Control:
     return made._replace(group=gain.group)
 
 
-def number_sliders(numbers: Any, place: str) -> list[Control]:
+def number_sliders(numbers: object, place: str) -> list[Control]:
     """A slider for each of a structure of declared numbers, which stands at this place of the parameters."""
-    made = [slider(one, attrgetter(name)(numbers), f"{place}.{name}") for name, one in declared(type(numbers)).items()]
+    made = [slider(one, attrgetter(name)(numbers), f"{place}.{name}") for name, one in gains_in(type(numbers)).items()]
     return [one._replace(id=f"{place}_{one.id}") for one in made]
 
 
@@ -111,7 +113,7 @@ def shared_controls(mission: LagrangeMission, plan: FlightPlan) -> list[Control]
     ]
 
 
-def airframe_controls(mission: Any, plan: FlightPlan) -> list[Control]:
+def airframe_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
     """Path, mass, wind and start of a mission for a real vehicle."""
     airframe = plan.parameters.airframe
     return [
@@ -148,7 +150,7 @@ def event_controls(events: Events) -> list[Control]:
     return [*faults, *payloads]
 
 
-def wind_controls(wind: Any) -> list[Control]:
+def wind_controls(wind: object) -> list[Control]:
     """Mean and gust, or what a wind of the user's own declares."""
     if not isinstance(wind, Wind):
         return number_sliders(wind, "wind")
@@ -164,7 +166,7 @@ def moved_start(axes: Sequence[str] = AXES) -> Control:
     return control("start", "start, moved by", "m", offset, (-5.0, 5.0), "Off the place that the file says.")
 
 
-def path_controls(mission: Any, ticks: Ticks) -> list[Control]:
+def path_controls(mission: Mission, ticks: Ticks) -> list[Control]:
     """What of the path a slider can move; knots of waypoints and recordings stay as they are."""
     path = mission.path
     if isinstance(path, MinimumJerkPath):
@@ -189,7 +191,7 @@ def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
     ]
 
 
-def orbit_controls(path: CirclePath | FigureEightPath, mission: Any, ticks: Ticks) -> list[Control]:
+def orbit_controls(path: CirclePath | FigureEightPath, mission: Mission, ticks: Ticks) -> list[Control]:
     """Size and speed of a circle or figure eight."""
     harmonics = (1.0, 1.0, 1.0) if isinstance(path, CirclePath) else (1.0, 2.0, 2.0)
     effects = [parameter(f"path.frequency.{axis}", times * 2.0 * math.pi, -1) for axis, times in enumerate(harmonics)]
@@ -200,7 +202,7 @@ def orbit_controls(path: CirclePath | FigureEightPath, mission: Any, ticks: Tick
     period = control("period", "time of a turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
     if isinstance(path, CirclePath):
         sizes = [parameter("path.amplitude.0"), parameter("path.amplitude.1", -1.0 if path.clockwise else 1.0)]
-        if mission.start.position is None:
+        if cast(MultirotorMission | LagrangeMission, mission).start.position is None:
             sizes.append(Effect("start", "position.0", 1.0, 1, -path.radius, add=True))
         return [period, positive("radius", "radius", "m", one(path.radius, *sizes))]
     across = 1 if path.plane == "horizontal" else 2
@@ -229,7 +231,7 @@ def vehicle_controls(mission: LagrangeMission) -> list[Control]:
     return controls
 
 
-def disturbance_controls(mission: LagrangeMission, disturbance: Structure) -> list[Control]:
+def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[Control]:
     """The paper's disturbance, and steady ones; or what one of the user's own declares."""
     if not isinstance(disturbance, Disturbance):
         return number_sliders(disturbance, "disturbance")

@@ -1,6 +1,6 @@
 """A closed loop as JavaScript: the laws are called once with script numbers, the loop around them is written here."""
 
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 from quadstep.flight.closed_loop import Clock, ClosedLoop
 from quadstep.flight.log import SAID
@@ -38,13 +38,13 @@ class Section(NamedTuple):
     extra: tuple[str, ...] = ()
 
 
-def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
+def emit(loop: ClosedLoop, parameters: object, start: object) -> Law:
     """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
     record = LoopRecord()
     leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))
     names = [name for name, leaf in leaves.items() if not isinstance(leaf, Table)]
     tables = [name for name, leaf in leaves.items() if isinstance(leaf, Table)]
-    inputs: dict[str, Any] = {name: record.input(f"P[{place}]") for place, name in enumerate(names)}
+    inputs: dict[str, object] = {name: record.input(f"P[{place}]") for place, name in enumerate(names)}
     inputs |= {name: ScriptTable(record, f"T{place}", leaves[name].size) for place, name in enumerate(tables)}
     numbers = rebuild(parameters, iter([inputs[name] for name in leaves]))
     begin = rebuild(start, iter([record.input(f"S[{place}]") for place in range(len(flatten(start)))]))
@@ -55,7 +55,7 @@ def emit(loop: ClosedLoop, parameters: Any, start: Any) -> Law:
     def clock(period: str) -> Clock:
         return Clock(*(cast(Number, record.input(name)) for name in ("t", "n", period)))
 
-    def stored(structure: Any) -> list[Output]:
+    def stored(structure: object) -> list[Output]:
         pairs = ((f"C[{place}]", record.at(leaf)) for place, leaf in enumerate(flatten(structure)))
         return [Output(target, place) for target, place in pairs if record.nodes[place].text != target]
 

@@ -2,14 +2,16 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
+from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, leaf_names
 from quadstep.page.controllers import controllers
 from quadstep.page.controls import LONGEST_TICKS, airframe_controls, shared_controls
@@ -37,10 +39,10 @@ class Flown(NamedTuple):
     id: str
     name: str
     group: str
-    mission: Any
+    mission: Mission | None
     plan: FlightPlan | None
     log: FlightLog
-    metrics: Mapping[str, Any]
+    metrics: Metrics
     folder: Path = Path()
     note: str = ""
     claims: tuple[int, ...] = ()
@@ -51,7 +53,7 @@ class Flown(NamedTuple):
     cell: Cell | None = None
 
 
-def outcomes() -> list[dict[str, Any]]:
+def outcomes() -> list[dict[str, object]]:
     """What each outcome code means."""
     return [
         {"name": outcome.name.lower(), "text": words(outcome), "ended": outcome is not Outcome.COMPLETED}
@@ -64,7 +66,7 @@ def words(outcome: Outcome) -> str:
     return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
 
 
-def ending(outcome: Outcome, ended: float) -> dict[str, Any]:
+def ending(outcome: Outcome, ended: float) -> dict[str, object]:
     """How a flight ended."""
     text = f"completed {ended:g} s" if outcome is Outcome.COMPLETED else f"diverged at {ended:.4g} s: {words(outcome)}"
     return {"code": int(outcome), "ended": ended, "text": text}
@@ -101,7 +103,7 @@ def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
     )
 
 
-def controls(mission: Any, plan: FlightPlan) -> list[Control]:
+def controls(mission: Mission, plan: FlightPlan) -> list[Control]:
     """What of a mission its sliders move, beside the controller's gains."""
     if isinstance(plan.loop.plant, DeclaredPlant):
         return declared_controls(mission, plan)
@@ -173,12 +175,12 @@ def summary(flown: Flown) -> Summary:
     return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, filed(flown.metrics))
 
 
-def filed(metrics: Mapping[str, Any]) -> dict[str, float]:
+def filed(metrics: Metrics) -> dict[str, float]:
     """The metrics that the page sums up, by the front end's names."""
     return {name: float(metrics[metric]) for name, metric in SUMMED_UP.items() if metric in metrics}
 
 
-def facts(metrics: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     """A few numbers of a flight, as text."""
     found = []
     if "position_rmse[m]" in metrics:

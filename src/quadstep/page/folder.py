@@ -115,7 +115,7 @@ def picture(folder: Path, found: Iterable[str]) -> str | None:
     return next((name for name in (*PICTURES, *there) if name in there), None)
 
 
-def ending(content: dict[str, Any]) -> str:
+def ending(content: dict[str, object]) -> str:
     """How a flight ended, from its metrics.json, as far as that says so."""
     time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
     if isinstance(outcome, str) and isinstance(time, int | float):

@@ -77,7 +77,7 @@ class Laws:
         self.tables[name] = text
         return name
 
-    def facts(self) -> dict[str, dict[str, Any]]:
+    def facts(self) -> dict[str, dict[str, object]]:
         """What the page must know of each law."""
         return {
             name: {
@@ -132,7 +132,7 @@ def widened(gains: Any, seed: int) -> Any:
     """The same gains with nets of at least `NEURONS` neurons, as the seed draws them; the further weights are zero."""
     if not hasattr(gains, "_field_defaults"):
         return gains
-    changed: dict[str, Any] = {}
+    changed: dict[str, object] = {}
     for name, value in zip(gains._fields, gains, strict=True):
         declaration = gains._field_defaults.get(name)
         if isinstance(declaration, DeclaredNet):

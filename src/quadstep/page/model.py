@@ -3,7 +3,7 @@
 import base64
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,8 @@ class Condition(NamedTuple):
     """left > right must hold, or left >= right. A term is a number, {"name": parameter} or {"op": ..., "of": [terms]}."""
 
     text: str
-    left: Any
-    right: Any
+    left: object
+    right: object
     orEqual: bool  # noqa: N815 (the front end's names)
     source: str
 
@@ -122,7 +122,7 @@ class Scene(NamedTuple):
     hover: float
     position: tuple[str, str, str]
     wanted: tuple[str, str, str]
-    attitude: dict[str, Any]
+    attitude: dict[str, object]
     thrust: str | None
     arrows: tuple[Arrow, ...]
     ground: float
@@ -166,7 +166,7 @@ class Flight(NamedTuple):
     group: str
     note: str
     claims: tuple[int, ...]
-    outcome: dict[str, Any]
+    outcome: dict[str, object]
     facts: tuple[tuple[str, str], ...]
     summary: Summary
     whyNot: str  # noqa: N815
@@ -174,7 +174,7 @@ class Flight(NamedTuple):
     recorded: Recorded | None
     controllers: tuple[Controller, ...]
     controls: tuple[Control, ...]
-    ticks: dict[str, Any]
+    ticks: dict[str, object]
     scene: Scene
     panels: tuple[Panel, ...]
     cell: Cell | None
@@ -238,10 +238,10 @@ class Sharing:
     """Turns records into JSON values; equal ones are kept once and referred to by their place."""
 
     def __init__(self) -> None:
-        self.values: list[Any] = []
-        self.places: dict[Any, int] = {}
+        self.values: list[object] = []
+        self.places: dict[object, int] = {}
 
-    def value(self, thing: Any, inside: bool = False) -> Any:
+    def value(self, thing: object, inside: bool = False) -> object:
         """The JSON value of a record. inside: within a shared one, where nothing is shared again."""
         if isinstance(thing, SHARED) and not inside:
             key = repr(thing)
@@ -249,7 +249,7 @@ class Sharing:
                 self.places[key] = len(self.values)
                 self.values.append(self.value(thing, inside=True))
             return {"$": self.places[key]}
-        if hasattr(thing, "_fields"):
+        if isinstance(thing, tuple) and hasattr(thing, "_fields"):
             return {name: self.value(part, inside) for name, part in zip(thing._fields, thing, strict=True)}
         if isinstance(thing, dict):
             return {name: self.value(part, inside) for name, part in thing.items()}

@@ -1,12 +1,14 @@
 """A result on disk as a page: flown live where its metrics.json says how, else as its CSV recorded it."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown, facts, filed
 from quadstep.page.folder import manifest, read_log
@@ -18,7 +20,7 @@ from quadstep.page.model import Link
 class Planned(NamedTuple):
     """A mission read back, or why it cannot be flown again."""
 
-    mission: Any
+    mission: Mission | None
     plan: FlightPlan | None
     why_not: str
 
@@ -41,7 +43,8 @@ def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> Flown:
     content = manifest(folder)
     log = read_log(folder / "flight.csv", outcome(content), ended(content))
     planned = plan_again(content.get("mission"))
-    name = content["name"] if isinstance(content.get("name"), str) else folder.name
+    named = content.get("name")
+    name = named if isinstance(named, str) else folder.name
     found = content.get("warnings")
     warnings = tuple(line for line in found if isinstance(line, str)) if isinstance(found, list) else ()
     metrics = metrics_of(content)
@@ -49,7 +52,7 @@ def flown_in(folder: Path, taken: tuple[str, ...] = ()) -> Flown:
                   warnings=warnings, why_not=planned.why_not)  # fmt: skip
 
 
-def plan_again(content: Any) -> Planned:
+def plan_again(content: object) -> Planned:
     """The flight that a metrics.json describes; one that needs further files is not planned, so that none is read."""
     if not isinstance(content, dict):
         return Planned(None, None, "its metrics.json does not say how it was flown")
@@ -64,7 +67,7 @@ def plan_again(content: Any) -> Planned:
         return Planned(None, None, "its metrics.json describes no flight")
 
 
-def names_files(content: Any) -> bool:
+def names_files(content: object) -> bool:
     """Whether a mission names files to be read."""
     if isinstance(content, dict):
         own = any(isinstance(content.get(key), str) for key in ("file", "weights"))
@@ -72,19 +75,19 @@ def names_files(content: Any) -> bool:
     return isinstance(content, list) and any(names_files(part) for part in content)
 
 
-def outcome(content: dict[str, Any]) -> Outcome:
+def outcome(content: dict[str, object]) -> Outcome:
     """How the flight ended, as far as known."""
     name = content.get("outcome")
     return Outcome[name.upper()] if isinstance(name, str) and name.upper() in Outcome.__members__ else Outcome.COMPLETED
 
 
-def ended(content: dict[str, Any]) -> float:
+def ended(content: dict[str, object]) -> float:
     """When it ended [s]."""
     time = content.get("ended[s]")
     return float(time) if isinstance(time, int | float) else 0.0
 
 
-def metrics_of(content: dict[str, Any]) -> dict[str, Any]:
+def metrics_of(content: Metrics) -> Metrics:
     """The metrics that the page shows, where they are of the kind expected."""
     try:
         facts(content), filed(content)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -50,7 +49,7 @@ def attitude(columns: Mapping[str, str]) -> tuple[str, ...]:
     return quaternion if all(name in columns for name in quaternion) else ANGLES
 
 
-def forces(parameters: Any) -> tuple[Arrow, ...]:
+def forces(parameters: object) -> tuple[Arrow, ...]:
     """A steady force among the parameters."""
     names = ("disturbance.force.0", "disturbance.force.1", "disturbance.force.2")
     given = set(leaf_names(parameters))

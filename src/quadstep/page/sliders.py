@@ -3,12 +3,12 @@
 import math
 from collections.abc import Mapping
 from operator import attrgetter
-from typing import Any
 
 from quadstep.control.gain import AXES, BELIEF, GAINS, NETS, Gain, declared
 from quadstep.control.learning import DeclaredNet, LearningStart
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.derived import ControllerSection
+from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, in_matrix, leaf_names
 from quadstep.page.controls import (
     POSITIVE,
@@ -29,13 +29,13 @@ MOST_SLIDERS = 60
 LEARNING, DAMPING = "Learning rate of Eq. 54.", "Damping of the weights in Eq. 54."
 
 
-def gain_sliders(declarations: Mapping[str, Any], gains: Any) -> list[Control]:
+def gain_sliders(declarations: Mapping[str, object], gains: object) -> list[Control]:
     """A slider for each key."""
     named = ((name, gain) for name, gain in declarations.items() if isinstance(gain, Gain))
     return [slider(gain, attrgetter(name)(gains), f"gains.{name}") for name, gain in named]
 
 
-def declared_controls(mission: Any, plan: FlightPlan) -> list[Control]:
+def declared_controls(mission: Mission, plan: FlightPlan) -> list[Control]:
     """Path, vehicle and start of a mission for a plant that declares its numbers."""
     return [
         *grouped("Path", *path_controls(mission, plan.ticks)),
@@ -44,7 +44,7 @@ def declared_controls(mission: Any, plan: FlightPlan) -> list[Control]:
     ]
 
 
-def net_sliders(declarations: Mapping[str, Any], gains: Any, section: ControllerSection) -> list[Control]:
+def net_sliders(declarations: Mapping[str, object], gains: object, section: ControllerSection) -> list[Control]:
     """Both nets: on or off, how large, how fast they learn."""
     nets, found = section.table, []
     if nets is None:
@@ -72,7 +72,7 @@ def net_sliders(declarations: Mapping[str, Any], gains: Any, section: Controller
     return grouped(NETS, *found)
 
 
-def sliders(section: ControllerSection, gains: Any) -> list[Control]:
+def sliders(section: ControllerSection, gains: object) -> list[Control]:
     """All of a controller's, by heading: gains, then nets, then what it believes."""
     declarations = section.controller.declarations()
     if not isinstance(gains, section.controller.Gains):  # prepared
@@ -81,7 +81,7 @@ def sliders(section: ControllerSection, gains: Any) -> list[Control]:
     return sorted(found, key=lambda control: {NETS: 1, BELIEF: 2}.get(control.group, 0))
 
 
-def known_sliders(gains: Any) -> list[Control]:
+def known_sliders(gains: object) -> list[Control]:
     """Of gains whose controller is not known: as they declare, if they do."""
     try:
         return gain_sliders(declared(type(gains)), gains)
@@ -89,7 +89,7 @@ def known_sliders(gains: Any) -> list[Control]:
         return plain_sliders(gains)
 
 
-def plain_sliders(gains: Any) -> list[Control]:
+def plain_sliders(gains: object) -> list[Control]:
     """A slider for every number or vector of gains that declare nothing, matrices left out, if they are not too many."""
     vectors: dict[str, list[Component]] = {}
     for name, leaf, entry in zip(leaf_names(gains), flatten(gains), in_matrix(gains), strict=True):

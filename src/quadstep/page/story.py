@@ -95,6 +95,8 @@ def step(part: str, place: int, path: Path) -> Step:
     settings = check(Settings, parse_toml(fences[0], where), where, path.parent)
     if (settings.flight is None) == (settings.mission is None):
         raise UserError(f"{where}: give either flight (one of the page's) or mission (a file beside this one)")
+    if settings.mission is not None and not (path.parent / settings.mission).is_file():
+        raise UserError(f"{where}: mission: {settings.mission!r:.60}: there is no such file beside {path.name}")
     prose = re.sub(r"^```.*?^```[ \t]*$", "", body, flags=re.MULTILINE | re.DOTALL)
     text = tuple(" ".join(one.split()) for one in re.split(r"\n\s*\n", prose) if one.strip())
     if not text:

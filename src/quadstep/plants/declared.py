@@ -8,7 +8,7 @@ controllers are told the state.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.model import Model
 from quadstep.flight.plant import Drawn
@@ -36,9 +36,9 @@ class DeclaredPlant(ABC):
     name: ClassVar[str]
     label: ClassVar[str] = ""
     source: ClassVar[str] = ""
-    Numbers: ClassVar[type[Any]]
-    Limits: ClassVar[type[Any]]
-    measures: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
+    Limits: ClassVar[type]
+    measures: ClassVar[type]
     compact: ClassVar[bool] = True
     columns: ClassVar[Mapping[str, str]]
     axes: ClassVar[tuple[str, ...]]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.controller import Command
 from quadstep.flight.closed_loop import Outcome, finite
@@ -32,8 +32,8 @@ class Parameters(NamedTuple):
 
     vehicle: Vehicle
     disturbance: Structure
-    path: Any
-    gains: Any
+    path: object
+    gains: object
     limits: Limits
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.airframe.allocation import Allocation, allocate, held, mix, speeds_of, thrusts_of
 from quadstep.airframe.events import Events, efficiencies, mass_properties
@@ -35,11 +35,11 @@ class AirframeParameters(NamedTuple):
     airframe: Airframe
     allocation: Allocation
     events: Events
-    wind: Any
-    sensors: Any
+    wind: object
+    sensors: object
     key: Key
-    path: Any
-    gains: Any
+    path: object
+    gains: object
     limits: AirframeLimits
 
 

@@ -6,7 +6,7 @@ without its disturbance.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.gain import gain
 from quadstep.control.model import Model
@@ -117,7 +117,7 @@ class Planar(DeclaredPlant):
         return vector(held[0] + held[1], held[1] - held[0])
 
     def row(
-        self, p: PlantParameters, state: PlanarState, told: Any, command: PlanarCommand, held: Vector,
+        self, p: PlantParameters, state: PlanarState, told: object, command: PlanarCommand, held: Vector,
         reference: Reference, wind: Vector, time: Number,
     ) -> list[Number]:  # fmt: skip
         """One row of the log, in the order of `columns`."""

@@ -8,7 +8,7 @@ is counted as something added too. The centre line need not be trusted: whatever
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.numbers import Vector, flatten, leaf_names, rebuild
+from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.prove.certificate import Certificate, read_certificate
 from quadstep.prove.unknown import Unknown
@@ -271,7 +271,7 @@ def check_certificate(path: Path) -> Checked:
     if not failed and np.any(most > found.position):
         failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within what the file claims"
     time = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step
-    wanted = plan.loop.path.reference(time, plan.parameters.path).position
+    wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
     off = [np.abs(found.flown[:, i] - wanted[i]) + found.position[i] for i in range(axes)]
     return Checked(
         mission.name,

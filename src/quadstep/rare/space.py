@@ -1,12 +1,13 @@
 """What a campaign varies as independent standard normal numbers: one for each key."""
 
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy.special import ndtr
 
 from quadstep.campaign.distributions import Grid, Sobol
-from quadstep.campaign.draws import Drawn, from_shares
+from quadstep.campaign.draws import Drawn, Values, from_shares
 from quadstep.campaign.schema import CampaignFile
 from quadstep.errors import UserError
 from quadstep.rare.points import Floats
@@ -31,5 +32,7 @@ def values(file: CampaignFile, latent: Floats) -> dict[str, Drawn]:
     shares = np.clip(ndtr(latent), LEAST, MOST)
     shared = dict(zip(file.keys, shares.T, strict=True))
     drawn = from_shares(file, shared)
-    drawn |= {name: Drawn(one.quantile(shared[name])) for name, one in file.vary.items() if isinstance(one, Sobol)}
+    drawn |= {
+        name: Drawn(cast(Values, one.quantile(shared[name]))) for name, one in file.vary.items() if isinstance(one, Sobol)
+    }
     return {name: drawn[name] for name in file.keys}

@@ -1,7 +1,6 @@
 """Axes whose numbers are whole: no offset, no exponent aside, and a scale on which all of a line can be seen."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -72,7 +71,7 @@ def logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     room = (high / low) ** 0.06 if high > 1.3 * low else 1.3
     axes.set_ylim(low / room, high * room)
     decades = np.log10(high / low) + 2.0 * np.log10(room)
-    axis: Any = axes.yaxis
+    axis: Axis = axes.yaxis
     if decades < 1.5:
         axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
         axis.set_major_formatter(plain())
@@ -112,7 +111,7 @@ def signed_logarithmic(axes: Axes, lines: Sequence[Numbers]) -> None:
     up = [edge * 10.0**k for k in range(12) if edge * 10.0**k <= 1.6 * high]
     down = [-edge * 10.0**k for k in range(12) if edge * 10.0**k <= -1.6 * low]
     every = max(1, -(-(len(up) + len(down)) // 5))
-    axis: Any = axes.yaxis
+    axis: Axis = axes.yaxis
     axis.set_major_locator(FixedLocator([*down[::every], 0.0, *up[::every]]))
     axis.set_major_formatter(powers())
     axis.set_minor_locator(NullLocator())
@@ -127,7 +126,7 @@ def logarithmic_time(axes: Axes, t: Numbers) -> None:
     first = float(t[t > 0.0][0])
     axes.set_xscale("log")
     axes.set_xlim(first, float(t[-1]))
-    axis: Any = axes.xaxis
+    axis: Axis = axes.xaxis
     axis.set_major_locator(LogLocator(10.0, (1.0,)))
     axis.set_major_formatter(powers())
     axis.set_minor_locator(NullLocator())

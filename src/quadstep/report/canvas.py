@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from quadstep.report.sheet import Sheet
 
-STYLE: Any = {
+STYLE: dict[str, object] = {
     "font.family": "sans-serif",
     "font.size": 9,
     "axes.grid": True,
@@ -51,9 +51,9 @@ PACKED = 3
 
 
 @contextmanager
-def drawing(sheet: Sheet, more: Mapping[str, Any] | None = None) -> Iterator[None]:
+def drawing(sheet: Sheet, more: Mapping[str, object] | None = None) -> Iterator[None]:
     """Matplotlib's settings for a figure. more: settings that this figure needs."""
-    settings: Any = {**STYLE, **dict(sheet.settings), **(more or {})}
+    settings: Any = {**STYLE, **dict(sheet.settings), **(more or {})}  # its keys are literals to the type checker
     with rc_context(settings):
         yield
 
@@ -84,7 +84,7 @@ def write(figure: Figure, path: Path, sheet: Sheet) -> None:
     for ending in sheet.formats:
         figure.set_dpi(sheet.dpi)
         file = path.with_name(f"{path.name}.{ending}")
-        canvas: Any
+        canvas: Any  # Matplotlib's canvases have no types
         if ending == "png":
             canvas = FigureCanvasAgg(figure)
             canvas.print_png(file, metadata={"Software": None}, pil_kwargs={"compress_level": PACKED})

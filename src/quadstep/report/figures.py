@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -75,7 +74,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
     else:
         linear(axes, drawn)
     axes.set_ylabel(name if unit == "-" else f"{name} [{unit}]", parse_math=True)
-    legend: Any = axes.legend(
+    legend = axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.2, columnspacing=1.2
     )  # above the lines
     for text in legend.get_texts():

@@ -10,7 +10,6 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from quadstep.atomic import WRITING
 from quadstep.documents import read_json
@@ -89,7 +88,7 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool, name: str = M
         return []
     if not folder.is_dir():
         raise UserError(f"{folder}: is a file; --out needs a folder")
-    content: dict[str, Any] = {}
+    content: dict[str, object] = {}
     with contextlib.suppress(UserError):
         loaded = read_json(folder / name)
         content = loaded if isinstance(loaded, dict) else {}
@@ -116,6 +115,6 @@ def move(temporary: Path, folder: Path, files: list[Path], previous: list[Path],
             discard([folder / parent for parent in path.parents if parent != Path()])
 
 
-def write_json(path: Path, content: Any) -> None:
+def write_json(path: Path, content: object) -> None:
     """JSON with a fixed order and no NaN."""
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")

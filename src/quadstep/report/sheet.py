@@ -1,8 +1,9 @@
 """What figures are drawn on: file formats, width and style, as a user asks for them."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 from quadstep.errors import UserError
 
@@ -43,7 +44,7 @@ class Sheet(NamedTuple):
     formats: tuple[str, ...] = ("png", "svg")
     width: float | None = None
     titled: bool = True
-    settings: tuple[tuple[str, Any], ...] = ()
+    settings: tuple[tuple[str, object], ...] = ()
 
     def inches(self, usual: float) -> float:
         """The width of a figure that would like to be `usual` wide [in]."""
@@ -62,6 +63,10 @@ class Sheet(NamedTuple):
         """The same with SVG files, which a report is made of."""
         return self if "svg" in self.formats else self._replace(formats=(*self.formats, "svg"))
 
+    def shown(self) -> "Sheet":
+        """The same with SVG files where there is nothing else that a page can show."""
+        return self if "png" in self.formats else self.with_svg()
+
 
 def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN) -> Sheet:
     """What --figures, --width and --style ask for. Raises UserError."""
@@ -77,7 +82,7 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN)
     return Sheet(formats, width, titled=False, settings=tuple(settings.items()))
 
 
-def style_file(path: Path) -> dict[str, Any]:
+def style_file(path: Path) -> dict[str, object]:
     """The settings in a Matplotlib style file. Raises UserError."""
     if path.suffix != ".mplstyle":
         raise UserError(f"--style: {str(path)!r:.60} is not known; allowed: {SCREEN}, {PAPER}, or a file NAME.mplstyle")
@@ -96,22 +101,21 @@ def style_file(path: Path) -> dict[str, Any]:
     return settings_of(path, text)
 
 
-def settings_of(path: Path, text: str) -> dict[str, Any]:
+def settings_of(path: Path, text: str) -> dict[str, object]:
     """The settings of a style file's text, each as Matplotlib understands it. Raises UserError naming the line."""
     from matplotlib import RcParams, rcParamsDefault  # noqa: PLC0415 (loaded only where it is used)
 
-    known: Any = rcParamsDefault
-    settings: dict[Any, Any] = {}
+    settings: dict[str, object] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         name, colon, value = line.partition(":")
         name, value = name.strip(), value.strip()
         if not name or name.startswith("#"):
             continue
-        if not colon or name in OURS or name not in known:
+        if not colon or name in OURS or name not in rcParamsDefault:
             raise UserError(f"{path}: line {number}: {name!r:.60} is not a setting of a Matplotlib style")
         try:
-            checked: Any = RcParams({name: value.partition(" #")[0].strip().strip('"')})
-            settings[name] = checked[name]
+            checked = RcParams({name: value.partition(" #")[0].strip().strip('"')})
+            settings[name] = cast(Mapping[str, object], checked)[name]
         except ValueError as error:
             raise UserError(f"{path}: line {number}: {name}: {str(error).splitlines()[0]:.200}") from None
     return settings

@@ -65,7 +65,11 @@ def rich(text: str) -> str:
 
 def numerals(text: str) -> str:
     """Powers of ten, negative numbers and comparisons as people write them. text: escaped."""
+    text = re.sub(
+        r"(?<![\w.])(\d+(?:\.\d+)?)e\+0[0-5]\b", lambda match: f"{float(match[0]):,.0f}".replace(",", "\u202f"), text
+    )
     text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
     text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
     return text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace(" +- ", " ± ")
 

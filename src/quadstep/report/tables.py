@@ -4,12 +4,11 @@ import csv
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from quadstep.flight.log import FlightLog
 
 
-def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write rows under a header; numbers read back exactly, missing values (None, NaN, infinity) are empty."""
     write_rows(path, header, (tuple(map(cell, row)) for row in rows))
 
@@ -19,7 +18,7 @@ def write_log(path: Path, log: FlightLog) -> None:
     write_rows(path, [f"{name}[{unit}]" for name, unit in log.columns.items()], log.rows.tolist())
 
 
-def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write the lines."""
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
@@ -27,7 +26,7 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]])
         table.writerows(rows)
 
 
-def cell(value: Any) -> Any:
+def cell(value: object) -> object:
     """A value as it stands in the file."""
     if isinstance(value, bool):
         return str(value).lower()

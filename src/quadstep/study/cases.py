@@ -27,31 +27,31 @@ CASE_3_STARTS: dict[str, dict[str, Any]] = {
     "5 m off in x and y": {"position": [5.0, -5.0, 0.0]},
 }
 
-NESTED_GAINS: dict[str, dict[str, Any]] = {
+NESTED_GAINS: dict[str, dict[str, object]] = {
     "a_z = (3, 0.5)": {"a_z": [3.0, 0.5]},
     "a_z = (0.001, 0.002)": {"a_z": [0.001, 0.002]},
 }
 """Altitude gains of [11] found in scripts that reproduce it; the second are hardware units that do not settle in SI."""
 
 
-def line(name: str, origin: list[float], target: list[float], **sections: Any) -> LagrangeMission:
+def line(name: str, origin: list[float], target: list[float], **sections: object) -> LagrangeMission:
     """A mission along a straight line; `sections` as in a mission file, `duration` is t_f [s]."""
     duration = sections.pop("duration", CASE_TIME)
     path = {"type": "minimum-jerk", "start": origin, "end": target, "duration": duration}
     return LagrangeMission.model_validate({"name": name, "path": path, **sections})
 
 
-def adaptive(**nets: Any) -> dict[str, Any]:
+def adaptive(**nets: object) -> dict[str, object]:
     """The paper's controller with these net settings."""
     return {"type": "backstepping", "nets": nets}
 
 
-def nested(**gains: Any) -> dict[str, Any]:
+def nested(**gains: object) -> dict[str, object]:
     """The controller of [11]."""
     return {"type": "nested-saturation", **gains}
 
 
-def case_1(**sections: Any) -> LagrangeMission:
+def case_1(**sections: object) -> LagrangeMission:
     """Case 1: to (20, 5, 10) from the origin."""
     return line("Case 1: three position commands at once", [0.0, 0.0, 0.0], [20.0, 5.0, 10.0], **sections)
 
@@ -62,13 +62,13 @@ def case_2(axis: str = "x") -> LagrangeMission:
     return line(f"Case 2: {axis} command only", start, [20.0, 5.0, 10.0])
 
 
-def case_3(controller: dict[str, Any], start: dict[str, Any] | None = None) -> LagrangeMission:
+def case_3(controller: dict[str, object], start: dict[str, object] | None = None) -> LagrangeMission:
     """Case 3: altitude change from 0 to 10 m while x and y should stay at zero."""
     begin = CASE_3_START if start is None else start
     return line("Case 3: altitude change", [0.0, 0.0, 0.0], [0.0, 0.0, 10.0], controller=controller, start=begin)
 
 
-def stress(duration: float, scale: float, **nets: Any) -> LagrangeMission:
+def stress(duration: float, scale: float, **nets: object) -> LagrangeMission:
     """Case 1's way in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
     return case_1(
         duration=duration,

@@ -1,5 +1,6 @@
 """What a claim of the paper is, and how it is judged."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ class Claim(NamedTuple):
     sentence: str
     measured: str
     verdict: Verdict
-    values: dict[str, Any]
+    values: Mapping[str, Any]
 
 
 def judge(holds: bool) -> Verdict:

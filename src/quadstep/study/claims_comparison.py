@@ -1,15 +1,16 @@
 """Claims of Case 3: the paper's controller beside that of its reference [11]."""
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from quadstep.metrics.of_log import Metrics
 from quadstep.study.claim import Claim, Verdict, judge
 from quadstep.study.study import Study, completed
 
 
-def by_start(study: Study, ours: Any, smaller: bool = True) -> dict[str, str]:
+def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool = True) -> dict[str, str]:
     """For each start and gain set of [11]: whether the measure (all of several) is smaller, or larger, for the adaptive one.
 
     Answers yes, no, equal, or who did not finish.

@@ -4,7 +4,6 @@ import platform
 from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
 
 from quadstep import __version__
 from quadstep.flight.engine import Engine
@@ -49,7 +48,7 @@ def reproduce(folder: Path, engine: Engine = Engine.LANES, overwrite: bool = Fal
     return claims
 
 
-def study_metrics(study: Study) -> dict[str, Any]:
+def study_metrics(study: Study) -> dict[str, object]:
     """The content of metrics.json."""
     nets = case_1().controller.model_dump()["nets"]
     return {
@@ -68,7 +67,7 @@ def study_metrics(study: Study) -> dict[str, Any]:
     }
 
 
-def keyed(flights: Mapping[Any, Metrics]) -> dict[str, Metrics]:
+def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, str], Metrics]) -> dict[str, Metrics]:
     """Text keys for JSON."""
     return {"; ".join(map(str, key)): metrics for key, metrics in flights.items()}
 

@@ -7,6 +7,7 @@ from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.of_log import Metrics, flight_metrics
+from quadstep.mission.lagrange import LagrangeMission
 from quadstep.study.cases import further_flights, main_cases, neuron_flights, start_flights, stress_flights
 
 Logs = dict[str, FlightLog]
@@ -39,7 +40,13 @@ class Study(NamedTuple):
 
 def plan_study() -> StudyPlans:
     """The flights of the study."""
-    families: list[dict[Any, Any]] = [main_cases(), further_flights(), neuron_flights(), start_flights(), stress_flights()]
+    families: list[dict[Any, LagrangeMission]] = [
+        main_cases(),
+        further_flights(),
+        neuron_flights(),
+        start_flights(),
+        stress_flights(),
+    ]
     return StudyPlans(*({key: mission.plan() for key, mission in family.items()} for family in families))
 
 

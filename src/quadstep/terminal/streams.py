@@ -6,7 +6,7 @@ import io
 import os
 import select
 import sys
-from typing import Any
+from typing import Any, TextIO
 
 from rich.cells import cell_len
 
@@ -76,7 +76,7 @@ def prepare_streams() -> None:
         sys.stderr = stream(sys.stderr, Outlet(2, required=False))
 
 
-def stream(before: Any, outlet: Outlet) -> io.TextIOWrapper:
+def stream(before: TextIO | None, outlet: Outlet) -> io.TextIOWrapper:
     """A text stream in the encoding of the one before it."""
     encoding = before.encoding if before else "utf-8"
     return io.TextIOWrapper(io.BufferedWriter(outlet), encoding, errors="quadstep-question-marks", line_buffering=True)

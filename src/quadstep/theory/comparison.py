@@ -3,7 +3,7 @@
 A third law shows which part of the completion gains what: the counter-term alone, without the rigid-body torque.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ INNER_LOOPS = ((250.0, 15.0), (120.0, 10.0), (60.0, 6.0), (31.0, 3.0), (15.0, 1.
 """(K_r2 [N m s], Lambda_2 [1/s]). All but (60, 6) keep the printed condition K_r2 > J_M Lambda_2, J_M = 10."""
 
 PAPER, COUNTER_ONLY, COMPLETED = "the paper's", "counter-term only", "completed"
-LAWS: dict[str, dict[str, Any]] = {
+LAWS: dict[str, dict[str, object]] = {
     PAPER: {"type": "backstepping"},
     COUNTER_ONLY: {"type": "completed-backstepping", "P": 20.0, "inertia": 1e-9},
     COMPLETED: {"type": "completed-backstepping"},

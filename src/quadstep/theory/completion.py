@@ -1,7 +1,7 @@
 """`quadstep study completion`: the inequalities on random states, the grid of flights, a folder with both."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep import __version__
 from quadstep.report import page
@@ -10,6 +10,7 @@ from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.tables import write_csv
 from quadstep.theory.comparison import LAWS, PAPER, Cell, Summary, disturbance_over_weight, grid, summarise
 from quadstep.theory.inequalities import Margin, check_inequalities
+from quadstep.theory.map import draw_map
 
 NAME = "The completed controller"
 GRID = ("K_r2[N m s]", "Lambda2[1/s]", "t_f[s]", "scale[-]", "nets", "law", "rmse[m]", "ended[s]")
@@ -30,8 +31,6 @@ class Completion(NamedTuple):
 
 def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
     """Check, fly, and write `folder`. Raises UserError."""
-    from quadstep.theory.map import draw_map  # noqa: PLC0415 (matplotlib loads only where figures are drawn)
-
     with publishing(folder, f"completion {samples}", overwrite) as out, drawing_pool() as pool:
         cells = grid()
         summaries = {law: summarise(cells, law) for law in LAWS if law != PAPER}
@@ -44,7 +43,7 @@ def study_completion(folder: Path, samples: int, overwrite: bool) -> Completion:
     return found
 
 
-def as_json(found: Completion) -> dict[str, Any]:
+def as_json(found: Completion) -> dict[str, object]:
     """The content of metrics.json."""
     return {
         "name": NAME,

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def setting_of(plan: FlightPlan, force: float = 0.0, torque: float = 0.0, bias: 
         return found.pop()
 
     times = np.linspace(0.0, plan.ticks.last * plan.ticks.step, 2001)
-    reference = plan.loop.path.reference(times, plan.parameters.path)
+    reference = plan.loop.path.reference(cast(Number, times), plan.parameters.path)
     most = [
         float(np.sqrt(sum(np.square(part) for part in vector)).max()) for vector in (reference.acceleration, reference.jerk)
     ]

@@ -1,13 +1,13 @@
 """Every inequality of docs/theory.md on random states: the worst margin, relative to the terms it is made of."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
 from quadstep.control.projection import project
-from quadstep.numbers import Number, Vector, total
+from quadstep.numbers import Number, Vector, absolute, maximum, total
 from quadstep.theory.lyapunov import greatest, inner, least, lyapunov_rate, sum_squares
 from quadstep.theory.samples import Sample, draw_sample
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
@@ -32,9 +32,10 @@ class Margin(NamedTuple):
         return self.worst >= -ROUND_OFF
 
 
-def relative(larger: Any, smaller: Any, scale: Any) -> Any:
+def relative(larger: Number, smaller: Number, scale: Number) -> Number:
     """(larger - smaller) / scale."""
-    return (larger - smaller) / np.maximum(scale, 1e-300)
+    margin: Number = (larger - smaller) / np.maximum(scale, 1e-300)
+    return margin
 
 
 def tilts(sample: Sample) -> tuple[Vector, Vector, Vector]:
@@ -51,35 +52,35 @@ def force_gap(sample: Sample) -> tuple[Vector, Vector]:
     return gap, b_theta * error[0] + b_phi * error[1]
 
 
-def coupling_identity(sample: Sample) -> Any:
+def coupling_identity(sample: Sample) -> Number:
     """B e2 is the gap itself."""
     gap, product = force_gap(sample)
     return -(gap - product).norm()
 
 
-def coupling_bound(sample: Sample) -> Any:
+def coupling_bound(sample: Sample) -> Number:
     """The gap is at most the tilt error."""
     gap, _ = force_gap(sample)
     error = tilts(sample)[2].norm()
     return relative(error, gap.norm(), error)
 
 
-def column_bounds(sample: Sample) -> Any:
+def column_bounds(sample: Sample) -> Number:
     """Each column of B has length at most 1."""
     tilt, wanted, _ = tilts(sample)
     b_theta, b_phi = coupling_columns(tilt, wanted)
-    return 1.0 - np.maximum(b_theta.norm(), b_phi.norm())
+    return 1.0 - maximum(b_theta.norm(), b_phi.norm())
 
 
-def inertia_bound(sample: Sample) -> Any:
+def inertia_bound(sample: Sample) -> Number:
     """r^T J r <= max(Sigma) (1 + |sin theta|) |r|^2 <= J_M |r|^2."""
     attitude, inertia, r = sample.state.attitude, sample.vehicle.inertia, sample.state.rates
     form = r @ (effective_inertia(attitude, inertia, Kinematics.STANDARD) @ r)
-    limit: Any = greatest(inertia) * (1.0 + np.abs(np.sin(attitude[1]))) * (r @ r)
+    limit: Number = greatest(inertia) * (1.0 + np.abs(np.sin(attitude[1]))) * (r @ r)
     return relative(limit, form, limit)
 
 
-def gain_bound(sample: Sample) -> Any:
+def gain_bound(sample: Sample) -> Number:
     """r^T (K_r2 - J Lambda_2) r >= (min K_r2 - J_M max Lambda_2) |r|^2, Lambda_2 any positive diagonal."""
     paper, inertia, r = sample.gains.paper, sample.vehicle.inertia, sample.state.rates
     j = effective_inertia(sample.state.attitude, inertia, Kinematics.STANDARD)
@@ -88,17 +89,17 @@ def gain_bound(sample: Sample) -> Any:
     return relative(form, k2 * (r @ r), (r @ (paper.gain_2 * r)) + np.abs(k2) * (r @ r))
 
 
-def skewness(sample: Sample) -> Any:
+def skewness(sample: Sample) -> Number:
     """r^T (J_dot - 2 C) r = 0 for Christoffel's C."""
     attitude, rates, inertia = sample.state.attitude, sample.state.rates, sample.vehicle.inertia
     r = sample.memory.paper.integral_1
     partials = effective_inertia_partials(attitude, inertia, Kinematics.STANDARD)
     j_dot = total(rate * partial for rate, partial in zip(rates, partials, strict=True))
     one, two = r @ (j_dot @ r), 2.0 * (r @ (coriolis(attitude, rates, inertia, Kinematics.STANDARD) @ r))
-    return -np.abs(one - two) / (np.abs(one) + np.abs(two) + 1e-300)
+    return -absolute(one - two) / (absolute(one) + absolute(two) + 1e-300)
 
 
-def trace_bound(sample: Sample) -> Any:
+def trace_bound(sample: Sample) -> Number:
     """trace(W_tilde^T W_hat) <= |W_tilde| |W| - |W_tilde|^2."""
     ideal, weights = sample.ideal[0], sample.memory.paper.weights_1
     error = ideal - weights
@@ -106,7 +107,7 @@ def trace_bound(sample: Sample) -> Any:
     return relative(limit, inner(error, weights), sum_squares(error) + sum_squares(ideal))
 
 
-def projection(sample: Sample) -> Any:
+def projection(sample: Sample) -> Number:
     """Projection brings no vector farther from one inside the bound."""
     inside, moved = sample.residual[0], sample.memory.paper.integral_1
     bound: Number = 3.0**0.5  # the residuals are inside
@@ -114,29 +115,29 @@ def projection(sample: Sample) -> Any:
     return relative(before, after, before)
 
 
-def rate_identity(completed: bool) -> Callable[[Sample], Any]:
+def rate_identity(completed: bool) -> Callable[[Sample], Number]:
     """L_dot is as the theorem says, to round-off."""
 
-    def margin(sample: Sample) -> Any:
+    def margin(sample: Sample) -> Number:
         rate = lyapunov_rate(sample, completed)
-        return -np.abs(relative(rate.identity, rate.flown, rate.scale))
+        return -absolute(relative(rate.identity, rate.flown, rate.scale))
 
     return margin
 
 
-def rate_bound(completed: bool) -> Callable[[Sample], Any]:
+def rate_bound(completed: bool) -> Callable[[Sample], Number]:
     """L_dot is at most its bound."""
 
-    def margin(sample: Sample) -> Any:
+    def margin(sample: Sample) -> Number:
         rate = lyapunov_rate(sample, completed)
         return relative(rate.bound, rate.flown, rate.scale)
 
     return margin
 
 
-def small_gain(sample: Sample) -> Any:
+def small_gain(sample: Sample) -> Number:
     """For p = 2 l2 k2, the quadratic form of the paper's law is positive wherever u_d^2 < 4 k1 k2 l2^2."""
-    a: Any = np.abs(np.stack(np.broadcast_arrays(*sample.state.velocity)))  # any positive numbers: |r1|, |e2|, |r2|
+    a = np.abs(np.stack(np.broadcast_arrays(*sample.state.velocity)))  # any positive numbers: |r1|, |e2|, |r2|
     k1, k2, l2 = (
         np.abs(gain[0]) for gain in (sample.gains.paper.gain_1, sample.gains.paper.gain_2, sample.gains.paper.slope_2)
     )
@@ -145,7 +146,7 @@ def small_gain(sample: Sample) -> Any:
     return relative(positive, u * a[0] * a[1] + p * a[1] * a[2], positive)
 
 
-CHECKS: tuple[tuple[str, str, Callable[[Sample], Any]], ...] = (
+CHECKS: tuple[tuple[str, str, Callable[[Sample], Number]], ...] = (
     ("T1", "n(eta_f) - n(eta) = B e2", coupling_identity),
     ("T2", "|n(eta_f) - n(eta)| <= |e2|", coupling_bound),
     ("T3", "each column of B has length at most 1", column_bounds),

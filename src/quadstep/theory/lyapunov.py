@@ -1,6 +1,6 @@
 """L and its rate along the closed loop of the shipped plant and the shipped laws, and the bounds of docs/theory.md."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,14 +38,16 @@ class Rate(NamedTuple):
     scale: Number
 
 
-def least(values: Vector) -> Any:
+def least(values: Vector) -> Number:
     """Smallest entry, batch by batch."""
-    return np.min(np.stack(np.broadcast_arrays(*values)), axis=0)
+    smallest: Number = np.min(np.stack(np.broadcast_arrays(*values)), axis=0)
+    return smallest
 
 
-def greatest(values: Vector) -> Any:
+def greatest(values: Vector) -> Number:
     """Largest entry, batch by batch."""
-    return np.max(np.stack(np.broadcast_arrays(*values)), axis=0)
+    largest: Number = np.max(np.stack(np.broadcast_arrays(*values)), axis=0)
+    return largest
 
 
 def inner(a: Matrix, b: Matrix) -> Number:

@@ -1,9 +1,9 @@
 """The grid as a picture: RMSE in every cell, a cross where the flight diverged."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from quadstep.report.canvas import drawing, write
@@ -20,7 +20,7 @@ def draw_map(folder: Path, cells: list[Cell]) -> None:
     found = {cell[:6]: cell for cell in cells}
     with drawing(Sheet(), {"axes.grid": False}):
         figure = Figure(figsize=(17.5, 8.2))
-        grid: Any = figure.subplots(len(SCALES), 2 * len(LAWS))
+        grid = figure.subplots(len(SCALES), 2 * len(LAWS))
         figure.subplots_adjust(0.07, 0.06, 0.995, 0.9, 0.06, 0.28)
         for row, scale in enumerate(SCALES):
             for column, (nets, law) in enumerate((nets, law) for nets in (True, False) for law in LAWS):
@@ -37,7 +37,7 @@ def draw_map(folder: Path, cells: list[Cell]) -> None:
         write(figure, folder / "completion", Sheet())
 
 
-def draw_block(axes: Any, block: list[list[float | None]]) -> None:
+def draw_block(axes: Axes, block: list[list[float | None]]) -> None:
     """One table of cells on a logarithmic grey scale, numbers written in."""
     levels = np.array([[np.nan if v is None else np.log10(1e3 * v) for v in row] for row in block])
     axes.imshow(levels, cmap="Greys", vmin=LIGHTEST, vmax=DARKEST + 1.5, aspect="auto")

@@ -1,6 +1,6 @@
 """Random closed loops: states, gains, ideal weights and errors, many at once as NumPy numbers."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -41,8 +41,7 @@ class Draw:
 
     def number(self, low: float, high: float) -> Number:
         """One number a closed loop."""
-        numbers: Any = self.generator.uniform(low, high, self.count)
-        return numbers  # type: ignore[no-any-return]
+        return cast(Number, self.generator.uniform(low, high, self.count))
 
     def vector(self, low: float, high: float, length: int = 3) -> Vector:
         """A vector of independent entries."""

@@ -6,7 +6,7 @@ is flown, so that the file with the tuned gains says exactly what was flown.
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 from pydantic import BaseModel
 
@@ -110,9 +110,9 @@ def shares(values: tuple[float, ...], said: str) -> list[float]:
     return [value / values[0] for value in values]
 
 
-def looked_up(mission: Mission, names: Sequence[str], said: str) -> Any:
+def looked_up(mission: Mission, names: Sequence[str], said: str) -> object:
     """What the controller has under these names, with what stands for a key that was left out."""
-    value: Any = mission.controller
+    value: object = mission.controller
     for depth, name in enumerate(names):
         if isinstance(value, BaseModel) and name in type(value).model_fields:
             found = getattr(value, name)
@@ -126,7 +126,7 @@ def looked_up(mission: Mission, names: Sequence[str], said: str) -> Any:
     return value
 
 
-def filled_in(mission: Mission) -> dict[str, Any]:
+def filled_in(mission: Mission) -> dict[str, object]:
     """What the controller takes at the keys of its gains, given or not, as the mission would say it."""
     gains = mission.controller.gains(mission.modelled.model())
     found = {key: attrgetter(name)(gains) for key, (name, _) in mission.controller.controller.by_key().items()}
@@ -159,14 +159,15 @@ def starting_point(gains: Sequence[Gain]) -> list[float]:
     return [min(max(one.range.place(one.leaves[0].present), 0.0), 1.0) for one in gains]
 
 
-def with_numbers(content: dict[str, Any], mission: Mission, values: dict[str, float]) -> dict[str, Any]:
+def with_numbers(content: dict[str, object], mission: Mission, values: dict[str, float]) -> dict[str, object]:
     """A mission's content with these numbers written out."""
-    changed: Any = content if "controller" in content else {**content, "controller": {"type": mission.controller.type}}
+    changed = content if "controller" in content else {**content, "controller": {"type": mission.controller.type}}
     for key, number in values.items():
         listed, _, place = key.rpartition(".")
-        entries: Any = list(looked_up(mission, parts(listed)[1:], listed)) if place.isdigit() else None
+        entries: object = (
+            list(cast(tuple[object, ...], looked_up(mission, parts(listed)[1:], listed))) if place.isdigit() else None
+        )
         for name in reversed(parts(listed)):  # where the file has no list, the present one is written out
             entries = {name: entries}
         changed = with_value(changed, key, number, entries)
-    result: dict[str, Any] = changed
-    return result
+    return changed

@@ -6,9 +6,10 @@ candidates differ only in their gains, and the objective is one fixed function o
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep import files
 from quadstep.campaign.draws import Drawn, draw
@@ -42,7 +43,7 @@ class Asked(NamedTuple):
 
     path: Path
     text: str
-    content: dict[str, Any]
+    content: dict[str, object]
     mission: Mission
     section: TuneSection
     gains: list[Gain]
@@ -77,7 +78,7 @@ class Asked(NamedTuple):
         """The present gains in the unit box."""
         return starting_point(self.gains)
 
-    def tuned(self, values: dict[str, float]) -> dict[str, Any]:
+    def tuned(self, values: dict[str, float]) -> dict[str, object]:
         """The user's mission with these gains."""
         changed = {key: value for key, value in values.items() if value != self.present[key]}
         return with_numbers(self.content, self.mission, changed) if changed else self.content
@@ -91,7 +92,7 @@ def asked(path: Path) -> Asked:
     return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
 
 
-def asked_of(path: Path, text: str, content: dict[str, Any], folder: Path) -> Asked:
+def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) -> Asked:
     """The tuning request in the content of a mission. path: of its file, for errors. Raises UserError."""
     mission = check_mission(content, str(path), folder)
     section = mission.tune
@@ -119,7 +120,7 @@ class Ground:
     def __init__(self, wanted: Asked, seed: int, sweeper: Callable[..., Sweeper] = Sweep) -> None:
         section, source = wanted.section, str(wanted.path)
         self.asked = wanted
-        shared: dict[str, Any] = {
+        shared: dict[str, object] = {
             "seed": seed,
             "precision": section.precision,
             "score_period": section.score_period,
@@ -212,10 +213,10 @@ class Ground:
 class Draws(NamedTuple):
     """The numbers of some flights, and what varies in them."""
 
-    flights: Any
+    flights: NDArray[np.int64]
     drawn: dict[str, Drawn]
 
-    def at(self, place: int) -> dict[str, Any]:
+    def at(self, place: int) -> dict[str, object]:
         """Of one of them."""
         return {key: one.at(place) for key, one in self.drawn.items()}
 

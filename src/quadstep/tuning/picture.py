@@ -2,7 +2,8 @@
 
 import math
 from pathlib import Path
-from typing import Any
+
+from matplotlib.axes import Axes
 
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
@@ -26,7 +27,7 @@ def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet
         write(figure, path, sheet)
 
 
-def draw_objective(axes: Any, found: Found) -> None:
+def draw_objective(axes: Axes, found: Found) -> None:
     """Every candidate's, told apart by whether it completed and kept the constraints, and the best so far."""
     known = [one for one in found.history if math.isfinite(one.judged.objective)]
     kinds = (
@@ -56,7 +57,7 @@ def draw_objective(axes: Any, found: Found) -> None:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3)
 
 
-def draw_gains(axes: Any, asked: Asked, found: Found) -> None:
+def draw_gains(axes: Axes, asked: Asked, found: Found) -> None:
     """Those of the best so far, each in its range."""
     best = leaders(found)
     last = found.history[-1].flights

@@ -5,6 +5,7 @@ from html import escape
 from pathlib import Path
 
 from quadstep.analysis.statistics import Estimate
+from quadstep.mission.key_units import label
 from quadstep.report import page, units
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Found
@@ -16,7 +17,10 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
     before, after = found.present.judged.objective, found.best.judged.objective
     drawn = page.figure(path.parent / figure, "The search: objective and gains of the candidates, over the flights flown")
     both = (found.present.values, found.best.values)
-    gains = [(one.key, *(listed([values[leaf.key] for leaf in one.leaves]) for values in both)) for one in asked.gains]
+    gains = [
+        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both))
+        for one in asked.gains
+    ]
     measured = [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
     body = [
         page.summary(compared.verdict, facts(compared), [drawn]),

@@ -8,9 +8,10 @@ import os
 import shutil
 import tomllib
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from quadstep import __version__
+from quadstep.analysis.statistics import Estimate
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
 from quadstep.files import ANY, is_file, read_bytes
@@ -65,7 +66,7 @@ def tune(
         compared = on_unseen(ground, found, say)
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
-        draw_search(out / PICTURE, wanted.mission.name, wanted, found, sheet or Sheet())
+        draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         write_report(out / REPORT, wanted, found, compared, PICTURE)
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
@@ -136,7 +137,7 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     keys, parts, names = list(wanted.present), list(history[0].judged.parts), wanted.names
     header: list[str] = ["run", "generation", "flights", *keys, OBJECTIVE, *(names[name] for name in parts)]
     header += ["lost", "violation", "cost", "feasible", "conditions", "moved"]
-    rows: list[list[Any]] = [
+    rows: list[list[object]] = [
         [
             one.run, one.generation, one.flights, *(one.values[key] for key in keys), one.judged.objective,
             *(one.judged.parts[name] for name in parts), one.judged.lost, one.judged.violation, one.judged.cost,
@@ -147,13 +148,13 @@ def write_history(path: Path, wanted: Asked, history: list[Candidate]) -> None:
     write_csv(path, header, rows)
 
 
-def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, Any]:
+def as_json(wanted: Asked, found: Found, compared: Compared, budget: int, seed: int) -> dict[str, object]:
     """The content of metrics.json."""
 
-    def estimate(one: Any) -> Any:
+    def estimate(one: Estimate | None) -> object:
         return None if one is None else {name: x if math.isfinite(x) else None for name, x in one._asdict().items()}
 
-    def row(one: Row) -> dict[str, Any]:
+    def row(one: Row) -> dict[str, object]:
         return {"name": one.name, **{name: estimate(getattr(one, name)) for name in ("present", "tuned", "difference")}}
 
     flown = found.history[-1].flights + 2 * wanted.unseen

@@ -7,9 +7,11 @@ the budget; what is left over is less than a generation.
 
 import math
 import warnings
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.errors import UserError
 from quadstep.tuning.ground import Asked, Ground, Told
@@ -161,7 +163,23 @@ class Search:
         return [self.judge.judge(flights) for flights in flown]
 
 
-def started(begin: list[float], count: int, seed: list[int]) -> Any:
+class Evolution(Protocol):
+    """A CMA-ES of the package cma."""
+
+    def stop(self) -> object:
+        """Why it would end; empty if it would not."""
+        ...
+
+    def ask(self) -> list[NDArray[np.float64]]:
+        """The candidates of the next generation."""
+        ...
+
+    def tell(self, candidates: Sequence[NDArray[np.float64]], costs: Sequence[float]) -> None:
+        """What they cost."""
+        ...
+
+
+def started(begin: list[float], count: int, seed: list[int]) -> Evolution:
     """A CMA-ES that draws from a generator of its own. One dimension is not supported, so there are at least two."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about packages that draw
@@ -173,4 +191,5 @@ def started(begin: list[float], count: int, seed: list[int]) -> Any:
         "bounds": [0.0, 1.0], "popsize": count, "seed": math.nan, "verbose": -9,
         "randn": lambda *shape: random.standard_normal(shape), **ALIKE,
     }  # fmt: skip
-    return cma.CMAEvolutionStrategy(inside, SIGMA, options)
+    made: Evolution = cma.CMAEvolutionStrategy(inside, SIGMA, options)
+    return made

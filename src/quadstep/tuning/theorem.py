@@ -5,7 +5,6 @@ search is told a cost that grows with the distance.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +44,7 @@ class Conditions:
             else:
                 self.cases.append((mission.controller, [model]))
 
-    def of(self, values: Mapping[str, Any]) -> Iterator[Condition]:
+    def of(self, values: Mapping[str, object]) -> Iterator[Condition]:
         """All conditions on these numbers, each of which may be an array of candidates."""
         for controller, models in self.cases:
             changed = with_gains(controller, values)
@@ -94,9 +93,9 @@ class Conditions:
         return between(anchor, point, near)
 
 
-def with_gains(controller: ControllerSection, values: Mapping[str, Any]) -> ControllerSection:
+def with_gains(controller: ControllerSection, values: Mapping[str, object]) -> ControllerSection:
     """A checked controller with other numbers, by keys of the mission."""
-    changed: dict[str, Any] = {}
+    changed: dict[str, object] = {}
     for key, value in values.items():
         _, name, *rest = parts(key)
         changed[name] = replaced(changed.get(name, getattr(controller, name)), rest, value)

@@ -5,13 +5,13 @@ Where that does not give the wanted content, the file is written anew.
 
 import tomllib
 from collections.abc import MutableMapping
-from typing import Any
+from typing import cast
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 
-def edited(text: str, old: dict[str, Any], new: dict[str, Any]) -> str:
+def edited(text: str, old: dict[str, object], new: dict[str, object]) -> str:
     """The text, whose content is `old`, with the content `new`."""
     try:
         content = tomlkit.parse(text)
@@ -23,12 +23,12 @@ def edited(text: str, old: dict[str, Any], new: dict[str, Any]) -> str:
     return changed if good else tomlkit.dumps(new)
 
 
-def change(table: MutableMapping[str, Any], old: dict[str, Any], new: dict[str, Any]) -> None:
+def change(table: MutableMapping[str, object], old: dict[str, object], new: dict[str, object]) -> None:
     """Set every value in a table that is not as it was."""
     for name, value in new.items():
         before = old.get(name)
         if isinstance(value, dict) and isinstance(before, dict):
-            change(table[name], before, value)
+            change(cast(MutableMapping[str, object], table[name]), before, value)
         elif name not in old or value != before:
             if isinstance(value, dict) and isinstance(table, tomlkit.TOMLDocument):
                 for _ in range(1 if table.as_string().endswith("\n") else 2):

@@ -27,7 +27,7 @@ def refuse(reason: str) -> None:
     refused = reason
 
 
-def load(found: Place, folder: Path) -> Any:
+def load(found: Place, folder: Path) -> object:
     """The class or function that a mission names. folder: the mission's. Raises UserError."""
     if refused:
         raise UserError(f"{found.text}: code of users is not run: {refused}")
@@ -72,8 +72,13 @@ class Family:
         return module
 
     def own_import(
-        self, name: str, spaces: Any = None, locally: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
-    ) -> Any:
+        self,
+        name: str,
+        spaces: Mapping[str, object] | None = None,
+        locally: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> object:
         """What `import` does in these files: a file beside the others goes before what Python finds."""
         path = None if level else sibling(self.folder, name)
         if path is None or path not in self.contents:
@@ -81,7 +86,7 @@ class Family:
         return self.module(path)
 
 
-def said(*values: object, file: Any = None, **how: Any) -> None:
+def said(*values: Any, file: Any = None, **how: Any) -> None:
     """What `print` does in these files: standard output is for results."""
     print(*values, file=file or sys.stderr, **how)
 

@@ -8,9 +8,9 @@ Its numbers are a `NamedTuple` of declarations (`control/gain.py`), from which t
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from quadstep.numbers import Number, Structure, Vector
+from quadstep.numbers import Number, Vector
 from quadstep.vehicle.state import State
 
 
@@ -36,8 +36,8 @@ class DeclaredDisturbance(ABC):
     (Vector([-2.0, -0.0, -1.0]), Vector([0.0, 0.0, 0.0]))
     """
 
-    Numbers: ClassVar[type[Any]]
+    Numbers: ClassVar[type]
 
     @abstractmethod
-    def disturb(self, state: State, numbers: Structure, time: Number) -> tuple[Vector, Vector]:
+    def disturb(self, state: State, numbers: object, time: Number) -> tuple[Vector, Vector]:
         """Force [N] in the world's frame and generalised torque [N m] (psi, theta, phi) at time t [s]."""
