@@ -103,7 +103,8 @@ def test_it_writes_tables_flights_gains_report_and_page(done):
     wanted |= {"report.html", "page.html", "figures/research-2-6kg.png", "figures/research-2-6kg.svg"}
     assert wanted <= names
     assert sum(name.startswith("flights/") for name in names) == 6
-    assert sum(name.startswith("margins/") for name in names) == 3
+    for kind in ("margins/", "linear/", "costs/"):
+        assert sum(name.startswith(kind) for name in names) == 3
     assert not [name for name in names if RUNNING in name]
     assert set(metrics(out)["files"]) == names
 
@@ -187,7 +188,8 @@ def test_the_page_has_the_rivals_with_their_own_gains(done):
 
 def test_the_same_command_again_flies_nothing_and_gives_the_same_tables(done, monkeypatch):
     _, out, file = done
-    before = {name: (out / name).read_bytes() for name in ("cells.csv", "pairs.csv", "gains.json")}
+    names = ("cells.csv", "pairs.csv", "gains.json", "results.md")
+    before = {name: (out / name).read_bytes() for name in names}
     monkeypatch.setattr(jobs, "worked", lambda job: pytest.fail(f"{job.label} is known"))
     monkeypatch.setattr(workers, "worked", lambda job: pytest.fail(f"{job.label} is known"))
     assert quadstep("compare", file, "--out", out).code == 0
@@ -220,9 +222,9 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert result.code == 130
     assert f"what was flown is kept in {tmp_path / 'out'}; the same command goes on" in result.err
     assert not (tmp_path / "out" / "metrics.json").exists()
-    left[0] = 10
+    left[0] = 20
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
-    assert 10 - left[0] < 1 + 6 + 3
+    assert 20 - left[0] < 1 + 6 + 3 + 2 * 3
     for name in ("cells.csv", "pairs.csv", "gains.json"):
         assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes()
 
@@ -290,6 +292,16 @@ def test_a_controller_that_fails_in_its_own_code_is_one_line(tmp_path):
     assert again.err.count("\n") == 1
     assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
     assert "RuntimeError: no idea" in metrics(tmp_path / "out")["problems"][0]
+
+
+def test_a_controller_that_cannot_fly_the_vehicle_is_one_line_that_names_it(tmp_path):
+    flat = '[controllers.flat]\ncontroller = "planar-pd"\nfrozen = "as shipped"\n'  # a part of "flatness"
+    file = written(tmp_path, SMALL + flat)
+    result = quadstep("compare", file, "--out", tmp_path / "out", "--keep-going")
+    assert result.code == 2
+    assert result.err.count("\n") == 1
+    assert f"{file}: flat cannot fly research-2.6kg: controller.type: 'planar-pd' is not known" in result.err
+    assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
 
 
 def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):

@@ -1,14 +1,17 @@
 """A study file: what it is laid out as, what everybody knows, and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from quadstep import UserError
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
-from quadstep.comparison import margins, training
+from quadstep.comparison import margins, schema, training
 from quadstep.comparison.shipped import shipped_study
 from quadstep.comparison.study import FIRST, Situation, read_study, together
+from quadstep.documents import read_json
 from quadstep.numbers import flatten
 from tests.commands import LINE, write
 from tests.studies import BODY, HEAD, SMALL, TUNING, study
@@ -91,6 +94,22 @@ def test_gains_of_unlike_parts_are_tuned_each_by_itself():
     mission = one.nominal(VEHICLE, {"type": "rotation-backstepping", "nets": {"enabled": False}})
     keys = list(training.ranges(one.file.controllers["firm"].model_copy(update={"frozen": None}), mission))
     assert not [key for key in keys if key.startswith("nets")]
+
+
+def test_what_keeps_the_adaptive_law_from_indi_is_asked_with_the_gains_of_the_study_that_ships():
+    folder = Path(schema.__file__).parent / "studies"
+    one = read_study(folder / "rotor-lag.toml")
+    known = {entry["controller"]: entry["values"] for entry in read_json(folder / "controllers-gains.json")["gains"]}
+    for name, tuned in {"adaptive": "adaptive, nets", "INDI": "INDI"}.items():
+        table = one.controllers(VEHICLE)[name].controller
+        for key, value in known[f"{tuned} on {VEHICLE}"].items():
+            found = table
+            for part in key.removeprefix("controller.").split("."):
+                found = found[int(part)] if isinstance(found, list) else found[part]
+            assert found == value, key
+    for situation in one.situations():
+        for name, entry in one.controllers(VEHICLE).items():
+            one.check_cell(one.cell(situation, name, one.knowing(VEHICLE, entry.controller)))
 
 
 def test_the_study_that_ships_can_be_flown():

@@ -61,9 +61,9 @@ def test_a_plan_goes_from_the_vehicle_to_the_path_ahead_on_its_turn_of_yaw(yaw, 
     measured = told(x)
     ends = [Point(*(column(rng.normal(size=4)) for _ in range(3))) for _ in range(2)]
     memory = LAW.start(measured, GAINS)._replace(plan=quintic(*ends, 1.0), begun=2.0)
-    pull = array(along(memory.plan, 0.4, HORIZON)[2])[:3]
+    changing = array(along(memory.plan, 0.4, HORIZON)[2])
     after = LAW.plan(memory, measured, here, GAINS, 2.4, 0.4)
-    start = [[*x[:3], yaw + turns], [*x[3:6], x[11]], [*pull, 0.0]]
+    start = [[*x[:3], yaw + turns], [*x[3:6], x[11]], changing]
     end = [[*array(v), w] for v, w in ((later.position, yaw + turns + 0.5), (later.velocity, 0.3), (later.acceleration, 0.0))]
     wanted = joined(start, end, 1.0)
     for t in (0.0, 0.35, 1.0):

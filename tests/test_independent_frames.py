@@ -25,10 +25,8 @@ from tests.flights import array
 
 PRESETS = ["crazyflie", "hummingbird", "x500", "research-2.6kg", "paper"]
 AXES = ["roll", "pitch", "yaw"]
-JUDGED_ELSEWHERE = ("planned-lqr", "mpc", "mppi", "raptor")
-"""Those that plan anew under way, so that not all turning is before the braking, or that hover only nearly: by noise, by a few
-iterations, or as they were trained.
-"""
+JUDGED_ELSEWHERE = ("mpc", "mppi", "raptor")
+"""Those that hover only nearly: by noise, by a few iterations, or as they were trained."""
 
 CONTROLLERS = [name for name in controllers(Measured) if name not in JUDGED_ELSEWHERE]
 PACE = {"paper": 8.0}

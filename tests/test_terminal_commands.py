@@ -57,11 +57,11 @@ SAID = {
 STUDIES = {
     "completion --samples 100": """
 from concurrent.futures import ThreadPoolExecutor
-from quadstep.theory import comparison, completion, map
+from quadstep.theory import comparison, completion
 completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
 completion.summarise = lambda cells, law: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0)
-map.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
+completion.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
 from quadstep import cli
 cli.main()
 """,

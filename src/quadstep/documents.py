@@ -27,12 +27,12 @@ DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.A
 """Both take time in proportion to the text, whatever it contains."""
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, object]:
     """The content of a TOML file. Raises UserError naming it."""
     return parse_toml(files.read_text(path, files.TOML), str(path))
 
 
-def parse_toml(text: str, source: str) -> dict[str, Any]:
+def parse_toml(text: str, source: str) -> dict[str, object]:
     """The content of TOML. Raises UserError naming `source`."""
     bare = TEXTS.sub("t", text)
     if DOTTED.search(bare) or depth(bare) > DEEPEST:
@@ -79,7 +79,7 @@ def no_number(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a number")
 
 
-def check(value: Any, source: str, key: str = "", level: int = 0, finite: bool = False) -> None:
+def check(value: object, source: str, key: str = "", level: int = 0, finite: bool = False) -> None:
     """Refuses content nested deeper than `DEEPEST` and whole numbers of more than 64 bits. Raises UserError naming `source`.
 
     key: where the value is. finite: refuses infinity and NaN too.

@@ -56,7 +56,7 @@ def compare(
     drawn_on = sheet(figures, width, style)
     folder = out or Path("out") / (files[0].stem if len(files) == 1 else "compare")
     with needed_by("`quadstep compare`"):
-        from quadstep.comparison.run import compare_missions
+        from quadstep.comparison.missions import compare_missions
         from quadstep.comparison.study import read_study
 
         if len(files) == 1:

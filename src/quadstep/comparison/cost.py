@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.comparison.schema import Content
 from quadstep.comparison.study import Cell
 from quadstep.control.opaque import Opaque
 from quadstep.flight.closed_loop import Clock, Task, Ticks
@@ -126,3 +127,14 @@ def cost_of(cell: Cell) -> Cost:
     """Of a cell's controller. Raises UserError."""
     mission = check_mission(cell.campaign.content, cell.campaign.source, cell.campaign.folder)
     return cost(mission.plan(cell.campaign.folder, warn=False))
+
+
+def as_json(found: Cost) -> Content:
+    """For a file; no number of nanoseconds is null."""
+    return {**found._asdict(), "nanoseconds": found.nanoseconds if math.isfinite(found.nanoseconds) else None}
+
+
+def from_json(content: Content) -> Cost:
+    """Back again."""
+    taken = content["nanoseconds"]
+    return Cost(math.nan if taken is None else taken, content["memory"], content["numbers"])

@@ -77,7 +77,8 @@ def entrants(study: Study, kept: Kept, again: bool, local: bool) -> tuple[list[A
                 found.append(entrant(study, kept, vehicle, name, entry, given, local))
             except UserError as error:
                 said = str(error).removeprefix(f"{study.source}: ")
-                line = f"{study.source}: {name} cannot fly {vehicle}: {said}" if name not in said else str(error)
+                named = said.startswith(f"{name} ") or f"{name} on {vehicle}" in said
+                line = str(error) if named else f"{study.source}: {name} cannot fly {vehicle}: {said}"
                 problems.append(Problem((vehicle, name), line))
     return found, problems
 

@@ -13,10 +13,11 @@ from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.draws import draw
 from quadstep.campaign.flown import Flyer, drawn_column
 from quadstep.campaign.store import parquet
-from quadstep.comparison import margins, training
-from quadstep.comparison.kept import FLIGHTS, GAINS, MARGINS, key
+from quadstep.comparison import cost, linear, margins, training
+from quadstep.comparison.kept import COSTS, FLIGHTS, GAINS, MARGINS, key
 from quadstep.comparison.study import FIRST, Cell
 from quadstep.errors import UserError
+from quadstep.flight.kernel import host
 from quadstep.user_code.blame import blamed, user_error
 
 DRAWN = "drawn"
@@ -140,7 +141,42 @@ class Bear(NamedTuple):
         return (json.dumps(margins.as_json(margins.find(self.asked)), indent=1) + "\n").encode()
 
 
-Job = Fly | Tune | Bear
+class OfLaw(NamedTuple):
+    """What is asked of a controller's law, without flights, in the first cell that it flies.
+
+    kind: `LINEAR`, its loop at rest, or `COSTS`, what it takes to compute, on this machine.
+    """
+
+    kind: str
+    cell: Cell
+
+    @property
+    def key(self) -> str:
+        """What decides it."""
+        return key(self.kind, self.cell.campaign.fingerprint, host().name if self.kind == COSTS else "")
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        return self.cell.label
+
+    @property
+    def flights(self) -> int:
+        """None."""
+        return 0
+
+    @property
+    def controller(self) -> tuple[str, str]:
+        """Vehicle and controller."""
+        return self.cell.situation.vehicle, self.cell.controller
+
+    def work(self) -> bytes:
+        """Linearise, or measure."""
+        found = cost.as_json(cost.cost_of(self.cell)) if self.kind == COSTS else linear.linear_of(self.cell)._asdict()
+        return (json.dumps(found, indent=1) + "\n").encode()
+
+
+Job = Fly | Tune | Bear | OfLaw
 
 
 class Worked(NamedTuple):

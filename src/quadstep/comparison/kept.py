@@ -1,4 +1,6 @@
-"""What a study has worked out so far, kept by content: gains, flights and margins, each under a digest of all that decides it.
+"""What a study has worked out so far, kept by content: gains, flights, margins, linear loops and costs of computing.
+
+Each is kept under a digest of all that decides it.
 
 So a study that was interrupted goes on, and one that has grown works out only what is new.
 """
@@ -15,10 +17,10 @@ from quadstep import __version__
 from quadstep.atomic import WRITING, replace_file
 from quadstep.errors import UserError
 
-FLIGHTS, GAINS, MARGINS, JOURNALS = "flights", "gains", "margins", "journals"
+FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
 """Folders of results, and of what a search has flown so far."""
 
-ENDINGS = {FLIGHTS: "parquet", GAINS: "json", MARGINS: "json", JOURNALS: "jsonl"}
+ENDINGS = {FLIGHTS: "parquet", GAINS: "json", MARGINS: "json", LINEAR: "json", COSTS: "json", JOURNALS: "jsonl"}
 RUNNING = f"{WRITING}kept"
 """Where results are before the study is over; no result folder is taken for another's because of it."""
 

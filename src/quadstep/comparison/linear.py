@@ -1,20 +1,29 @@
 """How far each controller's loop is from unstable: its margins at rest where the path of its first situation begins."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from quadstep.comparison.study import Cell
 from quadstep.errors import UserError
-from quadstep.linear import worst
-from quadstep.linear.analysis import Analysis, studied
+from quadstep.linear.analysis import studied
+from quadstep.linear.metrics import of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 
-Linear = Analysis | str
-"""The loop, or why it cannot be linearised."""
-
 HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
+
+
+class Linear(NamedTuple):
+    """What is said of a loop. cells: of `HEADER` after the names; metrics: margins by name.
+
+    refused: why it cannot be linearised, and then it has neither; empty where it can.
+    """
+
+    cells: list[str]
+    metrics: dict[str, float]
+    refused: str = ""
 
 
 def linear_of(cell: Cell) -> Linear:
@@ -22,9 +31,10 @@ def linear_of(cell: Cell) -> Linear:
     campaign = cell.campaign
     try:
         mission = without_estimator(check_mission(campaign.content, campaign.source, campaign.folder))
-        return studied(mission).analysis
+        found = studied(mission).analysis
     except UserError as error:
-        return str(error).removeprefix(f"{campaign.source}: ")
+        return Linear([], {}, str(error).removeprefix(f"{campaign.source}: "))
+    return Linear(cells(found), of_analysis(found))
 
 
 def without_estimator(mission: Mission) -> Mission:
@@ -39,24 +49,14 @@ def without_estimator(mission: Mission) -> Mission:
 
 def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
     """A row of `HEADER` for each controller: the least margins of all its channels."""
-    return [
-        [vehicle or "-", controller, *(["not linearised", *["-"] * 5] if isinstance(one, str) else cells(one))]
-        for (vehicle, controller), one in found.items()
-    ]
+    none = ["not linearised", *["-"] * (len(HEADER) - 3)]
+    return [[vehicle or "-", controller, *(one.cells or none)] for (vehicle, controller), one in found.items()]
 
 
 def refused(found: Mapping[tuple[str, str], Linear]) -> list[str]:
     """A line for each that cannot be linearised."""
-    return worst.refused(
-        [(" on ".join(filter(None, (controller, vehicle))), one) for (vehicle, controller), one in found.items()]
-    )
-
-
-def loops_of(wanted: Sequence[Cell]) -> dict[tuple[str, str], Linear]:
-    """By vehicle and controller, each at its first cell."""
-    found: dict[tuple[str, str], Linear] = {}
-    for cell in wanted:
-        whose = (cell.situation.vehicle, cell.controller)
-        if whose not in found:
-            found[whose] = linear_of(cell)
-    return found
+    return [
+        f"{' on '.join(filter(None, (controller, vehicle)))}: {one.refused}"
+        for (vehicle, controller), one in found.items()
+        if one.refused
+    ]

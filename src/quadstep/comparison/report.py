@@ -11,8 +11,6 @@ from quadstep.comparison.jobs import Fly
 from quadstep.comparison.markdown import markdown
 from quadstep.comparison.picture import draw_vehicle
 from quadstep.errors import UserError
-from quadstep.linear.analysis import Analysis
-from quadstep.linear.metrics import of_analysis as metrics_of
 from quadstep.page.identity import identity
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
@@ -178,7 +176,7 @@ def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
             {
                 "vehicle": vehicle,
                 "controller": controller,
-                **(metrics_of(one) if isinstance(one, Analysis) else {"refused": one}),
+                **({"refused": one.refused} if one.refused else one.metrics),
             }
             for (vehicle, controller), one in found.linear.items()
         ],

@@ -1,38 +1,37 @@
-"""`quadstep compare`: from a study, or from missions, to a folder with what was found."""
+"""`quadstep compare`: from a study to a folder with what was found."""
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import pyarrow.parquet as pq
 
 from quadstep import files
-from quadstep.campaign.schema import CampaignFile, campaign_of
 from quadstep.comparison import cost, margins
 from quadstep.comparison.engine import CompareEngine
 from quadstep.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.comparison.found import Comparison, ranks, result
-from quadstep.comparison.jobs import Bear, Fly, Job, Tune, Worked
-from quadstep.comparison.kept import Kept, key
-from quadstep.comparison.linear import Linear, loops_of
+from quadstep.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
+from quadstep.comparison.kept import COSTS, LINEAR, Kept, key
+from quadstep.comparison.linear import Linear
 from quadstep.comparison.report import write_results
-from quadstep.comparison.schema import EFFORTS, MarginEntry
+from quadstep.comparison.schema import Content
 from quadstep.comparison.spread import Flown, flown_of
 from quadstep.comparison.study import Cell, Situation, Study
 from quadstep.comparison.training import read_lines
-from quadstep.comparison.workers import work
-from quadstep.control.controller import Controller
-from quadstep.documents import read_json, read_toml
+from quadstep.comparison.workers import alone, work
+from quadstep.documents import read_json
 from quadstep.errors import InterruptedRun, UserError
-from quadstep.mission.check import check
-from quadstep.mission.presets import is_airframe
-from quadstep.mission.read import check_mission
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 
 Doing = Callable[[str], None]
 Done = Callable[[int, int], None]
+
+
+Read = TypeVar("Read")
 
 
 class How(NamedTuple):
@@ -74,18 +73,20 @@ class Run:
         return any(one.controller == (vehicle, controller) for one in self.problems)
 
     def work(self, what: str, jobs: Sequence[Job]) -> None:
-        """Do these, but for what is kept."""
+        """Do these, but for what is kept. Costs are measured one after the other, and when nothing else is done."""
         self.how.doing(what)
-        missing = [job for job in jobs if self.kept.find(job.kind, job.key) is None]
+        going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None}
+        missing = list(going.values())
         total = sum(job.flights for job in jobs)
         over = total - sum(job.flights for job in missing)
-        going = {job.key: job for job in missing}
         self.how.done(over, total)
 
         def look() -> None:
             self.how.done(min(total, over + sum(map(so_far, going.values()))), total)
 
-        for job, worked in work(missing, self.how.engine, look):
+        timed = [job for job in missing if job.kind == COSTS]
+        others = [job for job in missing if job.kind != COSTS]
+        for job, worked in itertools.chain(work(others, self.how.engine, look), alone(timed)):
             del going[job.key]
             over += job.flights
             self.keep(job, worked)
@@ -99,6 +100,18 @@ class Run:
             self.met(Problem(job.controller, f"{job.label}: {worked.wrong}"))
         else:
             self.kept.add(job.kind, job.key, worked.content)
+
+    def read(self, job: Job, made: Callable[[Content], Read]) -> Read | None:
+        """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
+        path = self.kept.find(job.kind, job.key)
+        try:
+            return made(read_json(path)) if path else None
+        except (KeyError, TypeError, ValueError):
+            raise UserError(f"{path}: is not as `quadstep compare` wrote it; delete it, and it is worked out again") from None
+
+    def publish(self, out: Path, jobs: Sequence[Job]) -> None:
+        """Put what these jobs gave into the folder of a finished study."""
+        self.kept.publish(out, [(job.kind, job.key) for job in jobs if self.kept.find(job.kind, job.key)])
 
 
 def so_far(job: Job) -> int:
@@ -127,6 +140,8 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
         bears = raises(study, run, everybody)
         run.work("raising", bears)
+        asked_of_laws = laws(flights)
+        run.work("linearising", asked_of_laws)
         found = Comparison(
             name=study.file.name,
             source=study.source,
@@ -137,21 +152,16 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
             ranked=ranks(flown, next(iter(metrics))),
             entrants=tuple(everybody),
-            margins={
-                (one.asked.name, *one.controller): margins.from_json(read_json(path))
-                for one in bears
-                if (path := run.kept.find(one.kind, one.key))
-            },
+            margins={(one.asked.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))},
             raised=study.file.margins or {},
-            costs=costs(run, [job.cell for job in flights]),
-            linear=linearised(run, [job.cell for job in flights]),
+            costs=costs(run, asked_of_laws),
+            linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
             notes=study.file.notes,
         )
         write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
-        every: list[Job] = [*jobs, *flights, *bears]
-        run.kept.publish(out, [(job.kind, job.key) for job in every if run.kept.find(job.kind, job.key)])
+        run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
     run.kept.remove()
     return Finished(found, folder)
 
@@ -230,21 +240,22 @@ def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:
     return jobs
 
 
-def costs(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], cost.Cost]:
-    """What each controller costs to compute, one after the other on a machine that does nothing else."""
-    run.how.doing("measuring")
-    found: dict[tuple[str, str], cost.Cost] = {}
-    for cell in wanted:
-        whose = (cell.situation.vehicle, cell.controller)
-        if whose not in found:
-            found[whose] = cost.cost_of(cell)
-    return found
+def laws(flights: Sequence[Fly]) -> list[OfLaw]:
+    """What is asked of each controller's law, in the first of its cells."""
+    first: dict[tuple[str, str], Cell] = {}
+    for job in flights:
+        first.setdefault(job.controller, job.cell)
+    return [OfLaw(kind, cell) for kind in (LINEAR, COSTS) for cell in first.values()]
 
 
-def linearised(run: Run, wanted: Sequence[Cell]) -> dict[tuple[str, str], Linear]:
+def costs(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], cost.Cost]:
+    """What each controller costs to compute."""
+    return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
+
+
+def linearised(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], Linear]:
     """The loop of each controller at rest, or why it has none."""
-    run.how.doing("linearising")
-    return loops_of(wanted)
+    return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, lambda of: Linear(**of)))}
 
 
 def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:
@@ -264,78 +275,3 @@ def interruptible(run: Run) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise InterruptedRun(f"what was flown is kept in {run.kept.folder}; the same command goes on") from None
-
-
-# Missions side by side
-
-MISSION_METRICS = ("position_rmse", "largest_error")
-
-
-def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
-    """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
-    run = Run(Kept(folder), how)
-    found_cells: list[Cell] = []
-    names = unique([path.stem for path in paths])
-    for name, path in zip(names, paths, strict=True):
-        try:
-            found_cells.append(cell_of(name, path, seeds))
-        except UserError as error:
-            run.met(Problem(("", name), str(error)))
-    identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
-    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
-        flights, flown = fly(run, found_cells, seeds)
-        metrics = reported("missions", MISSION_METRICS, found_cells)
-        found = Comparison(
-            name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
-            source=", ".join(map(str, paths)),
-            seeds=seeds,
-            seed=1,
-            metrics=metrics,
-            situations=tuple(flown),
-            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
-            ranked=ranks(flown, next(iter(metrics))),
-            entrants=tuple(
-                Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", law_of(cell))
-                for cell, path in zip(found_cells, paths, strict=False)
-            ),
-            margins={},
-            raised=dict[str, MarginEntry](),
-            costs=costs(run, [job.cell for job in flights]),
-            linear=linearised(run, [job.cell for job in flights]),
-            problems=tuple(run.problems),
-        )
-        write_results(out, found, flights, how.sheet)
-        run.kept.publish(out, [(job.kind, job.key) for job in flights])
-    run.kept.remove()
-    return Finished(found, folder)
-
-
-def cell_of(name: str, path: Path, seeds: int) -> Cell:
-    """A mission as a cell: the flights of its own noise. Raises UserError."""
-    content = read_toml(path)
-    if "paths" in content or "mission" in content:
-        what = "a study" if "paths" in content else "a campaign"
-        raise UserError(f"{path}: looks like {what}; beside other files, `quadstep compare` takes missions")
-    given = content.get("metrics", [])
-    own = list(given) if isinstance(given, list) else []
-    if is_airframe(content.get("vehicle")):
-        content = {**content, "metrics": [*own, *(one for one in EFFORTS if one not in own)]}
-    check_mission(content, str(path), path.parent)
-    file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
-    return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
-
-
-def law_of(cell: Cell) -> type[Controller]:
-    """Of a cell's mission."""
-    campaign = cell.campaign
-    found: type[Controller] = check_mission(campaign.content, campaign.source, campaign.folder).controller.controller
-    return found
-
-
-def unique(names: Sequence[str]) -> list[str]:
-    """Names with a number where one comes twice."""
-    found: list[str] = []
-    for name in names:
-        candidates = [name, *(f"{name} ({number})" for number in range(2, len(names) + 2))]
-        found.append(next(one for one in candidates if one not in found))
-    return found

@@ -26,6 +26,11 @@ def work(jobs: Sequence[Job], engine: CompareEngine, look: Look) -> Iterator[tup
     return on_cluster(jobs) if engine is CompareEngine.RAY else on_cores(jobs, look)
 
 
+def alone(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
+    """One after the other in this process, so that what is measured has the machine for itself."""
+    return ((job, worked(job)) for job in jobs)
+
+
 def on_cores(jobs: Sequence[Job], look: Look) -> Iterator[tuple[Job, Worked]]:
     """On this machine. Those that take longest come first, so that all cores end together."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -72,12 +72,14 @@ class PlannedLqr(Lqr):
         t: Number,
         period: Number,
     ) -> PlannedLqrMemory:
-        """A plan from where the vehicle is. Its acceleration is the plan's before: the measured tilt also holds the wind."""
+        """A plan from where the vehicle is. Its accelerations, of the heading too, are the plan's before: the measured tilt
+        also holds the wind.
+        """
         (later,) = reference.ahead
         turned = heading(measured.attitude) - reference.yaw
         yaw = reference.yaw + atan2(sin(turned), cos(turned))  # on the turn of the path's
-        pull = planned(memory, t).acceleration
-        start = Point(Vector((*measured.position, yaw)), Vector((*measured.velocity, measured.rates[2])), Vector((*pull, 0.0)))
+        _, _, change, *_ = along(memory.plan, t - memory.begun, HORIZON)
+        start = Point(Vector((*measured.position, yaw)), Vector((*measured.velocity, measured.rates[2])), change)
         return memory._replace(plan=quintic(start, output(later), HORIZON), begun=t)
 
     def law(  # type: ignore[override]

@@ -5,7 +5,7 @@ loop is written around it, so that the code's length does not grow with the numb
 kinds get the turns one after the other. The bits are the same everywhere.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias, TypeVar
 
 from quadstep.numbers.functions import functions_of
@@ -75,7 +75,7 @@ def stacked(made: list[Rows]) -> Rows:
     return shaped(made[0], iter([Matrix(vectors) for vectors in zip(*turns, strict=True)]))
 
 
-def shaped(like: Rows, parts: Any) -> Rows:
+def shaped(like: Rows, parts: Iterator[Matrix | Vector]) -> Rows:
     """A structure of rows shaped as `like`, of these parts."""
     if not isinstance(like, tuple):
         part: Vector | Matrix = next(parts)

@@ -1,0 +1,91 @@
+"""`quadstep compare` of missions side by side."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from quadstep.campaign.schema import CampaignFile, campaign_of
+from quadstep.comparison.entrants import Entrant, Problem
+from quadstep.comparison.found import Comparison, ranks, result
+from quadstep.comparison.kept import Kept, key
+from quadstep.comparison.report import write_results
+from quadstep.comparison.run import Finished, How, Run, costs, fly, interruptible, laws, linearised, reported
+from quadstep.comparison.schema import EFFORTS, MarginEntry
+from quadstep.comparison.study import Cell, Situation
+from quadstep.documents import read_toml
+from quadstep.errors import UserError
+from quadstep.mission.check import check
+from quadstep.mission.presets import is_airframe
+from quadstep.mission.read import check_mission
+from quadstep.report.publish import publishing
+
+MISSION_METRICS = ("position_rmse", "largest_error")
+
+
+def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
+    """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
+    run = Run(Kept(folder), how)
+    found_cells: list[Cell] = []
+    names = unique([path.stem for path in paths])
+    places = dict(zip(names, paths, strict=True))
+    for name, path in places.items():
+        try:
+            found_cells.append(cell_of(name, path, seeds))
+        except UserError as error:
+            run.met(Problem(("", name), str(error)))
+    identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
+    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
+        flights, flown = fly(run, found_cells, seeds)
+        asked_of_laws = laws(flights)
+        run.work("linearising", asked_of_laws)
+        metrics = reported("missions", MISSION_METRICS, found_cells)
+        found = Comparison(
+            name=" and ".join(names) if len(names) < 4 else f"{len(names)} missions",
+            source=", ".join(map(str, paths)),
+            seeds=seeds,
+            seed=1,
+            metrics=metrics,
+            situations=tuple(flown),
+            results=tuple(result(place, name, one, metrics) for place, many in flown.items() for name, one in many.items()),
+            ranked=ranks(flown, next(iter(metrics))),
+            entrants=tuple(as_flown(one, places[one.controller]) for one in found_cells),
+            margins={},
+            raised=dict[str, MarginEntry](),
+            costs=costs(run, asked_of_laws),
+            linear=linearised(run, asked_of_laws),
+            problems=tuple(run.problems),
+        )
+        write_results(out, found, flights, how.sheet)
+        run.publish(out, [*flights, *asked_of_laws])
+    run.kept.remove()
+    return Finished(found, folder)
+
+
+def cell_of(name: str, path: Path, seeds: int) -> Cell:
+    """A mission as a cell: the flights of its own noise. Raises UserError."""
+    content = read_toml(path)
+    if "paths" in content or "mission" in content:
+        what = "a study" if "paths" in content else "a campaign"
+        raise UserError(f"{path}: looks like {what}; beside other files, `quadstep compare` takes missions")
+    given = content.get("metrics", [])
+    own = list(given) if isinstance(given, list) else []
+    if is_airframe(content.get("vehicle")):
+        content = {**content, "metrics": [*own, *(one for one in EFFORTS if one not in own)]}
+    check_mission(content, str(path), path.parent)
+    file = check(CampaignFile, {"mission": content, "flights": seeds}, str(path))
+    return Cell(Situation("", "", ""), name, campaign_of(file, "", content, str(path), path.parent.resolve()))
+
+
+def as_flown(cell: Cell, path: Path) -> Entrant:
+    """Who takes part with the mission of a cell, from this file."""
+    campaign = cell.campaign
+    law = check_mission(campaign.content, campaign.source, campaign.folder).controller.controller
+    return Entrant("", cell.controller, campaign.defaults["controller"], f"as in {path}", law)
+
+
+def unique(names: Sequence[str]) -> list[str]:
+    """Names with a number where one comes twice."""
+    found: list[str] = []
+    for name in names:
+        candidates = [name, *(f"{name} ({number})" for number in range(2, len(names) + 2))]
+        found.append(next(one for one in candidates if one not in found))
+    return found
