@@ -16,6 +16,7 @@ from proofs.coq_run import UnprovedError, prove
 from proofs.kernels import KERNELS
 from proofs.rounding import proved
 from proofs.statement import Statement
+from quadstep.numbers.affine import ELEMENTARY, REDUCED
 
 MODULES = (geometry, inertia, laws)
 
@@ -25,13 +26,19 @@ def all_statements() -> list[Statement]:
     return [statement for module in MODULES for statement in module.statements()]
 
 
+PART = 0.25
+"""Of what enclosures allow for an elementary function (`ELEMENTARY`), its polynomial may use so much, rounding included."""
+
+
 def functions() -> list[str]:
-    """The bounds of the elementary functions, a line each."""
+    """The bounds of the elementary functions, a line each. Raises UnprovedError for more than enclosures allow for."""
     approximation = {(k.name, double): float(largest_error(k, double)) for double in (True, False) for k in KERNELS}
     lines = []
     for bound in proved():
         kind, polynomial = "f64" if bound.double else "f32", approximation.get((bound.name, bound.double))
         of_polynomial = f", polynomial {polynomial:.2e}" if polynomial is not None else ""
+        if bound.double and bound.error + (polynomial or 0.0) > (PART * ELEMENTARY if polynomial is not None else REDUCED):
+            raise UnprovedError(f"{bound.name}: {bound.error:.2e} is more than enclosures allow for (numbers/affine.py)")
         lines.append(f"  {bound.name:6} {kind}  rounding {bound.error:.2e}{of_polynomial}")
     return lines
 

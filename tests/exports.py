@@ -1,12 +1,20 @@
 """Exported laws as the tests make and run them."""
 
+import ctypes
 import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
+
 from quadstep import Mission
 from quadstep.c99.compiler import BITS, WARNINGS
+from quadstep.c99.expressions import Naming
+from quadstep.c99.functions import ARGUMENTS, STEPS, functions
+from quadstep.c99.scans import ScanRecord
+from quadstep.c99.structs import Output, Stored
 from quadstep.c99.subject import exported
+from quadstep.c99.writing import Writer
 from quadstep.export.c99 import c99_files
 
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
@@ -47,3 +55,27 @@ def run_compiled(folder, name, compiler, *flags):
 
 def example(name):
     return Path(__file__).parent.parent / "examples" / name
+
+
+def through_c(folder, law, *columns):
+    """What the law gives as compiled C, an array of shape (results, samples)."""
+    record = ScanRecord()
+    results = law(*(record.input(f"in[{i}]") for i in range(len(columns))))
+    wanted = Stored([Output(f"out[{i}]", record.at(result)) for i, result in enumerate(results)], [])
+    body = Writer(record, True, Naming({}, {}), frozenset(("in", "out", "i", "j", "k"))).body(wanted)
+    parts = [
+        "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n#include <string.h>\ntypedef double real;",
+        functions(frozenset((*STEPS, *ARGUMENTS)), True),
+        "void law(const real *in, real *out)\n{\n" + "\n".join(body) + "\n}\n",
+    ]
+    (folder / "law.c").write_text("\n".join(parts), encoding="utf-8")
+    line = [COMPILERS[0], "-std=c99", *BITS, "-O1", "-fPIC", "-shared", "-o", "law.so", "law.c", "-lm"]
+    subprocess.run(line, cwd=folder, check=True, capture_output=True)
+    code = ctypes.CDLL(str(folder / "law.so"))
+    samples = np.array(np.broadcast_arrays(*columns), dtype=float).T
+    out = (ctypes.c_double * len(results))()
+    given = []
+    for sample in samples.tolist():
+        code.law((ctypes.c_double * len(columns))(*sample), out)
+        given.append(list(out))
+    return np.array(given).T

@@ -22,13 +22,13 @@ from quadstep.numbers.single import Single
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
-from tests.needs import ARM_COMPILER, C_COMPILER, CORTEX_M, CPPCHECK, QEMU, needs
+from tests.needs import ARM_COMPILER, C_COMPILER, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
 PAPER = ["backstepping", "completed-backstepping", "nested-saturation"]
 PLANE = ["planar-pd", "planar-linearisation"]
-LONG = ("mpc", "mppi", "raptor")
-"""Laws whose C is so long that writing and compiling it takes minutes (loops written out), or that need an extra."""
+LOOPED = ("mpc", "mppi", "raptor")
+"""Laws that are mostly loops: iterations, plans that are tried, neurons."""
 
 MISSIONS = {
     **{f"real {kind}": (real_mission, kind) for kind in REAL},
@@ -50,11 +50,31 @@ def test_every_law_gives_the_bits_of_python(tmp_path, name, precise):
 
 
 @needs(C_COMPILER)
-@pytest.mark.parametrize("kind", [kind for kind in names(Measured) if kind not in (*REAL, *LONG)])
+@pytest.mark.parametrize("kind", [kind for kind in names(Measured) if kind not in (*REAL, *LOOPED)])
 def test_every_other_law_of_real_vehicles_gives_the_bits_of_python(tmp_path, kind):
     """In f32, compiled once."""
     law = written(tmp_path, real_mission({"type": kind}).plan(), False)
     assert run_compiled(tmp_path, law.name, COMPILERS[0], "-O0") == ("80 samples: the same bits\n", 0, "")
+
+
+@needs(C_COMPILER)
+@pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
+@pytest.mark.parametrize("kind", ["mpc", "mppi", pytest.param("raptor", marks=needs(POLICY))])
+def test_laws_of_many_turns_give_the_bits_of_python(tmp_path, monkeypatch, kind, precise):
+    monkeypatch.setattr("quadstep.c99.golden.MOST_OPERATIONS", 0)  # the fewest samples
+    law = written(tmp_path, real_mission({"type": kind}).plan(), precise)
+    for level in ("-O0", "-O3"):
+        assert run_compiled(tmp_path, law.name, COMPILERS[-1], level) == ("8 samples: the same bits\n", 0, "")
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("mpc", "ITERATIONS"), ("mppi", "SAMPLES")])
+def test_code_does_not_grow_with_turns(monkeypatch, kind, turns):
+    sizes = []
+    for count in (2, 90):
+        monkeypatch.setattr(f"quadstep.control.{kind}.{turns}", count)
+        functions = recorded(subject_of(real_mission({"type": kind}).plan()), False).functions
+        sizes.append([sum(len(line) for line in lines) for lines in functions.values()])
+    assert max(abs(many - few) for few, many in zip(*sizes, strict=True)) <= 2  # the digits of a count
 
 
 @needs(C_COMPILER)
@@ -127,7 +147,7 @@ def test_the_f32_build_has_no_double(tmp_path):
         text = re.sub(r"/\*.*?\*/", "", (tmp_path / file).read_text(encoding="utf-8"), flags=re.S)
         assert "double" not in text
         assert not re.search(r"(?<![\w.])\d+\.\d+(e[+-]?\d+)?(?![\w.f])", text)
-        assert not re.search(r"\b(malloc|printf|static real|goto)\b", text)
+        assert not re.search(r"\b(malloc|printf|goto)\b|\bstatic real \w+\s*[;=[]", text)  # functions may be static
 
 
 def test_literals_are_the_numbers_they_stand_for():

@@ -1,61 +1,21 @@
 """The adapters of firmware, compiled against headers of our own that say what their documentation says, and run."""
 
 import math
+import os
+import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from quadstep.c99.subject import exported
 from quadstep.errors import UserError
-from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
+from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
+from tests.firmware_trees import VARIABLES, built, tree
 from tests.needs import C_COMPILER, needs
-
-STUBS = Path(__file__).parent / "firmware"
-BITS = ["-ffp-contract=off", "-fno-math-errno"]
-
-
-def adapter(folder, target, kind="pid", vehicle="crazyflie"):
-    """The files of a target in a folder; gives the law's name and plan."""
-    plan = real_mission({"type": kind}, vehicle).plan()
-    law = exported(plan, False)
-    for name, text in firmware_files(target, law, c99_files(law, plan)).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return law.name, plan
-
-
-def flown(folder, target, name, program, *units):
-    """What a program prints that flies the adapter."""
-    driver = STUBS / target / program
-    (folder / program).write_text(driver.read_text(encoding="utf-8").replace("NAME", name), encoding="utf-8")
-    strict = ["-Wall", "-Wextra", "-Werror", "-Wno-unused-const-variable", "-I.", f"-I{STUBS / target}"]
-    objects = []
-    for unit in (program, *units, f"{name}.c", f"{name}_params.c"):
-        plus = unit.endswith(".cpp")
-        line = [
-            "g++" if plus else "gcc",
-            "-std=c++17" if plus else "-std=gnu11",
-            "-O1",
-            *BITS,
-            *strict,
-            "-c",
-            unit,
-            "-o",
-            f"{unit}.o",
-        ]
-        built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr
-        objects.append(f"{unit}.o")
-    subprocess.run(["g++", *objects, "-lm", "-o", "fly"], cwd=folder, check=True)
-    return subprocess.run([folder / "fly"], capture_output=True, text=True, check=True, timeout=60).stdout.splitlines()
-
-
-def numbers(lines, word):
-    return np.array([[float(one) for one in line.split()[1:]] for line in lines if line.startswith(word)])
 
 
 @needs(C_COMPILER)
@@ -68,8 +28,19 @@ def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     assert len(samples) == 20
     scale = np.abs(samples[:, 4:]).max(axis=0)
     assert np.abs((samples[:, :4] - samples[:, 4:]) / scale).max() < 1e-4  # degrees and back round differently
-    assert numbers(lines, "held")[0, 0] > 0.0
-    assert (numbers(lines, "lost") == 0.0).all()
+    check_crazyflie_guards(lines)
+
+
+def check_crazyflie_guards(lines):
+    """A position, a rate and a path that are not finite; no position asked for; more thrust asked for than there is."""
+    held, lost, back = (numbers(lines, word) for word in ("held", "lost", "back"))
+    assert (held[:3, 1] > 0.0).all()  # the last command, for a while
+    assert held[3, 1] == 0.0  # none at once
+    assert (lost[:, 1:] == 0.0).all()
+    assert (back[:, 1] > 0.0).all()
+    status, thrust = numbers(lines, "saturated")[0]
+    assert status == 16
+    assert 0.0 < thrust < 1.0
 
 
 @needs(C_COMPILER)
@@ -81,18 +52,85 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     assert len(samples) == 12
     fastest = float(plan.parameters.airframe.rotor.fastest)
     np.testing.assert_allclose(samples[:, :4], samples[:, 4:] / fastest, atol=2e-4)
+    check_px4_guards(lines)
+
+
+def check_px4_guards(lines):
+    """A position that is old, not valid, not finite; a rate that is not finite; more thrust asked for than there is."""
+    young, held, lost, back = (numbers(lines, word) for word in ("young", "held", "lost", "back"))
+    assert young[0, 1] == 1  # a position is old after 0.1 s
+    assert (young[1:, 1] == 0).all()  # PX4 leaves a mode that cannot run
+    assert (held[0, 1], lost[0, 1]) == (0, 0)
+    assert (held[0, 2:] > 0.0).all()
+    assert (young[:, 2:] > 0.0).all()  # the last command, for 50 samples
+    assert (lost[:, 2:] == 0.0).all()
+    assert (back[:, 1] == 1).all()
+    assert (back[:, 2:] > 0.0).all()
+    saturated = numbers(lines, "saturated")[0]
+    assert (saturated[2:] <= 1.0).all()
+    assert saturated[2:].max() > 0.99
 
 
 @needs(C_COMPILER)
 def test_ardupilot_turns_the_way_it_wants(tmp_path):
     name, _ = adapter(tmp_path, "ardupilot", "pid", "x500")
     lines = flown(tmp_path, "ardupilot", name, "fly.cpp", "AC_CustomControl_Quadstep.cpp")
-    mixed = np.array([[float(one) for one in line.split()] for line in lines])
+    mixed = np.array([[float(one) for one in line.split()] for line in lines[:4]])
     np.testing.assert_allclose(mixed[0], 0.0, atol=1e-6)
     for axis in range(3):  # to the right, nose up, to the right: each about its own axis, positive
         assert mixed[1 + axis, axis] > 0.02
         assert np.abs(np.delete(mixed[1 + axis], axis)).max() < 0.2 * mixed[1 + axis, axis]
     assert math.isfinite(mixed.sum())
+    check_ardupilot_guards(lines)
+
+
+def check_ardupilot_guards(lines):
+    """A rate, an attitude and a wanted attitude that are not finite; more roll asked for than there is."""
+    assert numbers(lines, "flown")[0, 0] > 0.02
+    assert (numbers(lines, "refused") == 0.0).all()
+    assert len(numbers(lines, "refused")) == 3
+    assert numbers(lines, "saturated")[0, 0] == 1.0
+
+
+BROKEN = {
+    "crazyflie": (
+        ("crazyflie", "fly.c", "controller_quadstep.c", check_crazyflie_guards),
+        (
+            ("refused > HOLD", "false"),
+            ("(refused + 1u)", "0u"),
+            ("!= modeAbs))\n", "> 99))\n"),
+            ("status |= pid_made", "(void)pid_made"),
+        ),
+    ),
+    "px4": (
+        ("x500", "fly.cpp", "QuadstepControl.cpp", check_px4_guards),
+        (
+            ("_refused > HOLD", "false"),
+            ("now - _position.timestamp)", "0)"),
+            ("_position.z_valid &&", ""),
+            ("_refused == 0;", "true;"),
+        ),
+    ),
+    "ardupilot": (
+        ("x500", "fly.cpp", "AC_CustomControl_Quadstep.cpp", check_ardupilot_guards),
+        (("if (refused)", "if (false)"), ("constrain_float(mixed.x, -1.0f, 1.0f)", "2.0f * mixed.x")),
+    ),
+}
+"""By target: vehicle, program, adapter, what should hold, and what a guard may lack as a change of the adapter."""
+
+
+@needs(C_COMPILER)
+@pytest.mark.parametrize("target", BROKEN)
+def test_a_guard_that_an_adapter_lacks_is_seen(tmp_path, target):
+    (vehicle, program, unit, check), changes = BROKEN[target]
+    name, _ = adapter(tmp_path, target, "pid", vehicle)
+    text = (tmp_path / unit).read_text(encoding="utf-8")
+    check(flown(tmp_path, target, name, program, unit))
+    for old, new in changes:
+        assert old in text
+        (tmp_path / unit).write_text(text.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises((AssertionError, subprocess.CalledProcessError)):
+            check(flown(tmp_path, target, name, program, unit))
 
 
 def test_what_a_target_cannot_fly_is_said(tmp_path):
@@ -108,3 +146,21 @@ def test_what_a_target_cannot_fly_is_said(tmp_path):
     run = quadstep("export", write(tmp_path, text), "--target", "crazyflie", "--precision", "f64", "--out", tmp_path / "o")
     assert run.refused
     assert not (tmp_path / "o").exists()
+
+
+@needs(C_COMPILER)
+@pytest.mark.parametrize(("target", "unit"), [(target, BROKEN[target][0][2]) for target in BROKEN])
+def test_an_adapter_is_built_in_its_firmwares_tree(tmp_path, target, unit):
+    """In the tree that a variable of `VARIABLES` names, or in one that looks so."""
+    folder = tmp_path / "exported"
+    folder.mkdir()
+    adapter(folder, target, "pid", BROKEN[target][0][0])
+    place = tree(target, tmp_path)
+    before = sorted(path for path in place.rglob("AC_CustomControl*/*"))
+    run = built(target, folder, place)
+    assert run.returncode == 0, run.stderr
+    assert sorted(path for path in place.rglob("AC_CustomControl*/*")) == before
+    (folder / unit).write_text((folder / unit).read_text(encoding="utf-8") + "\nthis is not C;\n", encoding="utf-8")
+    if not os.environ.get(VARIABLES[target]):
+        shutil.rmtree(tmp_path / "external", ignore_errors=True)
+        assert built(target, folder, place).returncode != 0

@@ -34,6 +34,7 @@ KNOWN = {  # phase [deg], delay [ms], disk of roll; phase of thrust [deg]; slowe
     ("geometric", 0.02): (20.4, 15.6, 0.36, 20, -0.96),
     ("pid", 0.0): (16.4, 10.7, 0.29, 33, -0.50),
     ("lqr", 0.02): (25.3, 27.3, 0.44, 55, -0.79),
+    ("rotation-backstepping", 0.0): (17.7, 13.8, 0.31, 67, -0.08),
 }
 
 
@@ -45,7 +46,8 @@ def found():
     def of(controller, latency=0.0):
         key = controller, latency
         if key not in made:
-            made[key] = studied(hover({"type": controller}, latency))
+            nets = {"nets": {"enabled": False}} if controller == "rotation-backstepping" else {}
+            made[key] = studied(hover({"type": controller, **nets}, latency))
         return made[key]
 
     return of
@@ -71,7 +73,7 @@ def scaled(loop, channel, factor):
     for tick in loop.period.ticks:
         after = tick.tasks @ whole
         more = (factor - 1.0) * np.outer(tick.acting[:, channel], after[loop.commands[channel]])
-        whole = tick.step @ (after + more)
+        whole = tick.step @ (after + more) - more
     return np.abs(np.linalg.eigvals(whole)).max()
 
 
@@ -97,12 +99,13 @@ def late(loop, channel, ticks):
     for tick in loop.period.ticks:
         x = tick.tasks @ x
         past = np.vstack([x[loop.commands[channel]], line])
-        x = tick.step @ (x + np.outer(tick.acting[:, channel], past[ticks] - past[0]))
+        more = np.outer(tick.acting[:, channel], past[ticks] - past[0])
+        x = tick.step @ (x + more) - more
         line = past[:-1]
     return np.abs(np.linalg.eigvals(np.vstack([x, line]))).max()
 
 
-@pytest.mark.parametrize("law", ["pid", "lqr"])
+@pytest.mark.parametrize("law", ["pid", "lqr", "rotation-backstepping"])
 def test_delay_margin_is_that_of_commands_kept_as_states(found, law):
     analysis = found(law).analysis
     for i, one in enumerate(analysis.margins):
@@ -119,6 +122,20 @@ def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_sam
         assert other == pytest.approx(one, rel=2e-3)
 
 
+def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
+    """80 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
+    slow = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}
+    once, often = (
+        studied(hover({"type": "lqr"}, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
+        for period in (0.008, 0.32)
+    )
+    assert sum(tick.sampled for tick in often.loop.period.ticks) == 80
+    assert max(one.phase_at for one in often.margins) > 1.5 * math.pi / 0.32
+    for one, other in zip(once.margins, often.margins, strict=True):
+        assert other[2:] == pytest.approx(one[2:], rel=2e-3)
+        assert other[:2] == pytest.approx(one[:2], rel=1.2e-2)  # 0.1 dB
+
+
 def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found):
     """Two samples of 2 ms; of 6 ms, half a sample is that of the hold, and what is left is rounded."""
     vehicle = {"preset": "research-2.6kg", "command": {"speed": 800.0, "delay": 0.006}}
@@ -128,9 +145,13 @@ def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found
         assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
 
 
-def test_slopes_are_those_of_finite_differences():
-    """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences."""
-    rest = at_rest(hovering(hover({"type": "geometric"}, 0.02, wind={"mean": [6.0, 2.0, 0.0]})))
+@pytest.mark.parametrize("law", ["geometric", "planned-lqr"])
+def test_slopes_are_those_of_finite_differences(law):
+    """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences.
+
+    In a period of planned-lqr the law follows one plan for 200 samples, each at its own time since the plan was made.
+    """
+    rest = at_rest(hovering(hover({"type": law}, 0.02, wind={"mean": [6.0, 2.0, 0.0]})))
     loops, first = rest.loops, rest.first
     values = np.array(states(rest.flown)[0])
     places = rest.period.places

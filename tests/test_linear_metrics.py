@@ -10,6 +10,7 @@ from quadstep import Mission, UserError, read_mission
 from quadstep.linear.analysis import studied
 from quadstep.linear.metrics import margin_metrics, of_analysis
 from quadstep.linear.names import MARGINS, is_margin
+from quadstep.linear.worst import refused
 from quadstep.mission.tune import Constraint, as_constraints
 from quadstep.tuning.ground import Ground, asked
 from tests.commands import quadstep
@@ -129,3 +130,13 @@ def test_laws_without_slopes_are_named(controller, said):
     )
     with pytest.raises(UserError, match=said):
         studied(mission)
+
+
+def test_loops_that_cannot_be_linearised_for_one_reason_are_one_line():
+    found = [(f"flight {i}", f"no state of rest: x.{i % 2} still changes by {i}e-3 (law.py, line 7)") for i in range(9)]
+    assert refused([*found, ("flight 9", "it ends")]) == [
+        "5 of 10, first flight 0: no state of rest: x.0 still changes by 0e-3 (law.py, line 7)",
+        "4 of 10, first flight 1: no state of rest: x.1 still changes by 1e-3 (law.py, line 7)",
+        "flight 9: it ends",
+    ]
+    assert refused([("pid", "it ends"), ("lqr", "it ends")]) == ["pid, lqr: it ends"]

@@ -1,11 +1,16 @@
 """A scan is the same to the bit as its turns one after the other, on every kind of number, however it is nested."""
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy
 
 from quadstep.numbers import Matrix, Vector, exp, matrix, scan, sin, vector, where
 from quadstep.numbers.noise import Key, normals
+from quadstep.numbers.single import Single
+from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
 from tests.pages import NODE
 from tests.scripts import through_script
@@ -35,6 +40,11 @@ def agree(law, *columns):
     np.testing.assert_array_equal(looped, np.array(np.broadcast_arrays(*law(scan, *columns))))
     floats = np.array([law(turn_by_turn, *row) for row in np.array(columns).T.tolist()]).T
     np.testing.assert_array_equal(looped, floats)
+    if COMPILERS:
+        with tempfile.TemporaryDirectory() as folder:
+            np.testing.assert_array_equal(
+                through_c(Path(folder), lambda *numbers: list(law(scan, *numbers)), *columns), floats
+            )
     if NODE is not None:
         np.testing.assert_array_equal(through_script(lambda *numbers: list(law(scan, *numbers)), *columns), floats)
 
@@ -86,7 +96,26 @@ def test_the_carry_passes_through_swaps_and_starts_from_a_constant():
     agree(law, *COLUMNS)
 
 
-def test_noise_drawn_in_a_loop_is_that_of_its_counter():
+def test_matrices_that_stay_in_memory_change_places_and_grow():
+    """Arrays of C: swapped, scaled and written over while others are still read."""
+
+    def law(way, a, b, c, d, e, f):
+        first = matrix((a, b), (b, c), (c, d), (d, e), (e, f), (f, a))
+        second = 0.5 * first
+
+        def step(carry, row):
+            ours, theirs, total = carry
+            grown = theirs + row[0] * ours
+            return (grown, ours, total + grown[2, 1] * row[1]), vector(ours[0, 0] + total)
+
+        (ours, theirs, total), made = way(step, (first, second, 0.0), first)
+        both = ours + theirs
+        return [total, *(one[0] for one in made), *(entry for row in both for entry in row)]
+
+    agree(law, *COLUMNS)
+
+
+def test_noise_drawn_in_a_loop_is_that_of_its_counter(tmp_path):
     words = RNG.integers(0, 65536, size=(4, 5)).astype(float)
 
     def law(way, *numbers):
@@ -97,7 +126,13 @@ def test_noise_drawn_in_a_loop_is_that_of_its_counter():
         return [tick, *(entry for row in made for entry in row)]
 
     looped = through_lanes(lambda *numbers: law(scan, *numbers), *words)
-    np.testing.assert_array_equal(looped, np.array([law(turn_by_turn, *row) for row in words.T.tolist()]).T)
+    floats = np.array([law(turn_by_turn, *row) for row in words.T.tolist()]).T
+    np.testing.assert_array_equal(looped, floats)
+    if COMPILERS:
+        np.testing.assert_array_equal(through_c(tmp_path, lambda *numbers: law(scan, *numbers), *words), floats)
+    single = [[float(one) for one in law(turn_by_turn, *map(Single, row))] for row in words.T.tolist()]
+    narrow = through_lanes(lambda *numbers: law(scan, *numbers), *words, double=False)
+    np.testing.assert_array_equal(narrow, np.array(single, dtype=np.float32).T)
 
 
 def test_symbols_get_the_turns_one_after_the_other():

@@ -58,6 +58,21 @@ def test_a_box_without_width_holds_the_exact_value_and_the_one_that_flies(name):
             assert abs(true - mpmath.mpf(float(found.centre[i]))) <= found.rest[i] < 1e-12 * (1.0 + abs(true))
 
 
+@pytest.mark.parametrize(
+    ("function", "true", "x"),
+    [
+        (n.sigmoid, EXACT["sigmoid"], -600.3),
+        (n.sin, mpmath.sin, 355.0),
+        (n.cos, mpmath.cos, 1.5707963267948966),
+        (n.sin, mpmath.sin, 1e5 * np.pi),
+    ],
+)
+def test_what_is_off_beside_one_and_not_beside_the_value_is_held_too(function, true, x):
+    found = function(seeded(np.array([[x]]), np.zeros((1, 1)))[0])
+    with mpmath.workdps(60):
+        assert abs(true(mpmath.mpf(float(x))) - mpmath.mpf(float(found.centre[0]))) <= found.rest[0] < 1e-12
+
+
 def test_what_is_linear_cancels():
     a, b = seeded(CENTRES, spread(CENTRES, 0.1))
     assert np.all((a + b - a - b).tight < 1e-12)

@@ -1,7 +1,8 @@
 """Prints how often the intervals of `quadstep campaign --rare` hold the truth, and how many flights they save.
 
-    python -m benchmarks.rare                 # the table of what is kept in measured/
-    python -m benchmarks.rare fly [CASE ...]  # flies on: crude flights of the cases that need them, fifty estimates of each
+    python -m benchmarks.rare                                # the table of what is kept in measured/, for the default method
+    python -m benchmarks.rare cross-entropy                  # and for the other
+    python -m benchmarks.rare fly [cross-entropy] [CASE ...] # flies on: fifty estimates of each case, and crude flights
 
 What has been flown is kept; of what is missing each case gets some in turn.
 """
@@ -13,12 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.rare.starts import Starts
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.atomic import write_beside
 from quadstep.campaign.flown import SUCCESS, Flyer
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.rare.flights import Flights
 from quadstep.rare.pieces import fly_piece, pieces
+from quadstep.rare.section import Method, RareSection
 from quadstep.rare.summary import summarise
 
 KNOWN = {"plane": 1e-9, "sides": 1e-5, "corner": 1e-6, "shell": 1e-5, "edge": 1e-6}
@@ -28,6 +31,9 @@ FLOWN = ("tracking", "spin", "either", "choices", "gusts")
 """Cases whose probability of failure is measured by crude flights."""
 
 CRUDE, PORTION, REPETITIONS = 10_000_000, 50_000, 50
+
+SIZE = {Method.SUBSET: RareSection().flights, Method.CROSS_ENTROPY: 300}
+"""Flights in a level or a fit."""
 
 HERE = Path(__file__).parent
 
@@ -42,13 +48,14 @@ def read(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
-def campaign_of(case: str, seed: int = 1) -> Campaign:
-    """A case, with other random numbers."""
+def campaign_of(case: str, seed: int, method: Method = Method.SUBSET) -> Campaign:
+    """A case, with other random numbers, by one of the methods."""
     campaign = read_campaign(HERE / "cases" / f"{case}.toml")
-    return campaign._replace(file=campaign.file.model_copy(update={"seed": seed}))
+    rare = campaign.file.rare.model_copy(update={"method": method, "flights": SIZE[method]})
+    return campaign._replace(file=campaign.file.model_copy(update={"seed": seed, "rare": rare}))
 
 
-def crude(case: str) -> bool:
+def crude(case: str, _: Method) -> bool:
     """Fly some of the crude flights; whether any were missing."""
     path = kept("crude", case)
     found = read(path) or {"flights": 0, "failures": 0}
@@ -61,15 +68,21 @@ def crude(case: str) -> bool:
     return True
 
 
-def estimate(case: str) -> bool:
+def estimate(case: str, method: Method) -> bool:
     """Estimate once more; whether an estimate was missing."""
-    path = kept("estimates", case)
+    path = kept(method, case)
     found = read(path) or []
     if len(found) >= REPETITIONS:
         return False
-    flights = Flights(campaign_of(case, seed=len(found) + 1))
-    summary = summarise([fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)])
-    one = {"probability": list(summary.probability), "flights": summary.flights, "warnings": list(summary.warnings)}
+    flights = (Starts if case in KNOWN else Flights)(campaign_of(case, len(found) + 1, method))
+    done = [fly_piece(flights, piece, lambda _: None) for piece in pieces(flights.campaign)]
+    summary = summarise(done)
+    one = {
+        "probability": list(summary.probability),
+        "replicates": list(summary.replicates),
+        "flights": summary.flights,
+        "warnings": list(summary.warnings),
+    }
     write_beside(path, json.dumps([*found, one]) + "\n", parents=True)
     return True
 
@@ -82,9 +95,9 @@ def truth(case: str) -> Estimate | None:
     return share(found["failures"], found["flights"]) if found else None
 
 
-def row(case: str) -> str:
+def row(case: str, method: Method) -> str:
     """A line of the table."""
-    found, true = read(kept("estimates", case)) or [], truth(case)
+    found, true = read(kept(method, case)) or [], truth(case)
     if not found or true is None:
         return f"{case:>9}  not flown"
     values, lows, highs = np.array([one["probability"] for one in found]).T
@@ -102,16 +115,17 @@ def row(case: str) -> str:
 
 def main() -> None:
     """Fly or print."""
-    named = [name for name in sys.argv[1:] if name != "fly"]
-    cases = named or [*KNOWN, *FLOWN]
-    while "fly" in sys.argv[1:] and sum(part(case) for part in (crude, estimate) for case in cases):
-        print(*(f"{case} {len(read(kept('estimates', case)))}" for case in cases), flush=True)
+    named = sys.argv[1:]
+    method = Method.CROSS_ENTROPY if Method.CROSS_ENTROPY in named else Method.SUBSET
+    cases = [name for name in named if name not in ("fly", *Method)] or [*KNOWN, *FLOWN]
+    while "fly" in named and sum(part(case, method) for part in (estimate, crude) for case in cases):
+        print(*(f"{case} {len(read(kept(method, case)))}" for case in cases), flush=True)
     print(
         f"{'case':>9}  {'truth':>8}  {'measured within':>20}  {'mean / it':>9}  {'spread':>6}  {'high/low':>9}  {'holds':>6}  "
         f"{'warned':>5}  {'flights':>7}  {'saved':>9}"
     )
     for case in cases:
-        print(row(case))
+        print(row(case, method))
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ import tomllib
 from enum import StrEnum
 from typing import NamedTuple
 
-MARK = re.compile(r"<!-- (not run|instead|exit|file|given|figure|page): (.*?) -->")
-"""What an author says in a comment right above a listing, or of what is shown there (`figure`, `page`)."""
+MARK = re.compile(r"(?<!`)<!-- (not run|instead|exit|file|given|figure|page): (.*?) -->")
+"""What an author says in a comment right above a listing, or of what is shown there (`figure`, `page`).
+In backquotes it is only spoken of."""
 
 COMMANDS = (
     "quadstep ", "python", ".venv/", "make", "pip ", "docker ", "export ", "ray ", "git ", "cd ", "mkdir ", "RAY_",

@@ -106,6 +106,7 @@ def write_pages(source: Path, results: Mapping[Path, tuple[Path, Sequence[Ran]]]
         inside = path.relative_to(DOCS)
         if inside.parts[0] != "site" and path.suffix != ".md":
             drawn = figures / inside
+            (source / inside).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(drawn if drawn.is_file() else path, source / inside)
 
 

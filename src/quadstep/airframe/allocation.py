@@ -92,7 +92,7 @@ def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque:
     bottoms, tops = [least * inverse for inverse in per_lift], [most * inverse for inverse in per_lift]
 
     bottom, top = largest(bottoms), smallest(tops)
-    tilt_kept = fitting(largest(slopes) - smallest(slopes), 0.0, top - bottom)
+    tilt_kept = share_within(largest(slopes) - smallest(slopes), top - bottom, absolute(top - bottom))
     if not even(geometry):
         level = held(thrust, bottom, top)
         tilt_kept = maximum(tilt_kept, fitting_all(tilt, [level * part for part in lift], least, most))
@@ -135,8 +135,15 @@ def even(geometry: Geometry) -> bool:
 
 def fitting(part: Number, low: Number, high: Number) -> Number:
     """The largest share in [0, 1] of `part` that stays between `low` and `high`, which lie on either side of zero."""
-    room = where(part > 0.0, high, low)
-    short = absolute(part) > absolute(room)
+    up = part > 0.0
+    return share_within(part, where(up, high, low), where(up, absolute(high), absolute(low)))
+
+
+def share_within(part: Number, room: Number, size: Number) -> Number:
+    """The largest share in [0, 1] of `part` that is no larger than `room`, of the same sign. size: that of `room`, given by
+    itself: an enclosure of a choice between a room above zero and one below holds zero, one of their sizes does not.
+    """
+    short = absolute(part) > size
     return where(short, maximum(room / where(short, part, 1.0), 0.0), 1.0)
 
 

@@ -3,7 +3,6 @@
 Its simulator is started by its user with `--model JSON:<host of quadstep>`; quadstep answers on port 9002.
 """
 
-import json
 import socket
 import struct
 
@@ -14,6 +13,12 @@ from quadstep.errors import UserError
 PORT = 9002
 PACKET = struct.Struct("<HHI16H")
 """Magic number, rate that it would like [Hz], count, pulse widths [us]."""
+
+STATE = (
+    '\n{"timestamp":%r,"imu":{"gyro":[%r,%r,%r],"accel_body":[%r,%r,%r]},"position":[%r,%r,%r],'
+    '"quaternion":[%r,%r,%r,%r],"velocity":[%r,%r,%r]}\n'
+)
+"""What it is told, a line of JSON: written by hand in a fifth of the time of `json.dumps`, which was most of a sample's."""
 
 MAGIC = 18458
 LOW, HIGH = 1000.0, 2000.0
@@ -44,15 +49,9 @@ class ArduPilot:
             ) from None
 
     def exchange(self, sample: Sample) -> list[float]:
-        state = {
-            "timestamp": sample.time,
-            "imu": {"gyro": sample.rates, "accel_body": sample.force},
-            "position": sample.position,
-            "quaternion": sample.attitude,
-            "velocity": sample.velocity,
-        }
+        at, turning = (*sample.position, *sample.attitude, *sample.velocity), (*sample.rates, *sample.force)
         assert self.peer
-        self.socket.sendto(f"\n{json.dumps(state)}\n".encode(), self.peer)
+        self.socket.sendto((STATE % (sample.time, *turning, *at)).encode(), self.peer)
         self._hear(self.wait)
         return [(pulse - LOW) / (HIGH - LOW) for pulse in self.pulses]
 

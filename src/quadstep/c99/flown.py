@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.c99.compiler import compile_c
+from quadstep.c99.interface import Exported, header
 from quadstep.c99.law import measured_part
-from quadstep.c99.source import Exported, header, parameters, source
+from quadstep.c99.source import parameters, source
 from quadstep.c99.structs import fields_of
 from quadstep.c99.subject import Planned, exported
 from quadstep.control.controller import Controller

@@ -1,12 +1,18 @@
 """sin, cos, exp, sigmoid, log and atan2 in C, written out from those of every engine, whose bits they give."""
 
 from functools import lru_cache, reduce
+from typing import cast
 
-from quadstep.c99.writing import INDENT, Naming, Output, Writer
-from quadstep.numbers.c_text import CSteps
-from quadstep.numbers.rows import RowRecord
+from quadstep.c99.expressions import Naming
+from quadstep.c99.scans import ScanRecord
+from quadstep.c99.structs import Output, Stored
+from quadstep.c99.writing import INDENT, Writer
+from quadstep.numbers.c_text import CSteps, literal
+from quadstep.numbers.elementary import Elementary
+from quadstep.numbers.functions import Number
+from quadstep.numbers.script import ScriptNumber
 
-ARGUMENTS = {"sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
+ARGUMENTS = {"wave": ("x", "ahead"), "sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
 
 STEPS = {
     "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
@@ -34,9 +40,12 @@ STEPS = {
 }
 """Steps on the bits of a number, and what the C library has that IEEE 754 fixes to the bit."""
 
+WAVES = {"sin": 0.0, "cos": 1.0}
+"""Quarter turns that a function is ahead of the sine: both are one function, `wave`."""
+
 NEEDS = {
     "power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",),
-    "sin": ("abs", "bits"), "cos": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
+    "sin": ("wave",), "cos": ("wave",), "wave": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
     "log": ("fraction", "exponent", "equal"), "atan2": ("abs",),
 }  # fmt: skip
 
@@ -65,14 +74,27 @@ def functions(used: frozenset[str], precise: bool) -> str:
     return "\n\n".join(texts)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def written(name: str, precise: bool) -> str:
     """One function."""
-    record = RowRecord()
-    result = getattr(CSteps(precise), name)(*map(record.input, ARGUMENTS[name]))
-    writer = Writer(record, precise, Naming({}, {}), frozenset(ARGUMENTS[name]))
-    lines = writer.body([Output("result", result.place)], [])
-    *body, last = lines
-    final = "return " + last.removeprefix("result = ")
     given = ", ".join(f"real {one}" for one in ARGUMENTS[name])
-    return "\n".join([f"static inline real qs_{name}({given})", "{", *(INDENT + line for line in [*body, final]), "}"])
+    head = f"static {'' if name == 'wave' else 'inline '}real qs_{name}({given})"
+    if name in WAVES:
+        return f"{head}\n{{\n{INDENT}return qs_wave(x, {literal(WAVES[name], precise)});\n}}"
+    record = ScanRecord()
+    numbers = [cast(Number, record.input(one)) for one in ARGUMENTS[name]]
+    steps = CSteps(precise)
+    result = cast(ScriptNumber, wave(steps, *numbers) if name == "wave" else getattr(steps, name)(*numbers))
+    writer = Writer(record, precise, Naming({}, {}), frozenset(ARGUMENTS[name]))
+    *body, last = writer.body(Stored([Output("result", result.place)], []))
+    final = "return " + last.removeprefix("result = ")
+    return "\n".join([head, "{", *(INDENT + line for line in [*body, final]), "}"])
+
+
+def wave(steps: Elementary, x: Number, ahead: Number) -> Number:
+    """The sine of x and so many quarter turns, 0 or 1: `Elementary.sin` and `cos` to the bit."""
+    sine, cosine, quarter = steps.turn(x)
+    quarter = quarter + ahead
+    value = steps.where(steps.bit(quarter, 0), cosine, sine)
+    result: Number = steps.where(steps.bit(quarter, 1), -value, value)
+    return result

@@ -11,8 +11,8 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
+from quadstep.c99.interface import Exported, head, loops
 from quadstep.c99.law import begins, measured_part, only
-from quadstep.c99.source import Exported, head, loops
 from quadstep.c99.structs import fields_of, has_numbers, number
 from quadstep.c99.templates import filled
 from quadstep.flight.eager import always
@@ -23,7 +23,10 @@ from quadstep.numbers.single import Single
 
 TEXTS = Path(__file__).parent / "texts"
 
-SAMPLES = 80
+FEWEST_SAMPLES, SAMPLES = 8, 80
+MOST_OPERATIONS = 600_000
+"""Of all samples, Python's being slow: laws that need more get fewer samples."""
+
 STRAYING = {"position": 0.3, "velocity": 0.5, "rates": 1.0, "attitude": 0.3}
 """How far entries of a measurement are from the path; of others 0.2."""
 
@@ -64,8 +67,9 @@ def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
     step, made = kind(clocked.step, precise), cast(Structure, None)
     names = list(fields_of(exported.code.command))
     samples = []
-    for place in range(SAMPLES):
-        tick = place * max(1, clocked.last // SAMPLES // clocked.every["law"]) * clocked.every["law"]
+    count = min(SAMPLES, max(FEWEST_SAMPLES, MOST_OPERATIONS // exported.code.operations))
+    for place in range(count):
+        tick = place * max(1, clocked.last // count // clocked.every["law"]) * clocked.every["law"]
         reference = path(tick * clocked.step)
         measured = fed_back(in_kind(strayed(subject.measured, reference, draw, place % FAR == FAR - 1), precise), made)
         wanted, t = in_kind(reference, precise), kind(float(tick), precise) * step

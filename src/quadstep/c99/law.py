@@ -3,17 +3,16 @@
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import isnan
+from math import isnan, prod
 from typing import NamedTuple, cast
 
 from quadstep.c99.naming import NamedRecord
-from quadstep.c99.structs import as_array, fields_of, found
-from quadstep.c99.writing import Output, Writer
+from quadstep.c99.structs import Output, as_array, as_given, as_struct, fields_of, found, stored
+from quadstep.c99.writing import Writer
 from quadstep.control.controller import Controller
 from quadstep.flight.plant import Plant
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten
-from quadstep.numbers.rows import Body, RowMatrix, RowVector
+from quadstep.numbers import Number, Structure, flatten
 from quadstep.numbers.script import INPUT
 
 KEYWORDS = frozenset(
@@ -57,6 +56,9 @@ KEYWORDS = frozenset(
         "while",
         "real",
         "i",
+        "j",
+        "k",
+        "l",
         "t",
         "period",
         "memory",
@@ -101,7 +103,7 @@ class Code(NamedTuple):
     they call.
 
     memory, vehicle, command, made: structures of what C's structs hold; NamedTuples, perhaps empty. asked: a command as the
-    law gives it.
+    law gives it. operations: of all functions, every turn of a loop counted.
     """
 
     functions: Mapping[str, list[str]]
@@ -112,6 +114,7 @@ class Code(NamedTuple):
     command: Structure
     made: Structure
     asked: Structure
+    operations: int
 
 
 def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
@@ -120,22 +123,24 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     Raises TypeError for a law that cannot be written in C.
     """
     controller, gains = subject.controller, subject.gains
-    memory = as_struct(controller.start(subject.measured, gains), "memory")
+    begun = controller.start(subject.measured, gains)
+    memory = as_struct(begun, "memory")
     used: set[str] = set()
     functions: dict[str, list[str]] = {}
     reads: dict[str, list[str]] = {}
+    operations: list[int] = []
 
     def write(name: str, law: Callable[[NamedRecord], list[tuple[str, Structure]]]) -> list[str]:
         record = NamedRecord()
         with record.listening():
             results = law(record)
-        outputs: list[Output] = []
-        arrays: list[Output] = []
-        for target, value in results:
-            store(record, value, target, outputs, arrays)
-        functions[name] = Writer(record, precise, record.naming, KEYWORDS).body(outputs, arrays)
-        reached = reach(record, [*outputs, *arrays])
+        left = stored(record, results)
+        functions[name] = Writer(record, precise, record.naming, KEYWORDS).body(left)
+        turns = {body.counter: body.rows for body in record.loops.values()}
+        turns |= {scan.counter: scan.turns for scan in record.scans.values()}
+        reached = reach(record, [*left.numbers, *left.arrays])
         used.update(record.nodes[place].operation for place in reached)
+        operations.append(sum(prod(turns[counter] for counter in record.turning[place]) for place in reached))
         reads[name] = [record.nodes[place].text for place in reached if record.nodes[place].operation == INPUT]
         return reads[name]
 
@@ -146,9 +151,8 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
             cast(Reference, found(record, subject.reference, "reference->")),
         )
 
-    def kept(record: NamedRecord) -> Structure:
-        value = found(record, memory, "memory->")
-        return value if controller_has_struct(controller, subject) else value[0]
+    def remembered(record: NamedRecord) -> Structure:
+        return as_given(found(record, memory, "memory->"), begun)
 
     def start(record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, _ = told(record)
@@ -157,13 +161,13 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     def slower(loop: str, record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, reference = told(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
-        after = controller.slower(loop, kept(record), measured, reference, own, t, period)
+        after = controller.slower(loop, remembered(record), measured, reference, own, t, period)
         return [("memory->", as_struct(after, "memory"))]
 
     def law(record: NamedRecord) -> list[tuple[str, Structure]]:
         own, measured, reference = told(record)
         t, period = cast(Number, record.input("t")), cast(Number, record.input("period"))
-        command, after = controller.law(kept(record), measured, reference, own, t, period)
+        command, after = controller.law(remembered(record), measured, reference, own, t, period)
         return [("command->", only(command, wanted)), ("memory->", as_struct(after, "memory"))]
 
     def made(record: NamedRecord) -> list[tuple[str, Structure]]:
@@ -179,7 +183,8 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         write(loop, partial(slower, loop))
     write("law", law)
     vehicle = pruned(parameters, "params->vehicle", inputs)
-    return Code(functions, reads, frozenset(used), memory, vehicle, only(example, wanted), as_struct(rest, "values"), example)
+    kept, values = only(example, wanted), as_struct(rest, "values")
+    return Code(functions, reads, frozenset(used), memory, vehicle, kept, values, example, sum(operations))
 
 
 def like(subject: Subject) -> tuple[Structure, Structure]:
@@ -192,25 +197,10 @@ def like(subject: Subject) -> tuple[Structure, Structure]:
     return command, subject.plant.actuate(subject.parameters, command)
 
 
-def controller_has_struct(controller: Controller, subject: Subject) -> bool:
-    """Whether the memory is a NamedTuple, or nothing, as controllers should have it."""
-    memory = controller.start(subject.measured, subject.gains)
-    return hasattr(memory, "_fields") or memory == ()
-
-
 def measured_part(measured: Structure) -> Structure:
     """What is measured of all that could be."""
     taken = [name for name, value in fields_of(measured).items() if flatten(value) and not all(map(isnan, flatten(value)))]
     return only(measured, taken)
-
-
-def as_struct(value: Structure, name: str) -> Structure:
-    """A structure with named fields; what has none becomes the only field, of this name."""
-    if hasattr(value, "_fields"):
-        return value
-    if value == ():
-        return namedtuple("Nothing", ())()
-    return namedtuple("Named", (name,))(value)
 
 
 def only(value: Structure, names: list[str]) -> Structure:
@@ -233,32 +223,6 @@ def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
     return namedtuple("Vehicle", inner)(**inner)
 
 
-def store(record: NamedRecord, value: Structure, target: str, outputs: list[Output], arrays: list[Output]) -> None:
-    """What it takes to leave a structure at a place in memory."""
-    if isinstance(value, RowMatrix | RowVector):
-        if value.array is not None and record.nodes[value.array].text == target:
-            return
-        index = record.index()
-        row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]
-        loop = record.loop(Body(len(value), index, tuple(map(record.at, row))))
-        arrays.append(Output(target, loop))
-    elif isinstance(value, Vector | Matrix):
-        entries = value.entries if isinstance(value, Vector) else value.rows
-        for i, entry in enumerate(entries):
-            store(record, entry, f"{target}[{i}]", outputs, arrays)
-    elif isinstance(value, Table):
-        return
-    elif hasattr(value, "_fields"):
-        start = target if target.endswith(">") else f"{target}."
-        for name, field in fields_of(value).items():
-            store(record, field, start + name, outputs, arrays)
-    elif isinstance(value, tuple):
-        for i, one in enumerate(value):
-            store(record, one, f"{target}[{i}]", outputs, arrays)
-    else:
-        outputs.append(Output(target, record.at(value)))
-
-
 def reach(record: NamedRecord, results: list[Output]) -> list[int]:
     """Every number that results come from, those within loops too."""
     seen: set[int] = set()
@@ -272,4 +236,7 @@ def reach(record: NamedRecord, results: list[Output]) -> list[int]:
         body = record.loops.get(place)
         if body:
             waiting += [*body.stored, *(term for terms in body.added for term in terms)]
+        scan = record.scans.get(place)
+        if scan:
+            waiting += [one.place for one in (*scan.turn.numbers, *scan.turn.arrays)]
     return sorted(seen)

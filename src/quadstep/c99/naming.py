@@ -7,21 +7,25 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from quadstep.c99.writing import Naming
+from quadstep.c99.expressions import Naming
+from quadstep.c99.scans import ScanRecord
 from quadstep.errors import one_line
 from quadstep.numbers import Matrix, Vector
-from quadstep.numbers.rows import RowMatrix, RowRecord, RowVector
+from quadstep.numbers.rows import RowMatrix, RowVector
 from quadstep.numbers.script import CONSTANT, INPUT, ScriptCondition, ScriptNumber
 
 ROOT = Path(__file__).parent.parent
 SILENT = (str(ROOT / "numbers"), str(ROOT / "c99"))
 """Code whose lines explain nothing about a law."""
 
+RECORDER = str(ROOT / "c99" / "law.py")
+"""Calls laws."""
+
 GIVEN = frozenset(("self", "memory", "measured", "reference", "gains", "t", "period"))
 """What a law is given has its name already."""
 
 
-class NamedRecord(RowRecord):
+class NamedRecord(ScanRecord):
     """A record that notes the line of the law from which each number came."""
 
     def __init__(self) -> None:
@@ -75,9 +79,9 @@ class NamedRecord(RowRecord):
 
 
 def lawful(frame: FrameType | None) -> FrameType | None:
-    """The innermost frame of a law."""
+    """The innermost frame of a law; None where what records it has no law around itself."""
     while frame and frame.f_code.co_filename.startswith(SILENT):
-        frame = frame.f_back
+        frame = None if frame.f_code.co_filename == RECORDER else frame.f_back
     return frame
 
 

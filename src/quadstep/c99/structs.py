@@ -1,14 +1,14 @@
 """Structures of numbers as structs of C, and as inputs of a law that is being recorded."""
 
-from collections.abc import Callable, Mapping
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, cast
 
-from quadstep.c99.writing import bare
 from quadstep.errors import UserError
 from quadstep.numbers import Matrix, Structure, Table, Vector, flatten, leaf_names
-from quadstep.numbers.c_text import literal
-from quadstep.numbers.rows import FEWEST_ROWS, RowMatrix, RowRecord, RowVector
-from quadstep.numbers.script import ScriptTable
+from quadstep.numbers.c_text import bare, literal
+from quadstep.numbers.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
+from quadstep.numbers.script import INPUT, ScriptNumber, ScriptTable
 
 INDENT = "    "
 
@@ -53,17 +53,42 @@ def as_structs(value: Structure) -> tuple[Structure, ...]:
     """A NamedTuple, or a tuple of alike ones, as these; none for anything else."""
     if hasattr(value, "_fields"):
         return (value,)
-    if not isinstance(value, tuple) or not value or not all(hasattr(one, "_fields") for one in value):
-        return ()
-    if len({tuple(leaf_names(one)) for one in value}) > 1:
-        raise TypeError("a tuple of structures of different shapes has no array of C")
-    return value
+    return value if isinstance(value, tuple) and value and all(hasattr(one, "_fields") for one in value) else ()
+
+
+def as_struct(value: Structure, name: str) -> Structure:
+    """A structure with named fields; what has none becomes the only field, of this name."""
+    if hasattr(value, "_fields"):
+        return value
+    if isinstance(value, tuple) and not value:
+        return namedtuple("Nothing", ())()
+    return namedtuple("Named", (name,))(value)
+
+
+def as_given(value: Structure, like: Structure) -> Structure:
+    """What `as_struct` has made of something of this shape, as it was."""
+    return value if hasattr(like, "_fields") or not value else value[0]
+
+
+def unlike(value: Structure) -> bool:
+    """Whether a tuple has parts of different shapes, each of which is then a member of its own."""
+    if not isinstance(value, tuple) or hasattr(value, "_fields"):
+        return False
+    return len({tuple(leaf_names(one)) for one in value}) > 1
+
+
+def parts_of(value: Structure) -> Mapping[str, Structure]:
+    """The members of a struct: fields, and those parts that are members of their own, `chains_0` and on."""
+    parts: dict[str, Structure] = {}
+    for name, field in fields_of(value).items():
+        parts |= {f"{name}_{i}": one for i, one in enumerate(field)} if unlike(field) else {name: field}
+    return parts
 
 
 def members(value: Structure, comment: Callable[[str], str], path: str = "", depth: int = 1) -> list[str]:
     """The members of a struct. comment: of a member, by dotted name."""
     lines = []
-    for name, field in fields_of(value).items():
+    for name, field in parts_of(value).items():
         if not has_numbers(field):
             continue
         place, indent = f"{path}{name}", INDENT * depth
@@ -82,7 +107,7 @@ def members(value: Structure, comment: Callable[[str], str], path: str = "", dep
 def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1) -> list[str]:
     """The numbers of a struct, member by member. Raises UserError naming a number that does not fit."""
     lines = []
-    for name, field in fields_of(value).items():
+    for name, field in parts_of(value).items():
         if not has_numbers(field):
             continue
         indent, array, structs = INDENT * depth, as_array(field), as_structs(field)
@@ -119,21 +144,106 @@ def number(value: object, precise: bool) -> str:
     return bare(literal(float(cast(float, value)), precise))
 
 
-def found(record: RowRecord, value: Structure, text: str) -> Structure:  # noqa: PLR0911 (one for each kind)
-    """The structure as a law finds it in memory under this name (`memory->`): long arrays stay there."""
+def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...] = ()) -> Structure:
+    """The structure as a law finds it in memory under this name (`memory->`): long arrays stay there.
+
+    after: places of what leaves it there; none for what is there before.
+    """
     if isinstance(value, Table):
         return ScriptTable(record, text, value.size)
-    if isinstance(value, Matrix | Vector) and len(value) >= FEWEST_ROWS * (1 if isinstance(value, Matrix) else 2):
-        array = record.array(text)
+    if isinstance(value, Matrix | Vector) and is_long(value):
+        array = placed(record, text, after)
         if isinstance(value, Vector):
             return RowVector.found(record, len(value), array)
         return RowMatrix.found(record, (len(value), len(value.rows[0])), array)
     if isinstance(value, Vector | Matrix):
         entries = value.entries if isinstance(value, Vector) else value.rows
-        return type(value)([found(record, entry, f"{text}[{i}]") for i, entry in enumerate(entries)])
-    if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        return tuple(found(record, one, f"{text}[{i}]") for i, one in enumerate(value))
+        return type(value)([found(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)])
     if isinstance(value, tuple):
-        start = text if text.endswith(">") else f"{text}."
-        return value._make(found(record, field, start + name) for name, field in fields_of(value).items())  # type: ignore[attr-defined]
-    return record.input(text)
+        return inner(value, lambda one, at: found(record, one, at, after), text)
+    return ScriptNumber(record, placed(record, text, after))
+
+
+def is_long(value: Matrix | Vector) -> bool:
+    """Whether it stays in memory."""
+    return len(value) >= FEWEST_ROWS * (1 if isinstance(value, Matrix) else 2)
+
+
+def placed(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
+    """The place of what is in memory under this name."""
+    return record.place(LEFT if after else INPUT, *after, text=text)
+
+
+def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structure], text: str) -> Structure:
+    """A tuple of what is made of each part and of its name in memory."""
+    if hasattr(value, "_fields"):
+        start = text if text[-1] in ">." else f"{text}."
+        return value._make(made(field, start + name) for name, field in fields_of(value).items())  # type: ignore[attr-defined]
+    at = "_{}" if unlike(value) else "[{}]"
+    return tuple(made(one, text + at.format(i)) for i, one in enumerate(value))
+
+
+class Output(NamedTuple):
+    """target: what the result is assigned to, as text. place: of the number, or of the loop that makes an array."""
+
+    target: str
+    place: int
+
+
+class Stored(NamedTuple):
+    """What it takes to leave structures in memory: numbers, and arrays by the loops that make them."""
+
+    numbers: list[Output]
+    arrays: list[Output]
+
+
+def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Stored:
+    """Leave structures at places in memory. What an array is made of is read before any array is stored."""
+    numbers: list[Output] = []
+    waiting: list[tuple[str, RowMatrix | RowVector]] = []
+
+    def walk(value: Structure, target: str) -> Structure:
+        if isinstance(value, RowMatrix | RowVector):
+            waiting.append((target, value))
+        elif isinstance(value, Matrix) and is_long(value) and same(value):
+            waiting.append((target, RowMatrix(record, (len(value), len(value.rows[0])), lambda _: value.rows[0])))
+        elif isinstance(value, Vector | Matrix):
+            for i, entry in enumerate(value.entries if isinstance(value, Vector) else value.rows):
+                walk(entry, f"{target}[{i}]")
+        elif isinstance(value, tuple):
+            inner(value, walk, target)
+        elif not isinstance(value, Table):
+            numbers.append(Output(target, record.at(value)))
+        return ()
+
+    for target, value in results:
+        walk(value, target)
+    targets = {target for target, _ in waiting}
+    settled = [(target, read_first(record, array, targets - {target})) for target, array in waiting]
+    kept = [(target, array) for target, array in settled if array.array is None or record.nodes[array.array].text != target]
+    return Stored(numbers, [Output(target, looped(record, array)) for target, array in kept])
+
+
+def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]) -> RowMatrix | RowVector:
+    """The array; one that waits to be computed while others are stored, and one that stands where another goes, as made."""
+    if array.array is not None and record.nodes[array.array].text not in others:
+        return array
+    if array.array is None and not others:
+        return array
+    place = looped(record, array)
+    if isinstance(array, RowVector):
+        return RowVector.found(record, len(array), place)
+    return RowMatrix.found(record, array.shape, place)
+
+
+def same(value: Matrix) -> bool:
+    """Whether all entries are one constant."""
+    entries = flatten(value)
+    return all(isinstance(one, float | int) and one == entries[0] for one in entries)
+
+
+def looped(record: RowRecord, value: RowMatrix | RowVector) -> int:
+    """A loop that makes the rows of an array."""
+    index = record.index()
+    row = value.row(index) if isinstance(value, RowMatrix) else [value.entry(index)]
+    return record.loop(Body(len(value), index, tuple(map(record.at, row))))

@@ -2,8 +2,8 @@
 
 from typing import Protocol
 
+from quadstep.c99.interface import Clocked, Exported, c_name
 from quadstep.c99.law import Subject, recorded
-from quadstep.c99.source import Clocked, Exported, c_name
 from quadstep.control.opaque import Opaque
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks

@@ -58,6 +58,15 @@ VEHICLE_WORDS = {
     "allocation.thrust": "N s^2, thrust over speed squared",
 }
 
+MODEL_WORDS = {
+    "gravity": "m/s^2",
+    "most_thrust": "N, of all rotors together",
+    "lag": "s, with which the thrust of a rotor follows",
+    "slowest": "rad/s, of a rotor",
+    "fastest": "rad/s, of a rotor",
+}
+"""What a law takes from the vehicle without a key."""
+
 
 def from_table(words: dict[str, str]) -> Callable[[str], str]:
     """Comments by dotted name."""
@@ -71,7 +80,7 @@ def of_gains(controller: Controller, gains: object) -> Callable[[str], str]:
     def comment(name: str) -> str:
         declaration = declared.get(name)
         if not isinstance(declaration, Gain):
-            return ""
+            return MODEL_WORDS.get(name.rpartition(".")[2], "") if declaration is not None else ""
         return ", ".join(part for part in (declaration.unit if declaration.unit != "-" else "", declaration.meaning) if part)
 
     return comment

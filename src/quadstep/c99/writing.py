@@ -9,100 +9,92 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
-from quadstep.numbers.c_text import C_TEXT, literal
-from quadstep.numbers.rows import Body, RowRecord
-from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT
-
-LONGEST = 84
-"""Characters of an expression that is written into another one."""
+from quadstep.c99.expressions import INDICES, Expressions
+from quadstep.c99.scans import FILLED, SCAN
+from quadstep.c99.structs import Output, Stored, has_numbers, members
+from quadstep.numbers.c_text import bare, literal
+from quadstep.numbers.rows import LEFT, Body
+from quadstep.numbers.script import INPUT
 
 INDENT = "    "
 
 
-class Output(NamedTuple):
-    """target: what the result is assigned to, as text. place: of the number, or of the loop that makes an array."""
-
-    target: str
-    place: int
-
-
 class Line(NamedTuple):
-    """A statement. reads: targets whose former value it takes. origin: line of the law."""
+    """A statement. reads: targets whose former value it takes. origin: line of the law. makes: what a loop leaves."""
 
     text: list[str]
     reads: frozenset[str]
     origin: str
+    makes: tuple[str, ...] = ()
 
 
-class Naming(NamedTuple):
-    """What the law calls its numbers, and where it computes them; by place."""
-
-    names: dict[int, str]
-    origins: dict[int, str]
-
-
-class Writer:
+class Writer(Expressions):
     """Writes the numbers of one record as the body of one function."""
 
-    def __init__(self, record: RowRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
-        self.record, self.nodes, self.precise, self.naming = record, record.nodes, precise, naming
-        self.given = set(taken)
-        self.names: dict[int, str] = {}
-        self.uses: Counter[int] = Counter()
-        self.reads: frozenset[str] = frozenset()
-
-    def body(self, outputs: list[Output], arrays: list[Output]) -> list[str]:
+    def body(self, results: Stored) -> list[str]:
         """The statements that give numbers and arrays to their targets."""
-        results = {one.place for one in (*outputs, *arrays) if not self.leaf(one.place)}
-        needed = self._count(results)
+        return self._with_stores(self._block(results, ""), results.numbers)
+
+    def _block(self, results: Stored, counter: str) -> list[Line]:
+        """The statements of a function, or of one turn of a scan."""
+        wanted = {one.place for one in (*results.numbers, *results.arrays) if not self.leaf(one.place)}
+        self.uses = Counter()
+        needed = self._count(wanted, counter)
+        arrays = list(results.arrays)
+        lines: list[Line] = []
+        for place in needed:
+            if place in self.record.scans:
+                lines += self._memory(place)
+                arrays += self.record.scans[place].begin.arrays
         storage = self._storage(needed, arrays)
         joined = self._joined(needed)
         later = {place for places in joined.values() for place in places}
-        lines: list[Line] = []
         for place in needed:
-            node = self.nodes[place]
-            if self.leaf(place):
-                continue
-            if node.operation == "loop":
+            operation = self.nodes[place].operation
+            if operation == "loop":
                 if place not in later:
                     lines += self._loop([place, *joined.get(place, ())], storage)
-            elif node.operation == "sum":
+            elif operation == SCAN:
+                lines.append(self._scan(place))
+            elif operation == FILLED:
+                lines += self._filled(place)
+            elif operation in ("sum", LEFT):
                 continue
-            elif place in results or self._kept(place) or self._long(place):
+            elif place in wanted or self.kept(place) or self.long(place):
                 lines.append(self._local(place))
-        return self._with_stores(lines, outputs)
-
-    def leaf(self, place: int) -> bool:
-        """Whether a number is there without computing."""
-        return self.nodes[place].operation in (CONSTANT, INPUT)
+        return lines
 
     # What is needed, and where it stays
 
-    def _count(self, results: set[int]) -> list[int]:
-        needed = set(results)
-        for place in range(max(results, default=-1), -1, -1):
-            if place not in needed:
+    def _count(self, wanted: set[int], counter: str) -> list[int]:
+        """What has to be computed here, in order; how often each number is used is noted."""
+        inside = {place for place in wanted if not counter or counter in self.record.turning[place]}
+        for place in range(max(wanted, default=-1), -1, -1):
+            if place not in inside:
                 continue
             node = self.nodes[place]
-            weight = 2 if node.operation == "loop" else 1  # a loop takes a number again and again
+            weight = 2 if node.operation in ("loop", SCAN) else 1  # a loop takes a number again and again
             for operand in node.operands:
                 self.uses[operand] += weight
-            needed.update(node.operands)
-        return sorted(needed)
+                if (not counter or counter in self.record.turning[operand]) and not self.leaf(operand):
+                    inside.add(operand)
+        return sorted(inside)
 
     def _storage(self, needed: list[int], arrays: list[Output]) -> dict[int, str]:
         """Where arrays are made: those that are results at their target, and what these are made from there too if it may."""
         storage = {one.place: one.target for one in arrays}
-        for one in arrays:
-            readers = [place for place in needed if self._reads_array(place, one.target)]
-            for source in self.nodes[one.place].operands:
+        waiting = list(storage)
+        while waiting:
+            place = waiting.pop()
+            made = self.record.loops[place]
+            readers = [one for one in needed if self._reads_array(one, storage[place])]
+            for source in self.nodes[place].operands:
                 body = self.record.loops.get(source)
-                if body is None or not body.stored or source in storage:
+                if body is None or source in storage or source not in needed or len(body.stored) != len(made.stored):
                     continue
-                same = body.rows == self.record.loops[one.place].rows
-                width = len(body.stored) == len(self.record.loops[one.place].stored)
-                if same and width and all(place <= source for place in readers):
-                    storage[source] = one.target
+                if body.stored and body.rows == made.rows and all(one <= source for one in readers):
+                    storage[source] = storage[place]
+                    waiting.append(source)
         return storage
 
     def _joined(self, needed: list[int]) -> dict[int, list[int]]:
@@ -114,92 +106,106 @@ class Writer:
                 continue
             makers = [one for one in self.nodes[place].operands if one in self.record.loops]
             others = [one for one in self.nodes[place].operands if one not in makers]
-            if len(makers) == 1 and self.record.loops[makers[0]].rows == body.rows and all(map(self.leaf, others)):
+            if len(makers) != 1 or makers[0] not in needed or not all(map(self.leaf, others)):
+                continue
+            if self.record.loops[makers[0]].rows == body.rows:
                 joined.setdefault(makers[0], []).append(place)
         return joined
 
     def _reads_array(self, place: int, target: str) -> bool:
         """Whether an assignment takes entries of the array of this name."""
         node = self.nodes[place]
-        if node.operation not in ("item", "loop"):
+        if node.operation not in ("item", "loop", SCAN):
             return False
         return any(self.nodes[operand].text == target for operand in node.operands)
 
     # Statements
 
-    def _kept(self, place: int) -> bool:
-        """Whether a number has a local of its own."""
-        return self.uses[place] > 1 or place in self.naming.names or self.nodes[place].operation == "item"
-
-    def _name(self, place: int, usual: str = "v") -> str:
-        """A name of its own: the law's, shortened to what C tells apart."""
-        wanted = re.sub(r"\W", "", self.naming.names.get(place, ""), flags=re.ASCII)[:26].strip("_") or usual
-        wanted = wanted if not wanted[0].isdigit() else f"v{wanted}"
-        name, number = wanted, 1
-        while name in self.given:
-            number += 1
-            name = f"{wanted}_{number}"
-        self.given.add(name)
-        return name
+    def _origin(self, place: int) -> str:
+        return self.naming.origins.get(place, "")
 
     def _local(self, place: int) -> Line:
-        kind = "bool" if self.nodes[place].operation in CONDITIONS else "real"
-        text = bare(self._expression(place))
-        name = self._name(place)
+        text = bare(self.expression(place))
+        name = self.name(place)
         self.names[place] = name
-        return Line([f"const {kind} {name} = {text};"], self._taken_reads(), self.naming.origins.get(place, ""))
+        return Line([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
 
-    def _taken_reads(self) -> frozenset[str]:
-        """What expressions written since the last call have read."""
-        reads, self.reads = self.reads, frozenset()
-        return reads
-
-    def text(self, place: int) -> str:
-        """A number where it is used."""
-        if place in self.names:
-            return self.names[place]
+    def _filled(self, place: int) -> list[Line]:
+        """An array that is given its entries one by one."""
         node = self.nodes[place]
-        if node.operation == CONSTANT:
-            return literal(float(node.text), self.precise)
-        if node.operation == INPUT:
-            self.reads |= {node.text}
-            return node.text
-        return self._expression(place)
+        name = self.names[place] = self.name(place, "rows")
+        columns = int(node.text.rpartition("[")[2][:-1])
+        entries = [
+            f"{name}[{at // columns}][{at % columns}] = {bare(self.text(one))};" for at, one in enumerate(node.operands)
+        ]
+        return [Line([f"real {name}{node.text};", *entries], self.taken_reads(), self._origin(place))]
 
-    def _expression(self, place: int) -> str:
-        node = self.nodes[place]
-        if node.operation == "item":
-            array = self.text(node.operands[0])
-            return array + re.sub(r"^\[i\d+\]", "[i]", node.text)
-        if node.operation == "bit":
-            x, mask = node.operands
-            return C_TEXT["bit"].format(self.text(x), f"{int(float(self.nodes[mask].text))}u")
-        if node.operation not in C_TEXT:
-            raise TypeError(f"the operation {node.operation!r} cannot be written in C")
-        texts = [self.text(operand) for operand in node.operands]
-        called = C_TEXT[node.operation].startswith("qs_")
-        return C_TEXT[node.operation].format(*(map(bare, texts) if called else texts))
+    def _memory(self, place: int) -> list[Line]:
+        """The struct of a scan."""
+        scan = self.record.scans[place]
+        name = self.memories[scan.counter] = self.name(-1, re.sub(r"\W", "", scan.step, flags=re.ASCII).strip("_") or "turn")
+        if not has_numbers(scan.memory):
+            return []
+        lines = ["struct", "{", *members(scan.memory, lambda _: ""), f"}} {name};"]
+        return [Line(lines, frozenset(), self._origin(place))]
+
+    def _scan(self, place: int) -> Line:
+        """A loop around the statements of its step."""
+        scan, last = self.record.scans[place], self.record.scans[place].turns - 1
+        index = self.indices[scan.counter] = INDICES[self.depth]
+        around, self.all_reads = self.all_reads, set()
+        begin = [f"{self.scoped(target)} = {bare(self.text(one))};" for target, one in scan.begin.numbers]
+        names, given, uses = dict(self.names), set(self.given), self.uses
+        self.depth += 1
+        turn = self._with_stores(self._block(scan.turn, scan.counter), scan.turn.numbers)
+        self.depth -= 1
+        self.taken_reads()
+        self.names, self.given, self.uses = names, given, uses
+        reads, self.all_reads = frozenset(self.all_reads), around | self.all_reads
+        head = f"{last}; {index} >= 0; --{index}" if scan.backwards else f"0; {index} < {scan.turns}; ++{index}"
+        lines = [*begin, f"for (int32_t {index} = {head})", "{", *(INDENT + line for line in turn), "}"]
+        return Line(lines, reads, self._origin(place), (self.memories[scan.counter],))
 
     def _loop(self, places: list[int], storage: dict[int, str]) -> list[Line]:
         """Loops over the same rows as one, with what they need before it."""
         before: list[Line] = []
         inner: list[str] = []
-        origin = self.naming.origins.get(places[0], "")
+        origin = self._origin(places[0])
+        index = INDICES[self.depth]
+        made: list[str] = []
         for place in places:
             body = self.record.loops[place]
+            self.indices[body.counter] = index
+            if self._stays(place, storage):
+                self.names[place] = self.scoped(storage[place])
+                continue
             before += self._before(place)
             if body.stored and place not in storage:
-                storage[place] = self._name(place, "rows")
+                storage[place] = self.name(place, "rows")
                 width = f"[{len(body.stored)}]" if self._wide(place) else ""
                 before.append(Line([f"real {storage[place]}[{body.rows}]{width};"], frozenset(), origin))
             if body.stored:
-                self.names[place] = storage[place]
+                self.names[place] = self.scoped(storage[place])
             sums = self._sums(place, len(body.added))
             before += [Line([f"real {name} = {literal(0.0, self.precise)};"], frozenset(), origin) for name in sums]
-            inner += self._turn(body, storage.get(place), sums, self._wide(place))
+            made += sums
+            inner += self._turn(body, self.names.get(place), sums, self._wide(place))
+        if not inner:
+            return before
         rows = self.record.loops[places[0]].rows
-        text = [f"for (int32_t i = 0; i < {rows}; ++i)", "{", *(INDENT + line for line in inner), "}"]
-        return [*before, Line(text, self._taken_reads(), origin)]
+        text = [f"for (int32_t {index} = 0; {index} < {rows}; ++{index})", "{", *(INDENT + line for line in inner), "}"]
+        return [*before, Line(text, self.taken_reads(), origin, tuple(made))]
+
+    def _stays(self, place: int, storage: dict[int, str]) -> bool:
+        """Whether a loop would copy an array to where it stands."""
+        body, nodes = self.record.loops[place], [self.nodes[one] for one in self.record.loops[place].stored]
+        sources = {node.operands for node in nodes}
+        if len(sources) != 1 or any(node.operation != "item" for node in nodes):
+            return False
+        (source,) = sources.pop()
+        columns = [f"[{body.counter}]"] if len(nodes) == 1 else []
+        rows = [f"[{body.counter}][{column}]" for column in range(len(nodes))]
+        return source in storage and storage[source] == storage.get(place) and [one.text for one in nodes] in (columns, rows)
 
     def _before(self, place: int) -> list[Line]:
         """Locals for the numbers in memory that a loop takes."""
@@ -215,8 +221,8 @@ class Writer:
 
     def _hoisted(self, place: int) -> Line:
         """A local for an input, so that a loop need not read it from memory each time."""
-        source = self.nodes[place].text
-        name = self._name(place, re.split(r"->|\.", source)[-1].replace("[", "_").replace("]", ""))
+        source = self.scoped(self.nodes[place].text)
+        name = self.name(place, re.split(r"->|\.", source)[-1].replace("[", "_").replace("]", ""))
         self.names[place] = name
         return Line([f"const real {name} = {source};"], frozenset((source,)), "")
 
@@ -231,7 +237,7 @@ class Writer:
         names = []
         for number in range(count):
             at = found.get(str(number), -1)
-            names.append(self._name(at, "sum"))
+            names.append(self.name(at, "sum"))
             if at >= 0:
                 self.names[at] = names[-1]
         return names
@@ -249,41 +255,36 @@ class Writer:
         lines = []
         for place in sorted(inside):
             once = uses[place] == 1 and place not in self.naming.names
-            if body.counter not in self.record.turning[place] or (once and not self._long(place)):
+            if body.counter not in self.record.turning[place] or (once and not self.long(place)):
                 continue
             if self.nodes[place].operation == "item" and uses[place] == 1:
                 continue
-            text, kind = bare(self._expression(place)), "bool" if self.nodes[place].operation in CONDITIONS else "real"
-            self.names[place] = self._name(place)
-            lines.append(f"const {kind} {self.names[place]} = {text};")
+            text = bare(self.expression(place))
+            self.names[place] = self.name(place)
+            lines.append(f"const {self.kind(place)} {self.names[place]} = {text};")
         for column, place in enumerate(body.stored):
-            at = f"[i][{column}]" if wide else "[i]"
+            at = f"[{self.indices[body.counter]}]" + (f"[{column}]" if wide else "")
             lines.append(f"{target}{at} = {bare(self.text(place))};")
         for name, terms in zip(sums, body.added, strict=True):
             lines += [f"{name} = {name} + {self.text(place)};" for place in terms]
         self.given = outside
         return lines
 
-    def _long(self, place: int) -> bool:
-        reads = self.reads
-        long = len(self._expression(place)) > LONGEST
-        self.reads = reads
-        return long
-
     def _with_stores(self, lines: list[Line], outputs: list[Output]) -> list[str]:
         """The statements, with what is stored as early as it may be."""
         waiting: dict[int, list[str]] = {}
-        targets = {one.target for one in outputs}
-        made = {name: number for number, line in enumerate(lines) for name in declared(line.text)}
-        for target, place in outputs:
+        placed = [(self.scoped(target), place) for target, place in outputs]
+        targets = {target for target, _ in placed}
+        made = {name: number for number, line in enumerate(lines) for name in (*declared(line.text), *line.makes)}
+        for target, place in placed:
             source = self.text(place)
-            read = self._taken_reads()
+            read = self.taken_reads()
             if source == target:
                 continue
-            last = max((number for number, line in enumerate(lines) if target in line.reads), default=-1)
-            last = max(last, made.get(source, -1))
-            if read & targets:  # another target's former value: it goes before that is stored
-                waiting.setdefault(-1, []).append(f"const real {self._name(-1, 'before')} = {source};")
+            last = max((number for number, line in enumerate(lines) if touched(target, line.reads)), default=-1)
+            last = max(last, made.get(re.split(r"[.[]", source)[0], -1))
+            if any(touched(one, read) for one in targets):  # another target's former value: it goes before that is stored
+                waiting.setdefault(-1, []).append(f"const real {self.name(-1, 'before')} = {source};")
                 source = waiting[-1][-1].split()[2]
             waiting.setdefault(last, []).append(f"{target} = {bare(source)};")
         written: list[str] = [*(text for text in waiting.get(-1, []) if text.startswith("const"))]
@@ -298,16 +299,9 @@ class Writer:
         return written
 
 
-def bare(text: str) -> str:
-    """An expression without the brackets around the whole of it."""
-    if not text.startswith("("):
-        return text
-    depth = 0
-    for place, sign in enumerate(text):
-        depth += (sign == "(") - (sign == ")")
-        if depth == 0:
-            return text[1:-1] if place == len(text) - 1 else text
-    return text
+def touched(target: str, reads: frozenset[str]) -> bool:
+    """Whether a target, or the array that it is an entry of, is among what is read."""
+    return target in reads or any(target.startswith(f"{one}[") for one in reads)
 
 
 def declared(lines: list[str]) -> list[str]:

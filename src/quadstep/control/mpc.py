@@ -20,7 +20,7 @@ from quadstep.control.projection import project
 from quadstep.control.sampled_regulator import discretised, regulator
 from quadstep.control.wanted_attitude import WantedAttitude, up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, sin, vector
+from quadstep.numbers import Matrix, Number, Vector, clip, cos, exp, matrix, maximum, scan, sin, vector
 from quadstep.numbers.rotations import (
     conjugate,
     cross,
@@ -183,26 +183,34 @@ class Mpc(Controller):
         return Target(force, wanted, axis, feed_forward, joined(parts))
 
     def bounds(self, memory: MpcMemory, reference: Reference, gains: MpcWeights) -> Bounds:
-        """Of the deviations at each stage: what is left beside what the path wants there."""
+        """Of the deviations at each stage."""
+        *stages, final = (self.asked_of(stage) for stage in (reference, *reference.ahead))
+        _, (low, high, low_state, high_state) = scan(
+            lambda _, row: ((), self.room(row, memory, reference, gains)), (), Matrix(stages)
+        )
+        _, _, low_last, high_last = self.room(final, memory, reference, gains)
+        return Bounds(low, high, low_state, high_state, low_last, high_last)
+
+    @staticmethod
+    def asked_of(stage: Reference) -> Vector:
+        """Acceleration and snap of the path at a stage, one after the other."""
+        return Vector((*stage.acceleration, *stage.snap))
+
+    def room(
+        self, asked: Vector, memory: MpcMemory, reference: Reference, gains: MpcWeights
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Low and high bounds of inputs and of states at one stage: what is left beside what the path wants there."""
         over_g, reach = 1.0 / gains.gravity, gains.most_thrust / gains.mass - gains.gravity
         most_x, most_y, most_turn = gains.most_angular[1], gains.most_angular[0], gains.most_angular[2]
-        lows, highs, low_states, high_states = [], [], [], []
-        for stage in (reference, *reference.ahead):
-            lean = levelled(reference.yaw, over_g * (stage.acceleration - memory.push))
-            angular = levelled(reference.yaw, over_g * stage.snap)
-            rising = stage.acceleration[2] - memory.push[2]
-            most = vector(most_x, most_y, reach, most_turn)
-            least = vector(-most_x, -most_y, -0.9 * gains.gravity, -most_turn)
-            wanted = vector(*angular, rising, 0.0)
-            lows.append(least - wanted)
-            highs.append(most - wanted)
-            low_states.append(self.lean_bounds(lean, -gains.most_lean, -FREE))
-            high_states.append(self.lean_bounds(lean, gains.most_lean, FREE))
-        *lows, _ = lows
-        *highs, _ = highs
-        *low_states, low_last = low_states
-        *high_states, high_last = high_states
-        return Bounds(Matrix(lows), Matrix(highs), Matrix(low_states), Matrix(high_states), low_last, high_last)
+        acceleration, snap = Vector(asked.entries[:3]), Vector(asked.entries[3:])
+        lean = levelled(reference.yaw, over_g * (acceleration - memory.push))
+        angular = levelled(reference.yaw, over_g * snap)
+        rising = acceleration[2] - memory.push[2]
+        most = vector(most_x, most_y, reach, most_turn)
+        least = vector(-most_x, -most_y, -0.9 * gains.gravity, -most_turn)
+        wanted = vector(*angular, rising, 0.0)
+        low_state, high_state = (self.lean_bounds(lean, sign * gains.most_lean, sign * FREE) for sign in (-1.0, 1.0))
+        return least - wanted, most - wanted, low_state, high_state
 
     @staticmethod
     def lean_bounds(lean: tuple[Number, Number], most: Number, free: float) -> Vector:
@@ -225,9 +233,9 @@ class Mpc(Controller):
         """One sample: the first stage's inputs for what is measured now, and the observers."""
         weights, mass, inertia = gains.weights, gains.weights.mass, gains.weights.inertia
         target = self.target(memory, measured, reference, weights)
-        bounds = self.bounds(memory, reference._replace(ahead=reference.ahead[:1]), weights)
+        low, high, _, _ = self.room(self.asked_of(reference), memory, reference, weights)
         inputs = inputs_of(gains.chains, target.deviation, memory.duals.pulls.rows[0])
-        forward, left, rise, around = bounded(inputs, bounds.low.rows[0], bounds.high.rows[0])
+        forward, left, rise, around = bounded(inputs, low, high)
         # rotors lag: ask now for what is wanted a time constant later
         change = reference.ahead[0].snap - reference.snap
         lead_x, lead_y = levelled(reference.yaw, (weights.lag / (STAGE * weights.gravity)) * change)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.c99.compiler import compile_c
-from quadstep.c99.source import Exported, loops
+from quadstep.c99.interface import Exported, loops
 from quadstep.c99.structs import has_numbers
 from quadstep.c99.templates import filled
 from quadstep.errors import UserError

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from quadstep.c99.compiler import BITS, WARNINGS
 from quadstep.c99.golden import golden, golden_header, test_source
-from quadstep.c99.source import Exported, header, parameters, source, title
+from quadstep.c99.interface import Exported, header, title
+from quadstep.c99.source import parameters, source
 from quadstep.c99.templates import filled
 from quadstep.flight.engines import FlightPlan
 

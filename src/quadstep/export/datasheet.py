@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.c99.compiler import BITS
-from quadstep.c99.source import STATUS, Exported, loops
+from quadstep.c99.interface import STATUS, Exported, loops
 from quadstep.export.arm import OnArm, state_size
 from quadstep.export.misra import REASONS
 from quadstep.numbers import Table, flatten

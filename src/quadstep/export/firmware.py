@@ -4,7 +4,7 @@ from pathlib import Path
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.geometry import Geometry
-from quadstep.c99.source import Exported, loops, title
+from quadstep.c99.interface import Exported, loops, title
 from quadstep.c99.templates import filled
 from quadstep.control.controller import Measured
 from quadstep.errors import UserError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep.c99.source import Exported
+from quadstep.c99.interface import Exported
 from quadstep.errors import UserError
 from quadstep.export import arm, misra
 from quadstep.export.datasheet import Measured

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import __version__
-from quadstep.c99.source import Exported
+from quadstep.c99.interface import Exported
 from quadstep.c99.subject import exported
 from quadstep.errors import UserError
 from quadstep.export.arm import state_size

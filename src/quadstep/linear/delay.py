@@ -9,7 +9,7 @@ those that the phase margin says.
 import numpy as np
 
 from quadstep.linear.sampled import Array
-from quadstep.linear.transfer import Complex, Opened, transfer
+from quadstep.linear.transfer import Complex, Opened, eigenvalue_near, transfer
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6
 """Of Newton's method; how near to 1 is near enough; share of delay and frequency by which slopes are taken."""
@@ -36,8 +36,7 @@ def excess(one: Opened, omega: float, delay: float) -> complex:
     """The eigenvalue of T M nearest to 1, less 1."""
     z = complex(np.exp(1j * omega * one.length))
     through = transfer(one, np.array([omega]), added(one, z, delay))[0, 0]
-    values = np.linalg.eigvals(through) - 1.0
-    return complex(values[np.argmin(np.abs(values))])
+    return eigenvalue_near(through, 1.0) - 1.0
 
 
 def delay_margin(one: Opened, omega: float, by_phase: float) -> float:

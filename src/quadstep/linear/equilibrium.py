@@ -5,15 +5,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Array, Flown, Loops, NotLinearError, linearised, states, with_states
 from quadstep.mission.air import WindSection
+from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
+from quadstep.mission.vehicles import VehicleSection
 
 WARM = 0.1
 """Flown before the search, so that what remembers the last samples has seen some [s]."""
@@ -35,8 +38,16 @@ class Rest(NamedTuple):
     period: Reduced
 
 
+def check_equilibrium(mission: Mission) -> None:
+    """Raises UserError for a vehicle that nothing holds in the air."""
+    vehicle = getattr(mission, "vehicle", None)
+    for line in vehicle.warnings() if isinstance(vehicle, VehicleSection | AirframeSection) else ():
+        raise UserError(f"no equilibrium: {line}")
+
+
 def hovering(mission: Mission) -> FlightPlan:
     """The mission's vehicle held where its path begins, without events and noise, in its mean wind. Raises UserError."""
+    check_equilibrium(mission)
     path = mission.path.build(mission.folder)
     return quiet(held(mission, path.law.reference(0.0, path.parameters), path.length).plan(warn=False))
 

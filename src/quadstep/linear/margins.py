@@ -8,10 +8,15 @@ import numpy as np
 
 from quadstep.linear.delay import delay_margin
 from quadstep.linear.sampled import Array
-from quadstep.linear.transfer import Complex, Opened, loci
+from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
 
 FAINT = 1e-3
 """A loop that returns less is not looked at: gain margins of more than 60 dB count as infinite."""
+
+REAL = {0: 1e-2, -1: 1e-6}
+"""How near to the real axis, beside its size, a value is taken to lie on it at the lowest and at the highest frequency: in a
+period one of these stands for half of the law's rate, where what the law returns is real.
+"""
 
 REFINED, ZOOMS, ZOOMED = 30, 4, 9
 """Steps to a crossing; of closer looks at a least value, and the frequencies of each."""
@@ -40,9 +45,12 @@ def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
     """Of a stable loop. one: of a single channel; grid: its loci at the frequencies omega [rad/s]."""
     branches = followed(grid)
     real = list(crossings(one, omega, branches, lambda g: g.imag))
-    ends = [(float(omega[end]), g) for end in (0, -1) for g in branches[end] if abs(g.imag) < 1e-6 * abs(g)]
-    factors = [1.0 / g.real for _, g in (*real, *ends) if g.real > FAINT]
-    turns = [(at, -math.atan2(g.imag, g.real)) for at, g in crossings(one, omega, branches, lambda g: abs(g) - 1.0)]
+    ends = [g for end, near in REAL.items() for g in branches[end] if abs(g.imag) < near * abs(g)]
+    factors = [1.0 / g.real for g in (*(g for _, g in real), *ends) if FAINT < g.real < 1.0 / FAINT]
+    turns = [
+        turned(heard_at(one, at, g), -math.atan2(g.imag, g.real))
+        for at, g in crossings(one, omega, branches, lambda g: abs(g) - 1.0)
+    ]
     at, turn = min(turns, key=lambda one: abs(one[1]), default=(math.nan, math.inf))
     return Margins(
         gain_up=min((factor for factor in factors if factor > 1.0), default=math.inf),
@@ -54,6 +62,11 @@ def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
         sensitivity=1.0 / least(one, omega, grid, lambda g: np.abs(1.0 - g)),
         complementary=1.0 / least(one, omega, grid, lambda g: np.abs((1.0 - g) / g)),
     )
+
+
+def turned(at: float, turn: float) -> tuple[float, float]:
+    """A turn [rad] at a frequency [rad/s] that may be below zero, at that above zero."""
+    return (at, turn) if at >= 0.0 else (-at, -turn)
 
 
 def followed(grid: Complex) -> Complex:
@@ -72,15 +85,21 @@ def crossings(one: Opened, omega: Array, branches: Complex, of: Callable[[comple
     heard = np.maximum(np.abs(branches[:-1]), np.abs(branches[1:])) > FAINT
     for i, branch in zip(*np.nonzero((signs[:-1] * signs[1:] < 0.0) & heard), strict=True):
         low, high = (float(omega[i]), branches[i, branch]), (float(omega[i + 1]), branches[i + 1, branch])
-        at, g = low
-        for step in range(REFINED):
-            share = of(low[1]) / (of(low[1]) - of(high[1])) if step % 3 else 0.5
-            at = low[0] + share * (high[0] - low[0])
-            found = loci(one, np.array([at]))[0, 0]
-            g = found[int(np.argmin(np.abs(found - (low[1] + share * (high[1] - low[1])))))]
+        weights = [1.0, 1.0]  # regula falsi, which halves the value at an end that stays twice (Illinois)
+        below: bool | None = None
+        for _ in range(REFINED):
+            value, other = weights[0] * of(low[1]), weights[1] * of(high[1])
+            share = value / (value - other)
+            at, guess = (a + share * (b - a) for a, b in zip(low, high, strict=True))
+            found = loci_near(one, np.array([at]), complex(guess))[0]
+            g = found[int(np.argmin(np.abs(found - guess)))]
             if abs(of(g)) < 1e-9:
                 break
-            low, high = ((at, g), high) if of(g) * of(low[1]) > 0.0 else (low, (at, g))
+            again, below = below, of(g) * of(low[1]) > 0.0
+            if below:
+                low, weights = (at, g), [1.0, 0.5 * weights[1] if again else 1.0]
+            else:
+                high, weights = (at, g), [1.0 if again is None or again else 0.5 * weights[0], 1.0]
         if abs(of(g)) < 1e-4:  # else two branches were taken for one
             yield at, complex(g)
 
@@ -88,13 +107,13 @@ def crossings(one: Opened, omega: Array, branches: Complex, of: Callable[[comple
 def least(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
     """The least of(g) over all frequencies and values: on the grid, then looked at more closely."""
     with np.errstate(all="ignore"):
-        values = np.nan_to_num(of(grid), nan=np.inf).min(axis=1)
-        best = int(values.argmin())
-        found = float(values[best])
+        values = np.nan_to_num(of(grid), nan=np.inf)
+        best, branch = (int(place) for place in np.unravel_index(values.argmin(), values.shape))
+        found, g = float(values[best, branch]), complex(grid[best, branch])
         low, high = float(omega[max(best - 1, 0)]), float(omega[min(best + 1, len(omega) - 1)])
         for _ in range(ZOOMS):
             near = np.linspace(low, high, ZOOMED)
-            closer = np.nan_to_num(of(loci(one, near)[:, 0]), nan=np.inf).min(axis=1)
+            closer = np.nan_to_num(of(loci_near(one, near, g)), nan=np.inf).min(axis=1)
             best = int(closer.argmin())
             found = min(found, float(closer[best]))
             low, high = float(near[max(best - 1, 0)]), float(near[min(best + 1, ZOOMED - 1)])

@@ -13,7 +13,7 @@ from quadstep.linear.picture import Open, draw_bode, draw_nyquist, draw_steps
 from quadstep.linear.record import MARGIN_COLUMNS, margin_numbers, record
 from quadstep.linear.step import Step, steps
 from quadstep.linear.transfer import LOWEST, harmonic, opened
-from quadstep.mission.read import read_mission
+from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
@@ -40,7 +40,7 @@ class Done(NamedTuple):
 def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> Done:
     """Linearise the mission in `path` where its path begins, and write `folder`. Raises UserError."""
     mission = read_mission(path)
-    with publishing(folder, "linear-" + fingerprint([mission.plan(warn=False)]), overwrite) as out:
+    with publishing(folder, "linear-" + fingerprint([plan_mission(mission, path)]), overwrite) as out:
         found = of_file(mission, path)
         moves = steps(found.rest) if found.analysis.stable else []
         done = Done(mission.name, found, moves, about(mission, path, found, moves))

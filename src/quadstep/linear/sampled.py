@@ -6,7 +6,7 @@ dual numbers and give their slopes exactly, latency, rotor lag and every loop at
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -178,76 +178,120 @@ def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
     return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
 
 
+class Moment(NamedTuple):
+    """A tick k as flown: the loop before it, after its tasks, and the law's last command."""
+
+    k: int
+    flown: Flown
+    after: Flown
+    command: Structure
+
+
 def linearised(loops: Loops, flown: Flown, first: int) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. Raises NotLinearError."""
     values, names = states(flown)
-    done: dict[tuple[bool, ...], tuple[Array, Tick]] = {}
-    ticks: list[Tick] = []
+    moments: list[Moment] = []
     kinds: tuple[Channel, ...] = ()
-    begun = np.array(values)
     for k in range(first, first + loops.count):
-        now = np.array(states(flown)[0])
-        known = done.get(loops.due(k))
         after, command = loops.tasks(flown, k, loops.p)
         if command != ():
             kinds = channels(loops.loop, command)
             held = command
-        if known is None or np.abs((known[0] - now) / (1.0 + np.abs(now))).max() > SAME:
-            known = now, tick_of(loops, flown, after, held, k)
-            done[loops.due(k)] = known
-        ticks.append(known[1])
+        moments.append(Moment(k, flown, after, held))
         flown = loops.step(after, k)
-    return Period(tuple(ticks), tuple(names), kinds, begun, np.array(states(flown)[0]), loops.h, first * loops.h)
+    ticks: dict[int, Tick] = {}
+    for due in dict.fromkeys(loops.due(one.k) for one in moments):
+        ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due])
+    every = tuple(ticks[k] for k in sorted(ticks))
+    return Period(every, tuple(names), kinds, np.array(values), np.array(states(flown)[0]), loops.h, first * loops.h)
 
 
-def tick_of(loops: Loops, flown: Flown, after: Flown, command: Structure, k: int) -> Tick:
-    """The slopes of tick k. after: its tasks. command: the law's last. Raises NotLinearError."""
-    tick, values, edges = one_side(loops, flown, after, command, k, 1.0)
-    if not edges:
-        return tick
-    other, others, _ = one_side(loops, flown, after, command, k, -1.0)
-    for a, b, what in ((values, others, "jumps"), (slopes(tick), slopes(other), "has a kink")):
-        apart = np.abs(a - b) > SAME * (1.0 + np.abs(a))
-        if apart.any():
-            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the edge at {' or '.join(edges)}")
-    return tick
+def alike(loops: Loops, moments: list[Moment]) -> dict[int, Tick]:
+    """Ticks with the same tasks: one for all where nothing has moved and no task knows the time; else each by itself. (What
+    follows a plan knows the time since it was made.)
+    """
+    one, last = moments[0], moments[-1]
+    tasks = of_tasks(loops, one)
+    begun = np.array(states(one.flown)[0])
+    moved = max(apart(begun, np.array(states(other.flown)[0])) for other in moments)
+    if moved <= SAME and (last is one or apart(tasks, of_tasks(loops, last)) <= SAME):
+        return dict.fromkeys([other.k for other in moments], tick_of(loops, one, tasks))
+    found: dict[int, Tick] = {}
+    for other in moments:
+        known = found.get(one.k) if moved <= SAME else None
+        found[other.k] = tick_of(loops, other, of_tasks(loops, other), known)
+    return found
 
 
-def slopes(tick: Tick) -> Array:
-    """All of them."""
-    return np.concatenate([tick.tasks.ravel(), tick.path.ravel(), tick.step.ravel(), tick.acting.ravel()])
+def apart(a: Array, b: Array) -> float:
+    """How much numbers differ, beside 1."""
+    return float((np.abs(a - b) / (1.0 + np.abs(a))).max(initial=0.0))
 
 
-def one_side(
-    loops: Loops, flown: Flown, after: Flown, command: Structure, k: int, side: float
-) -> tuple[Tick, Array, list[str]]:
-    """The slopes of tick k to one side of what edges there are; the values that go with them; the edges."""
-    values, names = states(flown)
-    n, m, r = len(values), len(flown.asked) or len(after.asked), len(WANTED)
+def tick_of(loops: Loops, one: Moment, tasks: Array, known: Tick | None = None) -> Tick:
+    """The slopes of a tick. tasks: of its tasks. known: another whose step is the same. Raises NotLinearError."""
+    n = len(tasks)
+    if known is not None:
+        return known._replace(tasks=tasks[:, :n], path=tasks[:, n:])
+    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one), acting(loops, one), loops.due(one.k)[-1])
+
+
+def of_tasks(loops: Loops, one: Moment) -> Array:
+    """What the tasks make of the state and the path, (states, states + path)."""
+    values, names = states(one.flown)
+    n, r = len(values), len(WANTED)
+
+    def made(seeds: Seeds) -> list[Number]:
+        duals = seeds.seeded([*values, *(0.0 for _ in WANTED)], 0)
+        p = loops.p._replace(path=(loops.p.path[0], Vector(duals[n:])))
+        return list(states(loops.tasks(with_states(one.flown, duals[:n]), one.k, p)[0])[0])
+
+    return slopes(loops, one.k, n + r, names, made)
+
+
+def of_step(loops: Loops, one: Moment) -> Array:
+    """What the integrator's step makes of the state, (states, states)."""
+    values, names = states(one.after)
+
+    def made(seeds: Seeds) -> list[Number]:
+        return list(states(loops.step(with_states(one.after, seeds.seeded(values, 0)), one.k))[0])
+
+    return slopes(loops, one.k, len(values), names, made)
+
+
+def acting(loops: Loops, one: Moment) -> Array:
+    """What is held, of what is added to each channel's command, (states, channels)."""
+    names, m = states(one.after)[1], len(one.after.asked)
+
+    def made(seeds: Seeds) -> list[Number]:
+        return flatten(loops.loop.plant.actuate(loops.p, moved(loops.p, one.command, seeds.seeded([0.0] * m, 0))))
+
+    found = np.zeros((len(names), m))
+    held = [place for place, name in enumerate(names) if name.startswith("held")]
+    found[held] = slopes(loops, one.k, m, [names[place] for place in held], made)
+    return found
+
+
+def slopes(loops: Loops, k: int, count: int, names: Sequence[str], made: Callable[[Seeds], Sequence[Number]]) -> Array:
+    """Those of what is made of `count` seeds, the same on both sides of what edges there are. Raises NotLinearError."""
+    seeds = Seeds(count, 1.0)
+    values, found = checked(made, seeds, names)
+    if not seeds.edges:
+        return found
+    others, other = checked(made, Seeds(count, -1.0), names)
+    for a, b, what in ((values, others, "jumps"), (found, other, "has a kink")):
+        if apart(a, b) > SAME:
+            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the edge at {' or '.join(seeds.edges)}")
+    return found
+
+
+def checked(made: Callable[[Seeds], Sequence[Number]], seeds: Seeds, names: Sequence[str]) -> tuple[Array, Array]:
+    """Values and slopes. Raises NotLinearError where there are none."""
     try:
-        first = Seeds(n + r, side)
-        duals = first.seeded([*values, *(0.0 for _ in WANTED)], 0)
-        made, _ = loops.tasks(with_states(flown, duals[:n]), k, loops.p._replace(path=(loops.p.path[0], Vector(duals[n:]))))
-        tasks = checked(states(made)[0], names, n + r)
-        second = Seeds(n, side)
-        made = loops.step(with_states(after, second.seeded(states(after)[0], 0)), k)
-        step = checked(states(made)[0], names, n)
-        third = Seeds(m, side)
-        spun = loops.loop.plant.actuate(loops.p, moved(loops.p, command, third.seeded([0.0] * m, 0)))
-        held = checked(flatten(spun), ["held"] * len(flatten(spun)), m)
+        values, found, lost = slopes_of(made(seeds), seeds.count)
     except NotDifferentiableError as error:
         raise NotLinearError(str(error)) from None
-    acting = np.zeros((n, m))
-    acting[[name.startswith("held") for name in names]] = held[1]
-    tick = Tick(tasks[1][:, :n], tasks[1][:, n:], step[1], acting, loops.due(k)[-1])
-    edges = list(dict.fromkeys([*first.edges, *second.edges, *third.edges]))
-    return tick, np.concatenate([tasks[0], step[0], held[0]]), edges
-
-
-def checked(numbers: Sequence[Number], names: list[str], count: int) -> tuple[Array, Array]:
-    """Values and slopes. Raises NotLinearError where slopes were lost."""
-    values, slopes, lost = slopes_of(numbers, count)
     for name, place in zip(names, lost, strict=True):
         if place:
             raise NotLinearError(f"{name} has no slope: {place}")
-    return values, slopes
+    return values, found

@@ -7,6 +7,7 @@ circle where 1 / (f - 1) is an eigenvalue of T(z). So with -L = T / (1 + T) for 
 Nyquist has it, and nothing of the loop is approximated.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,17 +22,28 @@ POINTS = 300
 LOWEST = 1e-3
 """Of the frequencies [rad/s]."""
 
+ALIKE = 1e-5
+"""Frequencies that differ by less of themselves are one."""
+
+FEW = 20
+"""Samples of the law in a period up to which all values are looked at for each frequency; more are followed one by one."""
+
+NEWTON, CLOSE = 12, 1e-13
+"""Steps of inverse iteration, and by how little beside 1 the last may change the value."""
+
 
 class Opened(NamedTuple):
     """The channels, each to be opened. a: map of a period of the closed loop, shape (n, n). b: from what is added to a command
     during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n); d:
-    straight through, shape (channels, samples, ticks). due: ticks at which the law samples. step: of the integrator [s].
+    straight through, shape (channels, samples, ticks). held: b and d from what is added to each sample of the law, which is
+    held. due: ticks at which the law samples. step: of the integrator [s].
     """
 
     a: Array
     b: Array
     c: Array
     d: Array
+    held: tuple[Array, Array]
     due: tuple[int, ...]
     step: float
 
@@ -47,15 +59,21 @@ class Opened(NamedTuple):
 
     @property
     def hold(self) -> Array:
-        """What each sample of the law makes of the ticks, shape (ticks, samples): it is held."""
-        latest = np.searchsorted(self.due, np.arange(self.ticks), side="right") - 1
-        held: Array = (latest[:, None] == np.arange(len(self.due))).astype(np.float64)
-        return held
+        """What each sample of the law makes of the ticks, shape (ticks, samples)."""
+        return hold(self.due, self.ticks)
 
     def only(self, channel: int) -> "Opened":
         """One of them."""
         own = slice(channel, channel + 1)
-        return self._replace(b=self.b[own], c=self.c[own], d=self.d[own])
+        held_b, held_d = self.held
+        return self._replace(b=self.b[own], c=self.c[own], d=self.d[own], held=(held_b[own], held_d[own]))
+
+
+def hold(due: Sequence[int], ticks: int) -> Array:
+    """What each sample makes of the ticks, shape (ticks, samples): it is held until the next."""
+    latest = np.searchsorted(due, np.arange(ticks), side="right") - 1
+    held: Array = (latest[:, None] == np.arange(len(due))).astype(np.float64)
+    return held
 
 
 def opened(loop: Reduced) -> Opened:
@@ -76,20 +94,28 @@ def opened(loop: Reduced) -> Opened:
         whole, added = tick.step @ whole, np.tensordot(tick.step, added, 1)
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
-    return Opened(whole, added.transpose(2, 0, 1), c, d, tuple(due), period.step)
+    b, held = added.transpose(2, 0, 1), hold(due, ticks)
+    return Opened(whole, b, c, d, (b @ held, d @ held), tuple(due), period.step)
 
 
 def frequencies(loop: Reduced) -> Array:
-    """Up to half of a period's sampling rate [rad/s]: evenly in the logarithm, and around the poles of the closed loop."""
+    """Up to half of a period's sampling rate [rad/s]: evenly in the logarithm, and around the poles of the closed loop.
+
+    Each frequency stands for as many as the law has samples in a period; the more there are, the fewer are needed.
+    """
     highest = np.pi / loop.period.length
+    samples = sum(tick.sampled for tick in loop.period.ticks)
+    points, beside, alike = (POINTS, 9, ALIKE) if samples <= FEW else (POINTS // 10, 3, 0.01)
     poles = np.linalg.eigvals(loop.map)
     poles = poles[np.abs(poles) > 1e-6]
     s = np.log(poles.astype(complex)) / loop.period.length
-    near = np.abs(s.imag)[:, None] + np.abs(s.real)[:, None] * np.linspace(-2.0, 2.0, 9)
+    near = np.abs(s.imag)[:, None] + np.abs(s.real)[:, None] * np.linspace(-2.0, 2.0, beside)
     every: Array = np.concatenate(
-        [np.geomspace(LOWEST, highest, POINTS), np.linspace(0.0, highest, POINTS // 4)[1:], near.ravel()]
+        [np.geomspace(LOWEST, highest, points), np.linspace(0.0, highest, points // 4)[1:], near.ravel()]
     )
-    return np.unique(every[(every >= LOWEST) & (every <= highest)])
+    every = np.sort(every[(every >= LOWEST) & (every <= highest)])
+    kept: Array = every[np.append(np.diff(every) > alike * every[1:], True)]
+    return kept
 
 
 def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> Complex:
@@ -97,10 +123,9 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
     onto: how the ticks of a period follow from its inputs, shape (ticks, inputs), if not from the law's samples that are held.
     """
-    spread: Array | Complex = one.hold if onto is None else onto
     channels, samples, _ = one.d.shape
-    b, d = one.b @ spread, one.d @ spread
-    inputs, unit = spread.shape[1], np.eye(len(one.a))
+    b, d = one.held if onto is None else (one.b @ onto, one.d @ onto)
+    inputs, unit = b.shape[2], np.eye(len(one.a))
     columns = b.transpose(1, 0, 2).reshape(len(one.a), channels * inputs)
     made: Complex = np.empty((len(omega), channels, samples, inputs), dtype=complex)
     for i, point in enumerate(np.exp(1j * np.asarray(omega) * one.length)):
@@ -111,9 +136,61 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
 def loci(one: Opened, omega: Array) -> Complex:
     """-L of each channel, shape (frequencies, channels, samples): its values in no order where the law runs several times."""
-    turned = np.linalg.eigvals(transfer(one, omega))
+    return returned(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
+
+
+def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
+    """-L of a single channel, shape (frequencies, values): all values, or of many the one that is followed from g."""
+    if len(one.due) <= FEW:
+        return loci(one, omega)[:, 0]
+    found, turned = [], g / (1.0 - g)
+    for through in transfer(one, omega)[:, 0]:
+        turned = eigenvalue_near(through, turned)
+        found.append([turned])
+    return returned(np.array(found))
+
+
+def heard_at(one: Opened, omega: float, g: complex) -> float:
+    """At which frequency [rad/s] the law's samples swing in the mode of a single channel's g: for a whole period all
+    frequencies are one that are whole turns apart.
+    """
+    matrix, turned = transfer(one, np.array([omega]))[0, 0], g / (1.0 - g)
+    _, swing = mode_near(matrix, turned)
+    most = -(-len(one.due) // 2)
+    every = omega + 2.0 * np.pi / one.length * np.array(sorted(range(-most, most + 1), key=abs))
+    waves = np.exp(1j * one.step * np.outer(every, one.due))
+    return float(every[np.argmax(np.round(np.abs(waves.conj() @ swing), 9))])
+
+
+def returned(turned: Complex) -> Complex:
+    """-L of eigenvalues of T."""
     with np.errstate(all="ignore"):
         return np.nan_to_num(turned / (1.0 + turned))
+
+
+def eigenvalue_near(matrix: Complex, value: complex) -> complex:
+    """The eigenvalue of a matrix nearest to a value: of few all are compared."""
+    if len(matrix) > FEW:
+        return mode_near(matrix, value)[0]
+    values = np.linalg.eigvals(matrix)
+    return complex(values[np.argmin(np.abs(values - value))])
+
+
+def mode_near(matrix: Complex, value: complex) -> tuple[complex, Complex]:
+    """The eigenvalue of a matrix nearest to a value, and its vector, by inverse iteration."""
+    unit, vector = np.eye(len(matrix)), np.ones(len(matrix), dtype=complex)
+    for step in range(NEWTON):
+        try:
+            solved = np.linalg.solve(matrix - value * unit, vector)
+        except np.linalg.LinAlgError:  # it is one
+            break
+        change = np.vdot(solved, vector) / np.vdot(solved, solved)
+        vector = solved / np.linalg.norm(solved)
+        if step:  # the first only turns the vector
+            value += complex(change)
+            if abs(change) < CLOSE * (1.0 + abs(value)):
+                break
+    return value, vector
 
 
 def harmonic(one: Opened, omega: Array) -> Complex:

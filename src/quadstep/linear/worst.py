@@ -1,6 +1,7 @@
 """Several loops: laws, instants of a flight, or draws; each on a row, and which of them has the least margins."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -24,6 +25,13 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins],
     ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
 )
 """Name, value, whether less is worse, and the value as text."""
+
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w.]*\w)")
+"""A number in a reason, which may differ where the reason does not; not the digits of a name."""
+
+NAMED = 3
+"""So many loops with one reason are named."""
 
 
 class Worst(NamedTuple):
@@ -55,8 +63,17 @@ def cells(one: Analysis) -> list[str]:
 
 
 def refused(found: Found) -> list[str]:
-    """A line for each that cannot be linearised, or has no margins."""
-    return [f"{name}: {one}" for name, one in found if isinstance(one, str)]
+    """A line for each reason why loops cannot be linearised: which these are or, of many, how many and the first."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for name, one in found:
+        if isinstance(one, str):
+            alike.setdefault(NUMBER.sub("", one), []).append((name, one))
+    return [f"{whose([name for name, _ in those], len(found))}: {those[0][1]}" for those in alike.values()]
+
+
+def whose(names: Sequence[str], total: int) -> str:
+    """Loops by name or, of many, by number."""
+    return ", ".join(names) if len(names) <= NAMED else f"{len(names)} of {total}, first {names[0]}"
 
 
 def worst(found: Found) -> list[Worst]:

@@ -30,7 +30,12 @@ CLEAR = 1.0 + 1e-6
 """By so much a distance from zero must be larger than what may be taken from it, for their difference to be known well."""
 
 ELEMENTARY = 2.0**-48
-"""Sixteen units in the last place: what `elementary.py` may be off by. It is measured at 2.3 (docs/decisions/0012)."""
+"""What `elementary.py` may be off by, beside the value. `make proofs` checks that the polynomials, rounding included, use a
+quarter of it at most; 2.3 of its 16 units in the last place are the most that was measured (docs/decisions/0012).
+"""
+
+REDUCED = 2.0**-51
+"""What it may be off by beside 1 where an angle is reduced, or a sigmoid's argument turned into octaves."""
 
 TINY = 1e-300
 """More than what underflows."""
@@ -295,11 +300,11 @@ def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array) -> Encl
     return x.made(value, None if x.parts is None else slope * x.parts, size * x.rest + bend, reach, lost)
 
 
-def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
-    """An elementary function: value and slope are off by what `elementary.py` may be."""
+def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0) -> Enclosure:
+    """An elementary function: value and slope are off by what `elementary.py` may be. also: of the value, beside that."""
     size = np.abs(slope)
     reach = size * x.reach + bend * (1.0 + 1e-12)
-    lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + TINY
+    lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY
     parts = None if x.parts is None else slope * x.parts
     return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
 

@@ -37,6 +37,14 @@ C_TEXT = {
     "fraction": "qs_fraction({})",
     "exponent": "qs_exponent({})",
     "entry": "{}[(int32_t){}]",
+    "number": "((real){})",
+    "word": "((uint32_t){})",
+    "word +": "({} + {})",
+    "word &": "({} & {})",
+    "word |": "({} | {})",
+    "word ^": "({} ^ {})",
+    "word <<": "({} << {})",
+    "word >>": "({} >> {})",
 }
 """Brackets keep each operation a whole, so that none can be read with its neighbours."""
 
@@ -70,3 +78,15 @@ class CSteps(ScriptSteps):
 
     def precise(self, x: ScriptNumber | float) -> bool:
         return self._precise
+
+
+def bare(text: str) -> str:
+    """An expression without the brackets around the whole of it."""
+    if not text.startswith("("):
+        return text
+    depth = 0
+    for place, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if depth == 0:
+            return text[1:-1] if place == len(text) - 1 else text
+    return text

@@ -7,6 +7,7 @@ import numpy as np
 from quadstep.numbers.affine import (
     ELEMENTARY,
     PLAIN,
+    REDUCED,
     ROUNDING,
     TINY,
     Array,
@@ -50,11 +51,11 @@ class Enclosures:
 
     def sin(self, x: Enclosure) -> Enclosure:
         value, slope = ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight)
+        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x))
 
     def cos(self, x: Enclosure) -> Enclosure:
         value, slope = ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight)
+        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x))
 
     def sinc(self, x: Enclosure) -> Enclosure:
         """sin(x) / x: its second derivative is 1/3 at most."""
@@ -72,7 +73,8 @@ class Enclosures:
 
     def sigmoid(self, x: Enclosure) -> Enclosure:
         value = ARRAYS.sigmoid(x.centre)
-        return without_fresh_error(x, value, value * (1.0 - value), 0.0482 * x.tight * x.tight)  # |s''| <= 1/(6 sqrt 3)
+        bend = 0.0482 * x.tight * x.tight  # |s''| <= 1/(6 sqrt 3); |x s'| < 1/4, so that the exponent's rounding adds 2^-54
+        return without_fresh_error(x, value, value * (1.0 - value), bend, REDUCED)
 
     def log(self, x: Enclosure) -> Enclosure:
         low = x.low
@@ -184,6 +186,11 @@ class Enclosures:
 
     def opaque(self, *_: object) -> Operand:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
+
+
+def reduction(x: Enclosure) -> Array:
+    """What sines may be off by, beside 1, where quarter turns are taken off the angle."""
+    return np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
 
 
 def cofactors(m: Array, sign: float = -1.0) -> tuple[Array, Array]:

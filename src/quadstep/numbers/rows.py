@@ -7,7 +7,8 @@ else takes the entries one by one, as ever.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, cast
 
 from quadstep.numbers.functions import Number, sqrt
@@ -17,7 +18,13 @@ from quadstep.numbers.script import INPUT, Record, ScriptNumber
 FEWEST_ROWS = 5
 """Of a matrix that stays in memory, and entries of a vector that does: fewer are taken one by one."""
 
-INDEX = "i"
+INDEX, TURN = "i", "s"
+OWN = re.compile(rf"\[?([{INDEX}{TURN}]\d+)[\].]")
+"""The loop whose row a text names, or whose memory: `[i3][1]`; `[s4]` and `s4.velocity` of a scan."""
+
+
+LEFT = "left"
+"""Operation: what a scan has left in its memory."""
 
 
 class Body(NamedTuple):
@@ -45,15 +52,15 @@ class RowRecord(Record):
         """As of any record; it is noted which loops' rows a number depends on."""
         place = super().place(operation, *operands, text=text)
         if place == len(self.turning):
-            own = frozenset((text[1 : text.index("]")],)) if text.startswith(f"[{INDEX}") else frozenset()
-            around = frozenset() if operation == "loop" else own.union(*(self.turning[operand] for operand in operands))
-            self.turning.append(around)
+            named = OWN.match(text) if operation in ("item", INPUT) else None
+            own = frozenset((named[1],)) if named else frozenset()
+            self.turning.append(own.union(*(self.turning[operand] for operand in operands)))
         return place
 
-    def index(self) -> str:
-        """A loop's own name for its row."""
+    def index(self, kind: str = INDEX) -> str:
+        """A loop's own name for its row. kind: `TURN` for a scan."""
         self._indices += 1
-        return f"{INDEX}{self._indices}"
+        return f"{kind}{self._indices}"
 
     def item(self, array: int, row: str, column: int | None = None) -> ScriptNumber:
         """An entry of an array in memory."""
@@ -62,8 +69,8 @@ class RowRecord(Record):
 
     def loop(self, body: Body) -> int:
         """The place of a loop, after everything that it takes from around it."""
-        taken = self.around(body)
-        if any(self.turning[place] for place in taken):
+        taken = self.around(body.counter, [*body.stored, *(place for terms in body.added for place in terms)])
+        if any(one.startswith(INDEX) for place in taken for one in self.turning[place]):
             raise TypeError(
                 "a loop over rows within another one cannot be written down; take the products one after the other"
             )
@@ -71,17 +78,17 @@ class RowRecord(Record):
         self.loops[place] = body
         return place
 
-    def around(self, body: Body) -> set[int]:
-        """What a loop takes from around it."""
+    def around(self, counter: str, results: Sequence[int]) -> set[int]:
+        """What the loop of this counter takes from around it to make these results."""
         taken: set[int] = set()
         seen: set[int] = set()
-        waiting = [*body.stored, *(place for terms in body.added for place in terms)]
+        waiting = list(results)
         while waiting:
             place = waiting.pop()
             if place in seen:
                 continue
             seen.add(place)
-            if body.counter in self.turning[place]:
+            if counter in self.turning[place]:
                 waiting += self.nodes[place].operands
             else:
                 taken.add(place)
@@ -90,10 +97,6 @@ class RowRecord(Record):
     def sums(self, loop: int) -> list[ScriptNumber]:
         """The running sums of a loop at its end."""
         return [ScriptNumber(self, self.place("sum", loop, text=str(number))) for number in range(len(self.loops[loop].added))]
-
-    def array(self, text: str) -> int:
-        """An array that the code finds under this name."""
-        return self.place(INPUT, text=text)
 
 
 class RowVector(Vector):

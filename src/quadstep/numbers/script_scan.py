@@ -92,43 +92,47 @@ class LoopRecord(Record):
                 taken.add(place)
         return taken, frozenset(turning - {index})
 
+    def scan(self, step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+        """A scan as one node."""
+        index = f"i{len(self.arrays)}"
+        begin = tuple(self.at(number) for number in flatten(carry))
+        sources = [(*self.source(one), len(one.rows[0])) for one in matrices(rows)]
+        state, own = self.array(len(begin)), frozenset((index,))
+        now = [self.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
+        taken = [
+            Vector(
+                cast(Number, self.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning))
+                for column in range(columns)
+            )
+            for name, first, source, turning, columns in sources
+        ]
+        after, made = step(rebuild(carry, iter(now)), shaped(rows, iter(taken)))
+        same_shape(after, len(begin))
+        kept = [(self.array(count * len(one)), list(one)) for one in matrices(made)]
+        results = [
+            (f"{name}[{index}*{len(row)}+{column}]", self.at(cast(Operand, number)))
+            for name, row in kept
+            for column, number in enumerate(row)
+        ]
+        results += [(f"{state}[{i}]", self.at(number)) for i, number in enumerate(flatten(after))]
+        around, turning = self.around(index, [place for _, place in results])
+        filled = {place for _, _, source, _, _ in sources for place in source}
+        loop = self.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
+        self.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
+
+        def read(name: str, size: int) -> list[ScriptNumber]:
+            return [self.item(f"{name}[{i}]", (loop,)) for i in range(size)]
+
+        columns = [
+            Matrix(Vector(line) for line in zip(*[iter(read(name, count * len(row)))] * len(row), strict=True))
+            for name, row in kept
+        ]
+        return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
+
 
 def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
-    """See `quadstep.numbers.scan`."""
+    """See `quadstep.numbers.scan`: a loop where the record can hold one."""
     record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
-    if not isinstance(record, LoopRecord):
-        return turn_by_turn(step, carry, rows, count, backwards)
-    index = f"i{len(record.arrays)}"
-    begin = tuple(record.at(number) for number in flatten(carry))
-    sources = [(*record.source(one), len(one.rows[0])) for one in matrices(rows)]
-    state, own = record.array(len(begin)), frozenset((index,))
-    now = [record.item(f"{state}[{i}]", (), own) for i in range(len(begin))]
-    taken = [
-        Vector(
-            cast(Number, record.item(f"{name}[{index}*{columns}+{first + column}]", source, own | turning))
-            for column in range(columns)
-        )
-        for name, first, source, turning, columns in sources
-    ]
-    after, made = step(rebuild(carry, iter(now)), shaped(rows, iter(taken)))
-    same_shape(after, len(begin))
-    kept = [(record.array(count * len(one)), list(one)) for one in matrices(made)]
-    results = [
-        (f"{name}[{index}*{len(row)}+{column}]", record.at(cast(Operand, number)))
-        for name, row in kept
-        for column, number in enumerate(row)
-    ]
-    results += [(f"{state}[{i}]", record.at(number)) for i, number in enumerate(flatten(after))]
-    around, turning = record.around(index, [place for _, place in results])
-    filled = {place for _, _, source, _, _ in sources for place in source}
-    loop = record.place(LOOP, *sorted(around | filled | set(begin)), text=index, turning=turning)
-    record.loops[loop] = Loop(index, count, backwards, state, begin, tuple(results))
-
-    def read(name: str, size: int) -> list[ScriptNumber]:
-        return [record.item(f"{name}[{i}]", (loop,)) for i in range(size)]
-
-    columns = [
-        Matrix(Vector(line) for line in zip(*[iter(read(name, count * len(row)))] * len(row), strict=True))
-        for name, row in kept
-    ]
-    return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
+    own = getattr(record, "scan", turn_by_turn)
+    result: tuple[C, Rows] = own(step, carry, rows, count, backwards)
+    return result

@@ -22,7 +22,7 @@ class ScriptWord:
 
     def number(self) -> ScriptNumber:
         """The whole number in [0, 2^31) that has these bits."""
-        return ScriptNumber(self.record, self.place)
+        return ScriptNumber(self.record, self.record.place("number", self.place))
 
     @property
     def functions(self) -> object:

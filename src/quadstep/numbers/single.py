@@ -133,11 +133,44 @@ class Singles(Elementary):
         chosen = yes if condition else no
         return chosen if isinstance(chosen, Single) else Single(chosen)
 
-    def word(self, x: Single) -> int:
-        return int(x.value)
+    def word(self, x: Single) -> SingleWord:
+        return SingleWord(int(x.value))
 
-    def number(self, word: int) -> float:
-        return float(word)
+    def number(self, word: SingleWord) -> Single:
+        return Single(np.float32(np.uint32(word.bits)))
 
 
-Single.functions = Singles()
+class SingleWord:
+    """Bits that came of an f32 and may become one again; as a Python int, which a constant is."""
+
+    __slots__ = ("bits",)
+    functions: Singles
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+
+    def __index__(self) -> int:
+        return self.bits
+
+    def __and__(self, other: SingleWord | int) -> SingleWord:
+        return SingleWord(self.bits & operator.index(other))
+
+    def __or__(self, other: SingleWord | int) -> SingleWord:
+        return SingleWord(self.bits | operator.index(other))
+
+    def __xor__(self, other: SingleWord | int) -> SingleWord:
+        return SingleWord(self.bits ^ operator.index(other))
+
+    def __add__(self, other: SingleWord | int) -> SingleWord:
+        return SingleWord(self.bits + operator.index(other))
+
+    def __lshift__(self, bits: int) -> SingleWord:
+        return SingleWord(self.bits << bits)
+
+    def __rshift__(self, bits: int) -> SingleWord:
+        return SingleWord(self.bits >> bits)
+
+    __radd__, __rxor__ = __add__, __xor__
+
+
+Single.functions = SingleWord.functions = Singles()

@@ -18,6 +18,7 @@ from quadstep.exit_codes import DIVERGED, FAILED
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.plants.lagrange import Parameters
@@ -78,6 +79,7 @@ def prove_mission(
     plan = plan_mission(mission, path)
     unknown = usual(plan, force, torque, mass, inertia, start)
     try:
+        check_equilibrium(mission)
         check_unknown(plan, unknown)
         loop = Sampled(plan)
         at = hover(mission, plan, loop)

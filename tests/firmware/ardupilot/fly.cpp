@@ -20,5 +20,19 @@ int main()
         const Vector3f mixed = law.update();
         std::printf("%.6f %.6f %.6f\n", mixed.x, mixed.y, mixed.z);
     }
+    AC_CustomControl_Quadstep law(front, ahrs, attitude, motors, 0.0025f);
+    const auto say = [&](const char *word) { const Vector3f mixed = law.update(); std::printf("%s %.6f %.6f %.6f\n", word, mixed.x, mixed.y, mixed.z); };
+    control.target = turned(0.1f, 0, 0);
+    say("flown");
+    view.gyro.y = NAN;
+    say("refused");
+    view.gyro.y = 0.0f; view.attitude.q1 = INFINITY;
+    say("refused");
+    view.attitude = turned(0, 0, 0); control.target.q2 = NAN;
+    for (int i = 0; i < 20; ++i) { (void)law.update(); } /* the loop that reads it is due every so many samples */
+    say("refused");
+    control.target = turned(1.5f, 0, 0); view.gyro.x = -50.0f;
+    for (int i = 0; i < 20; ++i) { (void)law.update(); }
+    say("saturated");
     return 0;
 }

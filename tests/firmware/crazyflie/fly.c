@@ -2,6 +2,8 @@
 #include <stdio.h>
 #include <string.h>
 #include "controller.h"
+#include "log.h"
+extern const struct log_s __logs_quadstep[];
 #include "NAME.h"
 #include "NAME_golden.h"
 int main(void)
@@ -42,8 +44,29 @@ int main(void)
         printf("sample %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY,
                (double)control.torqueZ, (double)made.thrust, (double)made.torque[0], (double)made.torque[1], (double)made.torque[2]);
     }
-    state.position.x = 0.0f / 0.0f;
-    for (int i = 0; i < 120; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); if (i == 1) { printf("held %.9g\n", (double)control.thrustSi); } }
-    printf("lost %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX);
+    const float good = state.position.x, height = setpoint.position.z, rate = sensors.gyro.y;
+    for (int what = 0; what < 4; ++what)
+    {
+        /* spoilt one after the other: a position, a rate, the path; last the switch away from a position */
+        if (what == 0) { state.position.x = 0.0f / 0.0f; }
+        if (what == 1) { sensors.gyro.y = 1.0f / 0.0f; }
+        if (what == 2) { setpoint.position.z = 0.0f / 0.0f; }
+        if (what == 3) { setpoint.mode.z = modeVelocity; }
+        for (int i = 0; i < 120; ++i)
+        {
+            controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+            if (i == 1) { printf("held %d %.9g\n", what, (double)control.thrustSi); }
+        }
+        printf("lost %d %.9g %.9g %.9g %.9g\n", what, (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY, (double)control.torqueZ);
+        state.position.x = good; sensors.gyro.y = rate; setpoint.position.z = height; setpoint.mode.z = modeAbs;
+        for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
+        printf("back %d %.9g\n", what, (double)control.thrustSi);
+    }
+    setpoint.position.z = state.position.z + 1000.0f; setpoint.acceleration.z = 1000.0f;
+    for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
+    for (const struct log_s *one = __logs_quadstep; one->name; ++one)
+    {
+        if (strcmp(one->name, "status") == 0) { printf("saturated %u %.9g\n", *(const uint32_t *)one->address, (double)control.thrustSi); }
+    }
     return 0;
 }

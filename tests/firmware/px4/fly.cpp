@@ -54,5 +54,41 @@ int main()
 		for (float speed : made.speeds) { std::printf(" %.7g", speed); }
 		std::printf("\n");
 	}
+	vehicle_local_position_s position = heard<vehicle_local_position_s>(ORB_ID(vehicle_local_position));
+	vehicle_angular_velocity_s rates = heard<vehicle_angular_velocity_s>(ORB_ID(vehicle_angular_velocity));
+	trajectory_setpoint_s setpoint = heard<trajectory_setpoint_s>(ORB_ID(trajectory_setpoint));
+	const auto step = [&](bool fresh, const vehicle_local_position_s &place, const vehicle_angular_velocity_s &turning) {
+		stub_time() += 2000;
+		vehicle_local_position_s here = place; vehicle_angular_velocity_s now = turning;
+		here.timestamp = fresh ? stub_time() : here.timestamp; now.timestamp_sample = stub_time();
+		tell(ORB_ID(vehicle_local_position), here); tell(ORB_ID(vehicle_angular_velocity), now);
+		check.request_id++; tell(ORB_ID(arming_check_request), check);
+		module->Run();
+		if (fresh) { position.timestamp = here.timestamp; }
+	};
+	const auto say = [&](const char *word, int what) {
+		const actuator_motors_s motors = heard<actuator_motors_s>(ORB_ID(actuator_motors));
+		const arming_check_reply_s reply = heard<arming_check_reply_s>(ORB_ID(arming_check_reply));
+		std::printf("%s %d %d %.7g %.7g %.7g %.7g\n", word, what, reply.can_arm_and_run, motors.control[0], motors.control[1], motors.control[2], motors.control[3]);
+	};
+	for (int what = 0; what < 4; ++what) {
+		/* old, not valid, not finite: position; not finite: a rate */
+		vehicle_local_position_s place = position; vehicle_angular_velocity_s turning = rates;
+		if (what == 1) { place.z_valid = false; }
+		if (what == 2) { place.vy = NAN; }
+		if (what == 3) { turning.xyz[2] = INFINITY; }
+		for (int i = 0; i < 49; ++i) { step(what != 0, place, turning); }
+		say("young", what);
+		for (int i = 0; i < 5; ++i) { step(what != 0, place, turning); }
+		say("held", what);
+		for (int i = 0; i < 60; ++i) { step(what != 0, place, turning); }
+		say("lost", what);
+		for (int i = 0; i < 10; ++i) { step(true, position, rates); }
+		say("back", what);
+	}
+	setpoint.position[2] -= 1000.0f; setpoint.acceleration[2] = -1000.0f;
+	tell(ORB_ID(trajectory_setpoint), setpoint);
+	for (int i = 0; i < 10; ++i) { step(true, position, rates); }
+	say("saturated", 0);
 	return 0;
 }

@@ -74,8 +74,9 @@ Vector3f AC_CustomControl_Quadstep::update(void)
 LOOPS
     _status = NAME_law(&NAME_mission, &_state, &measured, &reference, &clock, &command);
     _status |= OUTER_SUM;
-    (void)NAME_made(&NAME_mission, &command, &_made);
-    if (_status != UPPER_OK) {
+    const bool refused = _status != UPPER_OK;
+    _status |= NAME_made(&NAME_mission, &command, &_made);
+    if (refused) {
         return Vector3f(); /* no torque; switch back to ArduPilot's own controller */
     }
 

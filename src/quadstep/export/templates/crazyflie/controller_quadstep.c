@@ -108,7 +108,7 @@ LOOPS
         status = NAME_law(&NAME_mission, &state_of_law, &measured, &reference, &clock, &command);
         status |= OUTER_SUM;
         refused = (status == UPPER_OK) ? 0u : (refused + 1u);
-        (void)NAME_made(&NAME_mission, &command, &made);
+        status |= NAME_made(&NAME_mission, &command, &made);
         if (refused > HOLD)
         {
             made = (NAME_actuators){0};

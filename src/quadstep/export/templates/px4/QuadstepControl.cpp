@@ -185,7 +185,7 @@ LOOPS
 	_result = NAME_law(&NAME_mission, &_state, &measured, &reference, &clock, &command);
 	_result |= OUTER_SUM;
 	_refused = _result == UPPER_OK ? 0 : _refused + 1;
-	(void)NAME_made(&NAME_mission, &command, &_made);
+	_result |= NAME_made(&NAME_mission, &command, &_made);
 	if (_refused > HOLD) { _made = NAME_actuators{}; }
 	publish(now);
 }

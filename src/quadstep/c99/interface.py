@@ -1,0 +1,183 @@
+"""The interface of an exported law: what it is told and gives, its functions, its header."""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from quadstep.c99.law import Code, Subject, measured_part
+from quadstep.c99.structs import has_numbers, members
+from quadstep.c99.words import (
+    COMMAND_WORDS,
+    MADE_WORDS,
+    MEASURED_WORDS,
+    PLANT_WORDS,
+    REFERENCE_WORDS,
+    VEHICLE_WORDS,
+    from_table,
+    of_gains,
+)
+from quadstep.control.controller import Measured
+
+STATUS = (
+    ("NOT_STARTED", "start() is to be called: the command is zero, after DIVERGED the last one"),
+    ("NOT_FINITE", "an input is NaN or infinite: the memory is as before, the command the last one"),
+    ("STALE", "what was measured is older than params->most_age: the memory is as before, the command the last one"),
+    ("DIVERGED", "the law gave NaN or infinity: the command is the last one; call start() before going on"),
+    ("SATURATED", "the actuators make less than was asked for"),
+)
+"""Bits of the status that the functions return; 0: all is well."""
+
+
+class Clocked(NamedTuple):
+    """When samples are due. step [s]. every: steps from one sample to the next, of each loop and the law, by name. last: tick
+    of the flight's end.
+    """
+
+    step: float
+    every: Mapping[str, int]
+    last: int
+
+    def period(self, loop: str) -> float:
+        """[s]."""
+        return self.step * self.every[loop]
+
+
+class Exported(NamedTuple):
+    """A law and how it is to be called. name: begins every name. about: lines of its origin, for the head of each file.
+
+    most_age: of a measurement [s].
+    """
+
+    subject: Subject
+    code: Code
+    name: str
+    precise: bool
+    clocked: Clocked
+    about: tuple[str, ...] = ()
+    most_age: float = 0.1
+
+
+def title(exported: Exported) -> str:
+    """What the law is called."""
+    return exported.subject.controller.label or exported.name
+
+
+def c_name(text: str) -> str:
+    """A name of a controller as one of C."""
+    name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
+    return name if name and not name[0].isdigit() else f"law_{name}"
+
+
+def head(exported: Exported, what: str) -> str:
+    """The comment at the head of a file."""
+    lines = [what, *exported.about]
+    return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */"])
+
+
+def struct(name: str, lines: list[str], comment: str) -> str:
+    """A struct of its own name."""
+    return "\n".join([f"/** {comment} */", "typedef struct", "{", *lines, f"}} {name};"])
+
+
+def header(exported: Exported) -> str:
+    """The header."""
+    name, code, subject = exported.name, exported.code, exported.subject
+    guard = f"{name.upper()}_H"
+    measured_words = MEASURED_WORDS if isinstance(subject.measured, Measured) else PLANT_WORDS
+    gains = members(subject.gains, of_gains(subject.controller, subject.gains), depth=2)
+    vehicle = members(code.vehicle, from_table(VEHICLE_WORDS), depth=2)
+    parameters = [
+        *(["    struct", "    {", *gains, "    } gains;"] if gains else []),
+        *(["    struct", "    {", *vehicle, "    } vehicle;"] if vehicle else []),
+        "    real most_age; /* s, of what was measured; older is refused */",
+    ]
+    memory = [f"    {name}_memory memory;"] if has_numbers(code.memory) else []
+    state = [*memory, f"    {name}_command held; /* the last command */", "    uint32_t ready; /* 1 after start() */"]
+    kind = "double" if exported.precise else "float"
+    steps = [f"#define {name.upper()}_{word} {1 << place}u /* {said} */" for place, (word, said) in enumerate(STATUS)]
+    parts = [
+        head(exported, f"{subject.controller.label or name}: a control law in C99."),
+        f"#ifndef {guard}\n#define {guard}",
+        "#include <stdint.h>",
+        '#ifdef __cplusplus\nextern "C" {\n#endif',
+        f"#ifndef QS_REAL\n#define QS_REAL\ntypedef {kind} real;\n#endif",
+        "/* What the functions return: 0, or a sum of these. */\n" + "\n".join([f"#define {name.upper()}_OK 0u", *steps]),
+        struct(f"{name}_params", parameters, "Gains, and what is known of the vehicle. Constant during a flight."),
+        struct(
+            f"{name}_measured",
+            members(measured_part(subject.measured), from_table(measured_words)),
+            "What the law is told. SI units.",
+        ),
+        struct(f"{name}_reference", members(subject.reference, from_table(REFERENCE_WORDS)), "The wanted motion. SI units."),
+        struct(f"{name}_command", members(code.command, from_table(COMMAND_WORDS)), "What the law asks for."),
+        struct(
+            f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "What the actuators are told, and what they make."
+        ),
+        *(
+            [struct(f"{name}_memory", members(code.memory, lambda _: ""), "What the law keeps from sample to sample.")]
+            if memory
+            else []
+        ),
+        struct(
+            f"{name}_state", state, "All that lives from sample to sample. The caller's; the functions have no other memory."
+        ),
+        CLOCK.replace("NAME", name),
+        f"/** The gains and the vehicle of the mission. */\nextern const {name}_params {name}_mission;",
+        "\n\n".join(f"{said}\n{line};" for _, line, said in prototypes(exported)),
+        "#ifdef __cplusplus\n}\n#endif",
+        "#endif",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+CLOCK = """/**
+ * When a function is called. Time is tick * step: ticks are counted, so that it stays exact for hours.
+ * tick: steps since start(). step [s]. period [s]: until the same function is called again.
+ * age [s]: of what was measured.
+ */
+typedef struct
+{
+    uint32_t tick;
+    real step;
+    real period;
+    real age;
+} NAME_clock;"""
+
+
+def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
+    """Each function: what it is, its line, and its comment."""
+    name = exported.name
+    given = f"const {name}_params *params, {name}_state *state, const {name}_measured *measured"
+    sample = f"{given}, const {name}_reference *reference, const {name}_clock *clock"
+    periods = {what: f"{exported.clocked.period(what):g}" for what in (*loops(exported), "law")}
+    return [
+        ("reset", f"void {name}_reset({name}_state *state)", "/** Forgets everything: law() gives zero until start(). */"),
+        (
+            "start",
+            f"uint32_t {name}_start({given})",
+            "/** Before the first sample, and after a pause: the memory at this motion. */",
+        ),
+        *(
+            (
+                loop,
+                f"uint32_t {name}_{loop}({sample})",
+                f"/** A slower loop, in the mission every {periods[loop]} s; where both are due, before law(). */",
+            )
+            for loop in loops(exported)
+        ),
+        (
+            "law",
+            f"uint32_t {name}_law({sample}, {name}_command *command)",
+            f"/** One sample, in the mission every {periods['law']} s. The command is defined whatever is returned. */",
+        ),
+        (
+            "made",
+            f"uint32_t {name}_made(const {name}_params *params, const {name}_command *command, {name}_actuators *made)",
+            "/** What the actuators are to be told, within their limits, and what they make: feed it back. */",
+        ),
+    ]
+
+
+def loops(exported: Exported) -> tuple[str, ...]:
+    """The law's slower loops."""
+    return exported.subject.controller.loops()

@@ -1,0 +1,53 @@
+"""The adapters of firmware as the tests write, compile and run them, against headers of our own or in a firmware's tree."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from quadstep.c99.compiler import BITS
+from quadstep.c99.subject import exported
+from quadstep.export.c99 import c99_files
+from quadstep.export.firmware import firmware_files
+from tests.exports import real_mission
+
+STUBS = Path(__file__).parent / "firmware"
+
+
+def adapter(folder, target, kind="pid", vehicle="crazyflie"):
+    """The files of a target in a folder; gives the law's name and plan."""
+    plan = real_mission({"type": kind}, vehicle).plan()
+    law = exported(plan, False)
+    for name, text in firmware_files(target, law, c99_files(law, plan)).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return law.name, plan
+
+
+def flown(folder, target, name, program, *units):
+    """What a program prints that flies the adapter."""
+    driver = STUBS / target / program
+    (folder / program).write_text(driver.read_text(encoding="utf-8").replace("NAME", name), encoding="utf-8")
+    strict = ["-Wall", "-Wextra", "-Werror", "-Wno-unused-const-variable", "-I.", f"-I{STUBS / target}"]
+    objects = []
+    for unit in (program, *units, f"{name}.c", f"{name}_params.c"):
+        plus = unit.endswith(".cpp")
+        line = [
+            "g++" if plus else "gcc",
+            "-std=c++17" if plus else "-std=gnu11",
+            "-O1",
+            *BITS,
+            *strict,
+            "-c",
+            unit,
+            "-o",
+            f"{unit}.o",
+        ]
+        built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+        assert built.returncode == 0, built.stderr
+        objects.append(f"{unit}.o")
+    subprocess.run(["g++", *objects, "-lm", "-o", "fly"], cwd=folder, check=True)
+    return subprocess.run([folder / "fly"], capture_output=True, text=True, check=True, timeout=60).stdout.splitlines()
+
+
+def numbers(lines, word):
+    return np.array([[float(one) for one in line.split()[1:]] for line in lines if line.startswith(word)])
