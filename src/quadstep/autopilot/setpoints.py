@@ -85,6 +85,10 @@ def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callabl
     mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
     try:
         link = mavutil.mavlink_connection(connect, source_system=255)
+    except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
+        allowed = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
+        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {allowed}"
+        raise UserError(f"--connect {connect}: {text}") from None
     except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
         raise UserError(f"--connect {connect}: cannot be opened: {error}") from None
     try:
