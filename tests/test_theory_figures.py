@@ -9,6 +9,7 @@ import pytest
 
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.flight.engines import fly
+from quadstep.flight.kernels import Kernels
 from quadstep.linear.analysis import studied
 from quadstep.study.cases import case_1, line
 from quadstep.theory.comparison import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
@@ -106,6 +107,7 @@ def test_yaw_without_its_acceleration(monkeypatch):
         return right(self, memory, measured, reference._replace(yaw_acceleration=0.0), gains, t, period)
 
     monkeypatch.setattr(CompletedBackstepping, "law", law)
+    monkeypatch.setattr("quadstep.flight.lanes.KERNELS", Kernels())  # those that are there have the right law
     flight = line(
         "turn", [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], controller={"type": "completed-backstepping"}, simulation={"duration": 8.0}
     )
