@@ -228,6 +228,9 @@ DOCTORED = {
     "a chunk without a digest": {"chunks": [{"file": "flights/00000.parquet", "first": 0, "past": 16}]},
     "machines that are none": {"machines": [5]},
     "files that are none": {"files": 5},
+    "metrics that are none": {"metrics": 1.5},
+    "metrics without names": {"metrics": [["position_rmse[m]"]]},
+    "other metrics": {"metrics": ["energy[J]"]},
     "no version": {"version": None},
     "no name": {"name": None},
 }

@@ -44,6 +44,7 @@ class Manifest(BaseModel):
     chunks: Annotated[list[Named], Field(max_length=MOST_CHUNKS)]
     machines: list[dict[str, Any]]
     files: list[str] = []
+    metrics: list[str] = []
 
 
 def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any]:

@@ -217,6 +217,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     reasons = {
         "fingerprint": "the campaign, its mission or a file it names has changed",
         "chunk": "its manifest has changed",
+        "metrics": "its manifest has changed",
         "version": f"it was flown by quadstep {found.get('version')}, this is {__version__}",
     }
     changed = [what for key, what in reasons.items() if found.get(key) != mine[key]]
