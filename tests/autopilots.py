@@ -6,6 +6,21 @@ import socket
 import struct
 import threading
 
+HOVERING = """
+[vehicle]
+preset = "x500"
+[path]
+type = "step"
+start = [0.0, 0.0, 5.0]
+end = [0.0, 0.0, 5.0]
+duration = {duration}
+[wind]
+mean = [1.0, 0.0, 0.0]
+[simulation]
+control_period = {period}
+"""
+"""A mission that a fake autopilot can fly."""
+
 PULSES = struct.Struct("<HHI16H")
 
 
@@ -119,3 +134,7 @@ class FakePx4(threading.Thread):
             except OSError:
                 self.stop.wait(0.05)
         raise AssertionError("nobody listens")
+
+
+FAKES = {"ardupilot": (FakeArduPilot, socket.SOCK_DGRAM), "px4": (FakePx4, socket.SOCK_STREAM)}
+"""Each, and its kind of socket."""

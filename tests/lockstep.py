@@ -4,7 +4,6 @@ The fake autopilots of the tests fly, in a process of their own, whose time does
 """
 
 import multiprocessing
-import socket
 import sys
 import tempfile
 import time
@@ -13,35 +12,17 @@ from pathlib import Path
 from quadstep.autopilot.flight import meet, opened, under
 from quadstep.flight.engines import fly
 from quadstep.mission.read import plan_mission, read_mission
-from tests.autopilots import FakeArduPilot, FakePx4, Hover, free_port
+from tests.autopilots import FAKES, HOVERING, Hover, free_port
 
-MISSION = """
-[vehicle]
-preset = "x500"
-[path]
-type = "step"
-start = [0.0, 0.0, 5.0]
-end = [0.0, 0.0, 5.0]
-duration = 5.0
-[wind]
-mean = [1.0, 0.0, 0.0]
-[simulation]
-control_period = {period}
-step = {step}
-"""
-
-FAKES = {
-    "ardupilot": (FakeArduPilot, socket.SOCK_DGRAM, 0.001, 0.001),
-    "px4": (FakePx4, socket.SOCK_STREAM, 0.004, 0.002),
-}
-"""The fake, its kind of socket, its period and the step of the flight [s]."""
+TIMES = {"ardupilot": (0.001, 0.001), "px4": (0.004, 0.002)}
+"""The autopilot's period and the step of the flight [s]."""
 
 
 def lockstep(name, folder):
     """Seconds flown by a second of computing, once everything is compiled."""
-    fake, kind, period, step = FAKES[name]
+    (fake, kind), (period, step) = FAKES[name], TIMES[name]
     path = folder / f"{name}.toml"
-    path.write_text(MISSION.format(period=period, step=step), encoding="utf-8")
+    path.write_text(HOVERING.format(duration=5.0, period=period) + f"step = {step}\n", encoding="utf-8")
     mission, port = read_mission(path), free_port(kind)
     link = opened(name, str(port))
     pilot = fake(port, Hover(plan_mission(mission, path)))

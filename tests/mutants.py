@@ -12,11 +12,13 @@ import os
 import signal
 import sys
 import types
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from quadstep.terminal.screen import say
+from tests.changes import Change, changes, changes_of
 
 MOST_SECONDS = 120
 """Of a processor's time, after which the tests of a mutant count as failed."""
@@ -24,93 +26,20 @@ MOST_SECONDS = 120
 BOUNDS = ("project", "within", "clip", "maximum", "minimum", "conjugate", "transposed", "sqrt")
 """Functions that a mutant goes without: its first argument stands for them."""
 
-ORDERED = ("cross", "multiply", "product", "outer")
-"""Functions whose first two arguments a mutant changes places of."""
+
+def changed(node: ast.AST) -> Iterator[ast.AST]:
+    """What a node can become: as everywhere, or without a factor or a bound."""
+    yield from changes(node)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
+        yield node.left
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in BOUNDS:
+        yield node.args[0]
 
 
-class Mutation(ast.NodeTransformer):
-    """Changes the place of this number. what: that was done, empty where there is no such place."""
-
-    def __init__(self, number: int) -> None:
-        self.left, self.what = number, ""
-
-    def here(self, node: ast.AST, what: str) -> bool:
-        """Whether it is this place."""
-        self.left -= 1
-        if self.left == -1:
-            self.what = f"line {getattr(node, 'lineno', 0)}: {what}"
-        return self.left == -1
-
-    def visit_Module(self, node: ast.Module) -> ast.AST:
-        """Constants and imports stay."""
-        node.body = [self.visit(one) if isinstance(one, ast.FunctionDef | ast.ClassDef) else one for one in node.body]
-        return node
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
-        """Declared gains stay."""
-        node.body = [self.visit(one) if isinstance(one, ast.FunctionDef) else one for one in node.body]
-        return node
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """Annotations stay."""
-        node.body = [self.visit(one) for one in node.body]
-        return node
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        """Signs, terms, factors."""
-        self.generic_visit(node)
-        text = ast.unparse(node)
-        if isinstance(node.op, ast.Add | ast.Sub):
-            if self.here(node, f"other sign in {text}"):
-                return ast.copy_location(
-                    ast.BinOp(node.left, ast.Sub() if isinstance(node.op, ast.Add) else ast.Add(), node.right), node
-                )
-            if self.here(node, f"no first term in {text}"):
-                return node.right
-            if self.here(node, f"no second term in {text}"):
-                return node.left
-        if isinstance(node.op, ast.Mult | ast.Div) and self.here(node, f"no second factor in {text}"):
-            return node.left
-        return node
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        """A minus."""
-        self.generic_visit(node)
-        return node.operand if isinstance(node.op, ast.USub) and self.here(node, f"no minus in {ast.unparse(node)}") else node
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        """An index of a vector: its neighbour's."""
-        self.generic_visit(node)
-        index = node.slice
-        if (
-            isinstance(index, ast.Constant)
-            and index.value in (0, 1)
-            and self.here(node, f"other index in {ast.unparse(node)}")
-        ):
-            return ast.copy_location(ast.Subscript(node.value, ast.Constant(1 - index.value), node.ctx), node)
-        return node
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        """A bound, an order."""
-        self.generic_visit(node)
-        name, text = ast.unparse(node.func), ast.unparse(node)
-        if name in BOUNDS and self.here(node, f"without {text}"):
-            return node.args[0]
-        if name in ORDERED and self.here(node, f"other order in {text}"):
-            return ast.copy_location(ast.Call(node.func, node.args[::-1], node.keywords), node)
-        return node
-
-
-def mutants(source: str):
-    """Each: what was changed, and the tree."""
-    number = 0
-    while True:
-        mutation = Mutation(number)
-        tree = ast.fix_missing_locations(mutation.visit(ast.parse(source)))
-        if not mutation.what:
-            return
-        yield mutation.what, tree
-        number += 1
+def mutants(source: str) -> list[Change]:
+    """Every change of every function; constants, imports and declared gains stay."""
+    functions = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)]
+    return [change for function in functions for change in changes_of(function, changed)]
 
 
 def caught(module: types.ModuleType, tree: ast.Module, test: str) -> bool:
@@ -136,11 +65,11 @@ def main(name: str, test: str, every: int = 1) -> None:
     source = Path(str(module.__file__)).read_text(encoding="utf-8")
     assert not caught(module, ast.parse(source), test), "the tests fail without any change"
     tried, survived = 0, 0
-    for what, tree in list(mutants(source))[::every]:
+    for change in mutants(source)[::every]:
         tried += 1
-        if not caught(module, tree, test):
+        if not caught(module, change.tree(source), test):
             survived += 1
-            say(f"survived: {what}")
+            say(f"survived: {change.function}: {change.was} -> {change.now}")
         sys.stdout.flush()
     say(f"{tried - survived} of {tried} caught")
 

@@ -12,7 +12,6 @@ loops that a search found nearest to it before: there the statement must hold an
 
 import ast
 import contextlib
-import copy
 import importlib
 import random
 import sys
@@ -21,6 +20,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+from tests.changes import Change, changes_of
 
 COMPLETED = "control.completed_backstepping"
 LAWS = {
@@ -86,23 +87,15 @@ EQUIVALENT = {
 }
 """How the names of mutants begin that change no number, or leave a statement as true as it was, and why."""
 
-SYMMETRIC = ("maximum", "inner", "np.maximum", "abs")
-"""Functions whose arguments may change places."""
-
-SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
-TURNED = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.GtE: ast.Gt, ast.LtE: ast.Lt}
-
 
 class Mutant(NamedTuple):
-    """module, function: the place. was, now: the part of its source. change: what stands for the function's `node`-th node."""
+    """module, function: the place. was, now: the part of its source. change: as made of its tree, if not by these texts."""
 
     module: str
     function: str
     was: str
     now: str
-    line: int = 0
-    node: int = 0
-    change: ast.AST | None = None
+    change: Change | None = None
 
     @property
     def name(self) -> str:
@@ -120,44 +113,7 @@ class Mutant(NamedTuple):
         if self.change is None:
             assert text.count(self.was) == 1, self.was
             return ast.parse(text.replace(self.was, self.now))
-        tree = ast.parse(text)
-        (there,) = [f for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.lineno == self.line]
-        target = list(ast.walk(there))[self.node]
-        new = ast.fix_missing_locations(ast.copy_location(copy.deepcopy(self.change), target))
-        Replace(target, new).visit(there)
-        return tree
-
-
-def changes(node: ast.AST) -> Iterator[ast.AST]:
-    """What a node can become."""
-    if isinstance(node, ast.BinOp) and type(node.op) in SWAPPED:
-        yield ast.BinOp(node.left, SWAPPED[type(node.op)](), node.right)
-        if isinstance(node.op, ast.Add | ast.Sub):
-            yield node.left
-            yield node.right
-    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        yield node.operand
-    elif isinstance(node, ast.Compare) and type(node.ops[0]) in TURNED:
-        yield ast.Compare(node.left, [TURNED[type(node.ops[0])]()], node.comparators)
-    elif isinstance(node, ast.Constant) and type(node.value) is float:
-        yield ast.Constant(node.value * 1.1 if node.value else 0.1)
-    elif isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and type(node.slice.value) is int:
-        for other in {0, 1, 2} - {node.slice.value}:
-            yield ast.Subscript(node.value, ast.Constant(other), node.ctx)
-    elif isinstance(node, ast.Call) and ast.unparse(node.func) not in SYMMETRIC:
-        for i in range(len(node.args) - 1):
-            yield ast.Call(node.func, [*node.args[:i], node.args[i + 1], node.args[i], *node.args[i + 2 :]], node.keywords)
-    else:
-        yield from of_the_other_loop(node)
-
-
-def of_the_other_loop(node: ast.AST) -> Iterator[ast.AST]:
-    """A name that ends in 1 or 2, with the other of the two."""
-    other = {"1": "2", "2": "1"}
-    if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load) and node.attr[-2:] in ("_1", "_2"):
-        yield ast.Attribute(node.value, node.attr[:-1] + other[node.attr[-1]], node.ctx)
-    elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and len(node.id) > 1 and node.id[-1] in other:
-        yield ast.Name(node.id[:-1] + other[node.id[-1]], node.ctx)
+        return self.change.tree(text)
 
 
 def source(module: str) -> str:
@@ -170,30 +126,8 @@ def mutants_of(module: str, names: tuple[str, ...]) -> Iterator[Mutant]:
     tree = ast.parse(source(module))
     for function in ast.walk(tree):
         if isinstance(function, ast.FunctionDef) and function.name in names:
-            types_in = annotations(function)
-            for place, node in enumerate(ast.walk(function)):
-                for change in changes(node):
-                    was, now = ast.unparse(node), ast.unparse(change)
-                    if was == now or id(node) in types_in:
-                        continue
-                    yield Mutant(module, function.name, was, now, function.lineno, place, change)
-
-
-class Replace(ast.NodeTransformer):
-    """One node for another."""
-
-    def __init__(self, old: ast.AST, new: ast.AST) -> None:
-        self.old, self.new = old, new
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        return self.new if node is self.old else super().visit(node)
-
-
-def annotations(function: ast.FunctionDef) -> set[int]:
-    """Identities of the nodes that stand in a type."""
-    types_of = [function.returns, *(a.annotation for a in ast.walk(function.args) if isinstance(a, ast.arg))]
-    types_of += [n.annotation for n in ast.walk(function) if isinstance(n, ast.AnnAssign)]
-    return {id(part) for whole in types_of if whole for part in ast.walk(whole)}
+            for change in changes_of(function):
+                yield Mutant(module, function.name, change.was, change.now, change)
 
 
 def all_mutants() -> list[Mutant]:

@@ -14,27 +14,13 @@ from quadstep.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_matrix
-from tests.autopilots import FakeArduPilot, FakePx4, Hover, free_port
+from tests.autopilots import FAKES, HOVERING, Hover, free_port
 from tests.commands import quadstep, strict_json, without_figures, write
 from tests.needs import package
 
 package("pymavlink")
 
-MISSION = """
-[vehicle]
-preset = "x500"
-[path]
-type = "step"
-start = [0.0, 0.0, 5.0]
-end = [0.0, 0.0, 5.0]
-duration = 2.0
-[wind]
-mean = [1.0, 0.0, 0.0]
-[simulation]
-control_period = 0.004
-"""
-
-FAKES = {"ardupilot": (FakeArduPilot, socket.SOCK_DGRAM), "px4": (FakePx4, socket.SOCK_STREAM)}
+MISSION = HOVERING.format(duration=2.0, period=0.004)
 
 
 def fake(name, mission, **how):

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.certify.arrays import lengths
 from quadstep.numbers import Matrix, Vector
 from quadstep.verify.algebra import holds
 from quadstep.verify.rows import Check
@@ -26,9 +27,7 @@ def blocks(m: Matrix) -> Plain:
 
 def size(entries: Plain) -> Plain:
     """Length of all entries of each closed loop, (count, 1)."""
-    flat = entries.reshape(len(entries), -1)
-    lengths: Plain = np.sqrt((flat * flat).sum(axis=1, keepdims=True))
-    return lengths
+    return lengths(entries)[:, None]
 
 
 def kept(entries: Plain, bound: Plain) -> Plain:

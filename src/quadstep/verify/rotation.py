@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadstep.certify.arrays import apply
 from quadstep.control.attitude_filter import FilteredAttitude, attitude_filter
 from quadstep.control.controller import Measured
 from quadstep.control.networks import Net
@@ -79,18 +80,6 @@ def column(number: object) -> Plain:
     return np.broadcast_to(np.asarray(number, dtype=float), (COUNT,))[:, None]
 
 
-def turned(matrices: Plain, vectors: Plain) -> Plain:
-    """R v."""
-    found: Plain = np.einsum("bij,bj->bi", matrices, vectors)
-    return found
-
-
-def back(matrices: Plain, vectors: Plain) -> Plain:
-    """R^T v."""
-    found: Plain = np.einsum("bji,bj->bi", matrices, vectors)
-    return found
-
-
 def rotations(quaternion: Vector) -> Plain:
     """I + 2 w S + 2 S^2, S the cross product with the quaternion's axis: body to world."""
     w, *axis = quaternion
@@ -155,11 +144,13 @@ def rotation_law() -> Evidence:
     sigma, missing = rows(g.inertia), rows(memory.asked_torque) - rows(measured.torque)
     filtered = attitude_filter(memory.filtered, memory.wanted, g.filter_frequency, Vector((missing / sigma).T), PERIOD)
     into = np.einsum("bki,bkj->bij", r, rotations(filtered.attitude))
-    e2, fed = logarithm(into), turned(into, rows(filtered.rates))
+    e2, fed = logarithm(into), apply(into, rows(filtered.rates))
     e2_dot = fed - omega
     r2 = e2_dot + rows(g.slope_2) * e2
-    turning = turned(into, rows(filtered.acceleration)) - np.cross(omega, fed)
-    mu_2 = neurons(net_2.input_weights, np.concatenate([back(r, velocity) / 5.0, omega / 5.0, turning / 50.0], axis=1))
+    turning = apply(into, rows(filtered.acceleration)) - np.cross(omega, fed)
+    mu_2 = neurons(
+        net_2.input_weights, np.concatenate([apply(r.swapaxes(1, 2), velocity) / 5.0, omega / 5.0, turning / 50.0], axis=1)
+    )
     bent = turning + rows(g.slope_2) * e2_dot + rows(g.gain_2) * r2 + rows(g.integral_2) * i_2 + rows(g.coupling) * e2
     bent = bent + (was & started) * np.einsum("bni,bn->bi", w_2, mu_2)
     torque = sigma * bent + np.cross(omega, sigma * omega)
