@@ -54,6 +54,14 @@ class Batch(NamedTuple):
     places: tuple[int, ...]
     rows: NDArray[np.float64]
 
+    def flight(self, row: NDArray[np.float64]) -> tuple[Any, Any]:
+        """Start and parameters of the flight of a row."""
+        leaves = flatten((self.start, self.parameters))
+        for place, value in zip(self.places, row, strict=True):
+            leaves[place] = float(value)
+        start, parameters = rebuild((self.start, self.parameters), iter(leaves))
+        return start, parameters
+
 
 class Planner:
     """Builds flights of one mission in which some keys vary.

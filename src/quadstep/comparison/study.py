@@ -11,6 +11,7 @@ from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.comparison.schema import EFFORTS, Content, ControllerEntry, StudyFile
+from quadstep.control.controller import Controller
 from quadstep.documents import parse_toml, read_toml
 from quadstep.errors import UserError
 from quadstep.mission.check import check
@@ -49,6 +50,11 @@ class Cell(NamedTuple):
     def label(self) -> str:
         """In words."""
         return f"{self.controller}: {self.situation.label}"
+
+    @property
+    def law(self) -> type[Controller]:
+        """What flies it."""
+        return check_mission(self.campaign.content, self.campaign.source, self.campaign.folder).controller.controller
 
 
 class Study(NamedTuple):
