@@ -136,7 +136,7 @@ class FakePx4(threading.Thread):
                     link.sendall(answer.pack(mav))
 
     def _connected(self):
-        for _ in range(200):
+        for _ in range(2000):
             try:
                 return socket.create_connection(("127.0.0.1", self.port), timeout=5.0)
             except OSError:
