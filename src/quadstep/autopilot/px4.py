@@ -74,6 +74,7 @@ class Px4:
             self.peer, _ = self.server.accept()
         except TimeoutError:
             raise UserError(f"no PX4 connected to {self.where} in {self.first_wait:g} s; start its simulation") from None
+        self.server.close()  # whoever connects while this flight lasts is refused, and not kept for after it
         self.peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for number in range(round(self.first_wait / STILL_EVERY)):
             self.behind = number * STILL_EVERY

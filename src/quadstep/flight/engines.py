@@ -13,7 +13,7 @@ from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
-from quadstep.numbers import Table, flatten, in_matrix, leaf_names
+from quadstep.numbers import Structure, Table, flatten, in_matrix, leaf_names
 
 
 class FlightPlan(NamedTuple):
@@ -65,7 +65,7 @@ def one_at_a_time(loop: ClosedLoop) -> bool:
     return isinstance(loop, Loop) and loop.controller.one_at_a_time
 
 
-def announce(loop: ClosedLoop, parameters: Any, start: Any) -> None:
+def announce(loop: ClosedLoop, parameters: Structure, start: Structure) -> None:
     """Tell a controller that flies one at a time of its next flight. Raises UserError where it cannot fly."""
     if isinstance(loop, Loop) and loop.controller.one_at_a_time:
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
