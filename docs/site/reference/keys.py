@@ -108,8 +108,8 @@ def tables_in(model: Model, field: FieldInfo) -> list[Model]:
     """Every table that a key may hold; of a mission's controller, those of the package that its vehicle can have."""
     found = models_in(field.annotation)
     if found == [ControllerSection] and issubclass(model, Mission):
-        own = [section_of(law) for law in controllers(model.measures).values()]
-        return [*own, AutopilotSection] if model.measures is Measured else own
+        found = [section_of(law) for law in controllers(model.measures).values()]
+        return [*found, AutopilotSection] if model.measures is Measured else found
     return found
 
 
