@@ -40,6 +40,7 @@ def facts(found: Sequence[Beside]) -> list[Fact]:
             one.name,
             f"lost: {one.lost}" if one.lost else quantity(one.simulated.rmse, "m"),
             f"RMSE; real: {quantity(one.real.rmse, 'm')}",
+            verbatim=True,
         )
         for one in found[:MOST_FACTS]
     ]
@@ -55,7 +56,10 @@ def sections(found: Sequence[Beside], controller: str) -> list[str]:
         rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]
         parts.append(table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]"), rows))
         lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
-        panels = [Panel(name, "m", {key: values[:, i] for key, values in lines.items()}) for i, name in enumerate("xyz")]
+        reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
+        panels = [
+            Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
+        ]
         job = FigureJob(f"again{place}", "", one.time, panels)
         parts.append(drawn(job, "Setpoint, real and simulated position"))
     return parts

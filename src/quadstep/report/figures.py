@@ -63,6 +63,7 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         lines = {key: values - base for key, values in lines.items()}
         name += f" − {base:g} {prose(panel.unit).strip('-')}".rstrip()
     largest = max((float(np.abs(values).max()) for values in lines.values() if len(values)), default=0.0)
+    largest = max(largest, panel.reach)
     unit, factor = (prefixed if panel.unit == "-" else handy)(panel.unit, largest)
     for style, (key, values) in zip(LINES * 2, lines.items(), strict=False):
         axes.plot(*thin(t, factor * values, log_time), label=label(key), **style)

@@ -42,13 +42,14 @@ class Span(NamedTuple):
 
 class Fact(NamedTuple):
     """One of the numbers that a summary shows. what: it is of. value: as people write it. more: in small print, its interval
-    in words, say. span: the interval drawn.
+    in words, say. span: the interval drawn. verbatim: whether `what` is a file's name and not a symbol.
     """
 
     what: str
     value: str
     more: str = ""
     span: Span | None = None
+    verbatim: bool = False
 
 
 Cell = str | tuple[str, str] | Span
@@ -126,7 +127,7 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     figures: of `figure`.
     """
     tiles = "".join(
-        f"<div><dt>{rich(one.what)}</dt><dd>{rich(one.value)}"
+        f"<div><dt>{escape(one.what) if one.verbatim else rich(one.what)}</dt><dd>{rich(one.value)}"
         f"{f'<small>{rich(one.more)}</small>' if one.more else ''}{drawn_interval(one.span) if one.span else ''}</dd></div>"
         for one in facts
     )

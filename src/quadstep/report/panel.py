@@ -11,10 +11,12 @@ LOG, SIGNED_LOG = "log", "symlog"
 class Panel(NamedTuple):
     """One set of axes over time: what is drawn, its unit, and the lines by legend entry.
 
-    scale: `LOG`, `SIGNED_LOG`, or nothing: linear, unless a short peak would flatten all the rest.
+    scale: `LOG`, `SIGNED_LOG`, or nothing: linear, unless a short peak would flatten all the rest. reach: the largest value of
+    panels that are shown in the same unit.
     """
 
     label: str
     unit: str
     lines: dict[str, NDArray[np.float64]]
     scale: str = ""
+    reach: float = 0.0
