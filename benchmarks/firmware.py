@@ -5,6 +5,7 @@ Of the Crazyflie on a circle, in f32: exact numbers, which no busy machine can b
 
 import tempfile
 from pathlib import Path
+from typing import NamedTuple
 
 from quadstep import Mission
 from quadstep.c99.interface import loops
@@ -29,8 +30,30 @@ def plan(law: str) -> FlightPlan:
     return Mission(vehicle={"preset": "crazyflie"}, path=path, controller={"type": law}).plan()
 
 
-def row(law: str) -> str:
-    """A law's numbers in a line."""
+class Cells(NamedTuple):
+    """Of a law's row. code: all of it; alone: without `made`, `start` and `reset`. worst: instructions of each loop, and the
+    share of its own period that they take.
+    """
+
+    state: int
+    code: int
+    alone: int
+    stack: int
+    worst: dict[str, tuple[int, float]]
+
+    @property
+    def together(self) -> int:
+        """Instructions where all loops are due."""
+        return sum(count for count, _ in self.worst.values())
+
+    @property
+    def share(self) -> float:
+        """Of 1 ms, where all loops are due."""
+        return self.together / (PER_CYCLE * CLOCK * 1e-3)
+
+
+def cells(law: str) -> Cells:
+    """Measure a law. Raises UserError where a tool fails."""
     flight = plan(law)
     one = exported(flight, precise=False)
     with tempfile.TemporaryDirectory() as place:
@@ -41,15 +64,21 @@ def row(law: str) -> str:
             (folder / name).write_text(text, encoding="utf-8")
         found = measured(one, folder, work)["Cortex-M4F"]
         alone = section(work / "CortexM4F" / f"{one.name}.o", APART)
-    assert found.counted
-    assert found.counted.same_bits
+    if not found.counted or not found.counted.same_bits:
+        raise UserError("QEMU did not give the same bits")
     worst = {name: found.counted.worst[name] for name in ("law", *loops(one))}
     periods = {task.name: every * flight.ticks.step for task, every in zip(flight.loop.tasks, flight.ticks.every, strict=True)}
-    shares = [f"{name} {count} ({count / (PER_CYCLE * CLOCK * periods[name]):.2%})" for name, count in worst.items()]
+    shares = {name: (count, count / (PER_CYCLE * CLOCK * periods[name])) for name, count in worst.items()}
+    return Cells(found.sizes.state, found.sizes.code, alone, max(found.sizes.stack.values()), shares)
+
+
+def row(law: str) -> str:
+    """A law's numbers in a line."""
+    one = cells(law)
+    loads = ", ".join(f"{name} {count} ({share:.2%} of its period)" for name, (count, share) in one.worst.items())
     return (
-        f"{law}: {found.sizes.state} B of state, {found.sizes.code} B of code, {alone} B without made, start and reset, "
-        f"{max(found.sizes.stack.values())} B of stack; instructions at worst, and share of the loop's own period: "
-        f"{', '.join(shares)}; {sum(worst.values())} together ({sum(worst.values()) / (PER_CYCLE * CLOCK * 1e-3):.2%} of 1 ms)"
+        f"{law}: {one.state} B of state, {one.code} B of code, {one.alone} B without made, start and reset, {one.stack} B of "
+        f"stack; instructions at worst: {loads}; together {one.together}, {one.share:.2%} of 1 ms"
     )
 
 

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import subprocess
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,6 +29,11 @@ class Need(NamedTuple):
 def program(*names: str) -> str | None:
     """The first of these programs that is on the path."""
     return next((path for path in map(shutil.which, names) if path), None)
+
+
+def said(*line: str) -> str:
+    """What a program says."""
+    return subprocess.run(line, capture_output=True, text=True, check=False).stdout
 
 
 def has_graphics() -> bool:
@@ -74,6 +80,12 @@ CORTEX_M = Need(
     "install them (Debian: gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)",
     lambda: bool(program("arm-none-eabi-gcc") and program("qemu-system-arm")),
 )
+CORTEX_M_12 = Need(
+    "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
+    "use Debian 12's gcc-arm-none-eabi",
+    lambda: CORTEX_M.here() and " 12.2" in said("arm-none-eabi-gcc", "--version"),
+    spared=True,
+)
 CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cppcheck") is not None)
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
@@ -98,7 +110,7 @@ RECORDINGS = Need(
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
-    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CPPCHECK,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK,
     SITE, BASH, ZSH, FISH,
 )  # fmt: skip
 

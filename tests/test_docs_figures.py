@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import firmware
 from benchmarks.rare.__main__ import FLOWN, KNOWN, kept, read, row, truth
 from quadstep.analysis.statistics import share
 from quadstep.campaign.until import looks
 from quadstep.rare.section import Method
+from tests.needs import CORTEX_M, CORTEX_M_12, needs
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -60,3 +62,13 @@ def test_how_often_the_intervals_held():
     assert "five of ten reach nine in ten" in page("rare.md")
     held = [share_held(case, Method.SUBSET) for case in KNOWN]
     assert f"by subset simulation, on five, in {min(held)} to {max(held)} %" in page("certain.md")
+
+
+@needs(CORTEX_M, CORTEX_M_12)
+@pytest.mark.parametrize("law", ["rotation-backstepping", "pid", "geometric"])
+def test_what_an_exported_law_takes(law):
+    one = firmware.cells(law)
+    (line,) = re.findall(rf"\| {law}(?:,.*?)? \|(.*)\|\n", (DOCS / "export.md").read_text(encoding="utf-8"))
+    state, code, alone, stack, together, took = (cell.strip() for cell in line.split("|"))
+    assert (state, together, took) == (f"{one.state} B", str(one.together), f"{100 * one.share:.2f} %")
+    assert (code, alone, stack) == (f"{one.code} B", f"{one.alone} B", f"{one.stack} B")
