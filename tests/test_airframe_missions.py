@@ -159,7 +159,7 @@ CASES = {
     "controller of the paper's plant": (
         controller("completed-backstepping"),
         "controller.type = 'completed-backstepping' needs the paper's plant",
-        "leave out its preset",
+        "leave out preset",
     ),
     "controller without a type": (section("controller", "k_x = 3.0"), "controller.type", "missing", "lqr"),
     "unknown key of a controller": (controller("geometric", "K_R = 3.0"), "controller.K_R", "unknown key", "k_R", "k_Omega"),

@@ -331,7 +331,7 @@ class Circular(NamedTuple):
 
 
 def test_defaults_that_cannot_be_worked_out_say_so():
-    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default follows from itself")):
+    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default depends on itself")):
         with pytest.raises((AttributeError, TypeError), match=said):
             Undecided(kind, declared(kind), Said({}), MODEL).decided()
 

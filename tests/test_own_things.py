@@ -177,7 +177,7 @@ def test_wrong_laws_of_paths_are_one_line(folder, length):
 
 def test_no_user_code_runs_where_that_was_said(folder):
     run = quadstep("fly", written(folder, LISSAJOUS), "--out", folder / "out", "--no-user-code")
-    refused(run, "path: type: lissajous.py:Lissajous: code of users is not run: --no-user-code was given")
+    refused(run, "path: type: lissajous.py:Lissajous: user code is not run: --no-user-code was given")
 
 
 # Winds
@@ -358,7 +358,8 @@ def test_metrics_do_not_vary(folder):
     written(folder, MEASURED + STEP)
     text = 'mission = "mission.toml"\n[vary]\n"metrics.0" = { type = "choice", values = ["metrics.py:Climb"] }\n'
     refused(
-        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"), "what is measured changes no flight"
+        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"),
+        "what is measured does not affect flights",
     )
 
 
@@ -374,4 +375,4 @@ def test_wrong_metrics_are_one_line(folder, named):
 
 def test_no_metric_of_users_runs_where_that_was_said(folder):
     run = quadstep("fly", written(folder, MEASURED + STEP), "--out", folder / "out", "--no-user-code")
-    refused(run, "metrics: metrics.py:SettlingTime: code of users is not run: --no-user-code was given")
+    refused(run, "metrics: metrics.py:SettlingTime: user code is not run: --no-user-code was given")

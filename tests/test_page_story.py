@@ -98,11 +98,11 @@ def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "begin with a title"),
+        ("", "start with a title"),
         ("# T\n", "0 steps"),
         ("# T\n## S\nwords\n", "has 0 settings"),
         (f"# T\n{one()}{one().partition(chr(10))[2]}", "has 2 settings"),
-        ('# T\n## S\n```toml\nflight = "case"\nmove = "t_f"\nwatch = "scene"\n```\n', "says nothing"),
+        ('# T\n## S\n```toml\nflight = "case"\nmove = "t_f"\nwatch = "scene"\n```\n', "has no text"),
         ("# T\n" + "## S\n" * 41, "41 steps"),
     ],
 )

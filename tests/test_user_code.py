@@ -122,7 +122,7 @@ def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, 
     assert run.returncode == 0, run.stderr
     run = quadstep_process("fly", "mission.toml", "--no-user-code", "--out", "two", cwd=folder)
     assert (run.returncode, run.stdout) == (2, "")
-    assert "code of users is not run: --no-user-code was given" in run.stderr
+    assert "user code is not run: --no-user-code was given" in run.stderr
     monkeypatch.setattr(loading, "refused", "here")
     with pytest.raises(UserError, match="is not run: here"):
         load(Place("law.py", "K"), folder)

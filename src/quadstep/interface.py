@@ -123,7 +123,7 @@ class Flight(FlightLog):
         of which no mission is known.
         """
         if self.mission is None:
-            raise UserError("only the flight of a mission can be saved, not that of a plan")
+            raise UserError("only the flight of a mission can be saved, not the flight of a plan")
         with publishing(Path(folder), fingerprint([self.plan]), overwrite) as out, drawing_pool() as pool:
             write_results(out, pool, self.mission, self.plan, self, self.engine, self.mission.folder)
 

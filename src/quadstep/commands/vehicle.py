@@ -42,7 +42,7 @@ def fit(
     except UserError as error:
         raise UserError(f"{datasheet}: {error}") from None
     except ValueError as error:
-        raise UserError(f"{datasheet}: makes no vehicle that can fly: {error}") from None
+        raise UserError(f"{datasheet}: does not describe a vehicle that can fly: {error}") from None
     campaign = target.with_name(f"{target.stem}_campaign.toml")
     write_beside(target, as_toml(vehicle))
     write_beside(campaign, campaign_text(sheet, found, target.name))

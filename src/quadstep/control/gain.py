@@ -230,11 +230,11 @@ def declared(gains: type) -> Mapping[str, Declaration]:
         elif hasattr(kind, "_field_defaults"):
             found |= {f"{name}.{inner}": one for inner, one in declared(kind).items()}
         else:
-            raise TypeError(f"{gains.__name__}.{name}: say what it is: gain(...), believed(...) or given(...)")
+            raise TypeError(f"{gains.__name__}.{name}: declare it as gain(...), believed(...) or given(...)")
     keys = [one.key for one in found.values() if isinstance(one, Gain)]
     twice = [key for key in keys if keys.count(key) > 1]
     if twice:
-        raise TypeError(f"{gains.__name__}: two gains have the key {twice[0]}")
+        raise TypeError(f"{gains.__name__}: two gains share the key {twice[0]}")
     return found
 
 
@@ -272,7 +272,7 @@ class Undecided:
         if name not in kinds:
             raise AttributeError(f"{self._gains.__name__} has no field {name!r}")
         if name in self._begun:
-            raise TypeError(f"{self._gains.__name__}.{name}: its default follows from itself")
+            raise TypeError(f"{self._gains.__name__}.{name}: its default depends on itself")
         self._begun.add(name)
         path = f"{self._prefix}{name}"
         declaration, said = self._declarations.get(path), self._said.values.get(path)

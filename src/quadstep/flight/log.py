@@ -15,7 +15,7 @@ REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
     Outcome.OFF_PATH: "farther from the path than limits.distance",
     Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
-    Outcome.SPINNING: "a rate above limits.rate",
+    Outcome.SPINNING: "a rate exceeded limits.rate",
     Outcome.CRASHED: "it hit the ground",
 }
 """What is said of a flight that ended early."""

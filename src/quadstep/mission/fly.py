@@ -87,7 +87,7 @@ def fly_mission(
         told("waiting for the autopilot", 0, 1)
         meet(piloted.link, plan)
         summary = fly_planned(flown_mission, plan, beside, folder, engine, overwrite, told, required, sheet)
-    return summary._replace(ending=f"{piloted.lost}. The log up to then is kept.") if piloted.lost else summary
+    return summary._replace(ending=f"{piloted.lost}. The log up to that point is kept.") if piloted.lost else summary
 
 
 def fly_planned(
@@ -172,7 +172,7 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
     """A mission, its flight, and where the files are that it names. Raises UserError."""
     if flight is None:
         if results is not None:
-            raise UserError("--results: goes with --flight")
+            raise UserError("--results: requires --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
     from quadstep.campaign.replay import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
@@ -212,5 +212,5 @@ def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, 
     if completed:
         ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
     else:
-        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to then is kept."
+        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to that point is kept."
     return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

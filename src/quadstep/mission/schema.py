@@ -187,7 +187,7 @@ class Mission(Section):
         half = 0.5 * self.simulation.step
         own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - half)
         for name in own.keys() & found.keys():
-            raise UserError(f"metrics: {name}: every flight has a metric of this name")
+            raise UserError(f"metrics: {name}: every flight already has a metric of this name")
         return {**found, **own}, warnings
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
@@ -207,9 +207,9 @@ class Mission(Section):
     def _names_its_metrics_apart(self) -> Self:
         for one in own_metrics(self.metrics, self.folder):
             if one.name in EFFORT and not self.with_rotors:
-                raise ValueError(f"metrics: {one.name}: only of real vehicles; name one in [vehicle]")
+                raise ValueError(f"metrics: {one.name}: only for real vehicles; name one in [vehicle]")
             if one.name in bare(score_names(self.plant)):
-                raise ValueError(f"metrics: {one.name}: every flight has a metric of this name")
+                raise ValueError(f"metrics: {one.name}: every flight already has a metric of this name")
         return self
 
     @model_validator(mode="after")
@@ -221,7 +221,9 @@ class Mission(Section):
                 raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
             if table == "objective" and any(map(is_margin, names)):
                 margin = next(filter(is_margin, names))
-                raise ValueError(f"tune: objective.{margin}: more is better; make it a constraint, or weigh sensitivity_peak")
+                raise ValueError(
+                    f"tune: objective.{margin}: larger is better; make it a constraint, or weight sensitivity_peak"
+                )
         return self
 
     @model_validator(mode="wrap")

@@ -201,7 +201,7 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     text = template(preset, controller, path.parent)
     try:
         if path.exists():
-            raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
+            raise UserError(f"{path}: already exists; `quadstep new` never overwrites a file")
     except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
     write_beside(path, text)

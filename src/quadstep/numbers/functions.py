@@ -152,7 +152,7 @@ def foreign_functions(value: object) -> OfLaw:
         from quadstep.numbers.symbols import SYMBOLS  # noqa: PLC0415 (loaded only where it is used)
 
         return cast(OfLaw, SYMBOLS)
-    raise TypeError(f"{type(value).__name__} is not a number that a law can take")
+    raise TypeError(f"{type(value).__name__} is not a number that a law can use")
 
 
 def sin(x: Number) -> Number:
