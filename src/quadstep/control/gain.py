@@ -169,7 +169,7 @@ def believed(what: str) -> Any:
     return Gain(
         lambda model: getattr(model, what),
         BELIEVED_UNITS[what],
-        "what the controller believes; the vehicle's if left out",
+        "value assumed by the controller; default: the vehicle's",
         key=what,
         tunable=False,
         group=BELIEF,
