@@ -38,7 +38,9 @@ class BacksteppingGains(NamedTuple):
     gain_2: Vector = gain(
         250.0, "N m s", "the theorem requires K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
     )
-    integral_2: Vector = gain(10.0, "N m", "gain of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0)
+    integral_2: Vector = gain(
+        10.0, "N m", "gain of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0
+    )
     filter_frequency: Number = gain(100.0, "rad/s", "bandwidth of the command filter of theta_d and phi_d")
     force_net: Net = net(1, FORCE_INPUTS, rate=5.0, damping=0.01)
     torque_net: Net = net(2, TORQUE_INPUTS, rate=5.0, damping=0.01)

@@ -42,7 +42,9 @@ class GeometricAdaptiveGains(NamedTuple):
     turn: Turn
     adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation rate of the acceleration estimate", symbol="g_x", zero=True)
     drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation rate of the drag estimate", zero=True)
-    turn_adaptation: Number = gain(usual(25.0, 2), "1/s^2", "adaptation rate of the angular acceleration estimate", symbol="g_R", zero=True)
+    turn_adaptation: Number = gain(
+        usual(25.0, 2), "1/s^2", "adaptation rate of the angular acceleration estimate", symbol="g_R", zero=True
+    )
     turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation rate of the rotational drag estimate", zero=True)
     coupling: Number = gain(usual(3.0, 1), "1/s", "weight of the position error in adaptation", symbol="c_1", key="c_1")
     turn_coupling: Number = gain(usual(9.0, 1), "1/s", "weight of the attitude error in adaptation", symbol="c_2", key="c_2")

@@ -42,7 +42,9 @@ class IndiGains(NamedTuple):
     pull: Pull
     turn: Turn
     force_filter: Number = gain(usual(15.0, 1), "rad/s", "cut-off of the filters of applied and measured force")
-    torque_filter: Number = gain(usual(40.0, 1), "rad/s", "cut-off of the two-stage filters of torque and angular acceleration")
+    torque_filter: Number = gain(
+        usual(40.0, 1), "rad/s", "cut-off of the two-stage filters of torque and angular acceleration"
+    )
     per_speed: Number = given(lambda model: model.per_speed)
     mixing: tuple[Vector, ...] = given(lambda model: model.mixing)
 

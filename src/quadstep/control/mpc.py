@@ -58,7 +58,9 @@ class MpcWeights(NamedTuple):
     climb: Vector = gain(
         (300.0, 10.0, 0.0, 0.3), "-", "weights of position, velocity, lift and the input", parts=CLIMB, zero=True
     )
-    turn: Vector = gain((4.0, 0.2, 0.0, 0.01), "-", "weights of heading, its two derivatives and the input", parts=TURN, zero=True)
+    turn: Vector = gain(
+        (4.0, 0.2, 0.0, 0.01), "-", "weights of heading, its two derivatives and the input", parts=TURN, zero=True
+    )
     penalty: Number = gain(0.1, "-", "rho of ADMM over the weight of the bounded quantity", symbol="rho", tunable=False)
     most_lean: Number = gain(1.0, "-", "largest horizontal acceleration, as a fraction of gravity")
     most_angular: Vector = gain(usual((80.0, 80.0, 12.0), 2), "rad/s^2", "largest commanded angular acceleration")

@@ -38,7 +38,9 @@ def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metri
         body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
     body += [page.heading("All numbers", "numbers")]
     body += [
-        page.table(("", *names, "second / first"), rows, escape) if rows else page.paragraph("Neither result has numbers to compare.")
+        page.table(("", *names, "second / first"), rows, escape)
+        if rows
+        else page.paragraph("Neither result has numbers to compare.")
     ]
     return page.page_text(
         f"{names[0]} and {names[1]}", [*body, page.links([("/", "All results")])], "Comparison of two", STYLE

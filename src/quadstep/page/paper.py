@@ -31,7 +31,7 @@ CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
 VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 NOTES = {
-    "case1": "To (20, 5, 10) m in 40 s. The disturbance never exceeds 0.0003 N: increase it, or shorten t_f, to test the nets.",
+    "case1": "To (20, 5, 10) m in 40 s. The disturbance never exceeds 0.0003 N: raise it, or shorten t_f, to test the nets.",
     "case2": "Only x moves; y, z and roll should stay unaffected.",
     "case2-y": "Only y moves.",
     "case2-z": "Only z moves.",
