@@ -35,7 +35,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class AdrcGains(NamedTuple):
-    """What the controller believes of the vehicle, and its bandwidths, of the attitude about body x, y, z."""
+    """The vehicle parameters that the controller assumes, and its bandwidths, of the attitude about body x, y, z."""
 
     body: Body
     bandwidth: Vector = gain(usual(4.8, 1), "1/s", "bandwidth of the position loop", symbol="w_c")

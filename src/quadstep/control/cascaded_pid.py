@@ -15,7 +15,7 @@ from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotat
 
 
 class CascadedPidGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude and rates about body x, y, z."""
+    """Assumed vehicle parameters, and its gains in x, y, z; of attitude and rates about body x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

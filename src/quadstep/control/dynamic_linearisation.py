@@ -20,7 +20,7 @@ SMOOTH = 0.01
 
 
 class DynamicLinearisationGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of the chain of integrators and of the observer, in x, y, z."""
+    """Assumed vehicle parameters; gains of the chain of integrators and of the observer, in x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

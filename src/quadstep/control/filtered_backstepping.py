@@ -46,7 +46,7 @@ UP = vector(0.0, 0.0, 1.0)
 
 
 class FilteredBacksteppingGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude and rates about body x, y, z.
+    """The vehicle parameters that the controller assumes, and its gains in x, y, z; of attitude and rates about body x, y, z.
 
     most_thrust: that the position loop may ask for [N].
     """

@@ -34,7 +34,7 @@ UP = vector(0.0, 0.0, 1.0)
 
 
 class FlatnessGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains: over mass in x, y, z, of attitude about body x, y, z."""
+    """Assumed vehicle parameters, and its gains: over mass in x, y, z, of attitude about body x, y, z."""
 
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)

@@ -14,7 +14,7 @@ from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, ya
 
 
 class GeometricGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains: over mass in x, y, z, over inertia about body x, y, z."""
+    """Assumed vehicle parameters and gains: over mass in x, y, z, over inertia about body x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

@@ -35,7 +35,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class GeometricAdaptiveGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains."""
+    """The vehicle parameters that the controller assumes, and its gains."""
 
     body: Body
     pull: Pull

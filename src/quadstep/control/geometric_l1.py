@@ -40,7 +40,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class GeometricL1Gains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains."""
+    """The vehicle parameters that the controller assumes, and its gains."""
 
     body: Body
     pull: Pull

@@ -34,7 +34,7 @@ LEAST_GAMMA, MOST_GAMMA, HALVINGS = 0.1, 1e4, 24
 
 
 class HInfinityWeights(NamedTuple):
-    """What the controller believes of the vehicle, and what the law is made from.
+    """The vehicle parameters that the controller assumes, and what the law is made from.
 
     pace: unit of time. weights: on the squared states in that unit, against that of the input.
     """

@@ -49,7 +49,7 @@ from quadstep.numbers.rotations import (
 
 
 class HedgedInversionGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude about body x, y, z.
+    """The vehicle parameters that the controller assumes, and its gains in x, y, z; of attitude about body x, y, z.
 
     most_thrust: that the outer loop may ask for [N]. lag: of the rotors [s]. force_net, torque_net: for accelerations
     [m/s^2] and [rad/s^2]. learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).

@@ -36,7 +36,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class IndiGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains. per_speed, mixing: as in `Model`."""
+    """The vehicle parameters that the controller assumes, and its gains. per_speed, mixing: as in `Model`."""
 
     body: Body
     pull: Pull

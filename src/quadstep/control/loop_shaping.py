@@ -27,7 +27,7 @@ ITERATIONS = 200
 
 
 class LoopShapingWeights(NamedTuple):
-    """What the controller believes of the vehicle, and what the law is made from."""
+    """The vehicle parameters that the controller assumes, and what the law is made from."""
 
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)

@@ -33,7 +33,7 @@ CLIMB, TURN = ("integral", "position", "velocity", "input"), ("heading", "rate",
 
 
 class LqrWeights(NamedTuple):
-    """What the controller believes of the vehicle, and the weights on squared errors: what one unit of each is worth."""
+    """Assumed vehicle parameters, and the weights on squared errors: what one unit of each is worth."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

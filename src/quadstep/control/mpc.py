@@ -41,7 +41,7 @@ FREE = 1e9
 
 
 class MpcWeights(NamedTuple):
-    """What the controller believes of the vehicle, the weights on squared deviations, and the bounds.
+    """The vehicle parameters that the controller assumes, the weights on squared deviations, and the bounds.
 
     Weights: what one unit of each is worth. Inputs: angular accelerations [rad/s^2], of climb an acceleration [m/s^2].
     """

@@ -40,7 +40,7 @@ WORST = 1e30
 
 
 class MppiGains(NamedTuple):
-    """What the controller believes of the vehicle, what a plan costs a stage, what is tried, and the attitude loop."""
+    """The vehicle parameters that the controller assumes, what a plan costs a stage, what is tried, and the attitude loop."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

@@ -51,7 +51,7 @@ AIRBORNE = 0.8
 
 
 class RotationGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains over mass in x, y, z, over inertia about body x, y, z.
+    """The vehicle parameters that the controller assumes, and its gains over mass in x, y, z, over inertia about body x, y, z.
 
     most_thrust: that the position loop may ask for [N]. force_net, torque_net: for accelerations [m/s^2] and [rad/s^2].
     learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).

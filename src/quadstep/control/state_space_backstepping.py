@@ -27,7 +27,7 @@ LEAST = 0.2
 
 
 class StateSpaceGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of each step, level and upward."""
+    """The vehicle parameters that the controller assumes; gains of each step, level and upward."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

@@ -22,7 +22,7 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class SuperTwistingGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of the attitude about body x, y, z."""
+    """The vehicle parameters that the controller assumes, and its gains in x, y, z; of the attitude about body x, y, z."""
 
     body: Body
     slope: Vector = gain(usual(4.0, 1), "1/s", "decay rate of an error on the sliding surface", symbol="c")

@@ -20,7 +20,7 @@ from quadstep.numbers import Number, Vector, vector
 
 
 class ThrustExtendedGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of each error, in x, y, z."""
+    """The vehicle parameters that the controller assumes; gains of each error, in x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
