@@ -73,8 +73,8 @@ class Mission(Section):
     tuples and NumPy arrays are accepted; files are relative to the working directory. SI units, angles in radians;
     positions are in the world frame, z up. `quadstep new` writes a file with every key explained.
 
-    `Mission(...)` returns the mission for the plant that `vehicle` describes: the paper's (`LagrangeMission`), or with a preset,
-    file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
+    `Mission(...)` returns the mission for the plant that `vehicle` describes: the paper's (`LagrangeMission`), or with a
+    preset, file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
     which key is wrong, and what is allowed.
 
     >>> from quadstep import Mission
