@@ -74,8 +74,8 @@ class Mission(Section):
     positions are in the world frame, z up. `quadstep new` writes a file with every key explained.
 
     `Mission(...)` returns the mission for the plant that `vehicle` describes: the paper's (`LagrangeMission`), or with a
-    preset, file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
-    which key is wrong, and what is allowed.
+    preset, file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that
+    says which key is wrong, and what is allowed.
 
     >>> from quadstep import Mission
     >>> circle = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 2.0, "period": 8.0}
