@@ -264,7 +264,7 @@ def test_the_data_sheet_is_measured(tmp_path):
     assert sheet.count("| compiler warnings | 0 |") == 2
     law = re.search(r"instructions of law \| (\d+) at worst", sheet)
     assert 200 < int(law[1]) < 1000
-    assert "micrometres beside the flight in f64" in sheet
+    assert "micrometres from the flight in f64" in sheet
     assert "not judged yet" not in sheet
     assert "Not measured" not in sheet
 
