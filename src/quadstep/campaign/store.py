@@ -126,7 +126,7 @@ class Store:
                 (self.folder / name).unlink(missing_ok=True)
 
     def judge_again(self, campaign: Campaign) -> None:
-        """Write the flights that are there anew, with what the campaign now means by success. Raises UserError."""
+        """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
         for chunk in self.chunks:
             if self.has(chunk):
                 self.write(chunk, judged(self.read_chunk(chunk), campaign))

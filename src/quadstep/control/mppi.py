@@ -28,7 +28,7 @@ STREAM = 2**24
 """Of the flight's noise."""
 
 MOST_DRAWS = 2.0**23
-"""Then the counter of draws begins anew, while it is a whole number in f32 too: after three minutes."""
+"""Then the counter of draws restarts, while it is a whole number in f32 too: after three minutes."""
 
 KEPT, FRESH = 0.8, 0.6
 """What the next stage keeps of a perturbation, as slow ones move the vehicle and quick ones do not; what is new in it. Their

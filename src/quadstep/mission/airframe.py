@@ -1,4 +1,4 @@
-"""The vehicle section of a mission that flies a real airframe: a preset or a file of one's own, and any key beside it."""
+"""The vehicle section of a mission that flies a real airframe: a preset or your own file, and keys that override it."""
 
 import math
 from pathlib import Path
