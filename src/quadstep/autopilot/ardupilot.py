@@ -38,7 +38,7 @@ class ArduPilot:
             self.socket.bind(where)
         except OSError as error:
             self.socket.close()
-            raise UserError(f"--connect {where}: cannot listen there: {error.strerror or error}") from None
+            raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
 
     def meet(self, sample: Sample) -> None:
         try:

@@ -111,7 +111,8 @@ class Controller:
     `reference.ahead`.
 
     rates: default sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name;
-    loops that are due run in this order, and `law` last.
+    loops that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced
+    by `before_flight`, because something outside the program takes part.
     """
 
     name: ClassVar[str] = ""
@@ -124,6 +125,7 @@ class Controller:
     commands: ClassVar[type] = Command
     preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
+    one_at_a_time: ClassVar[bool] = False
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)
@@ -175,8 +177,15 @@ class Controller:
         """Another controller in its place, with the wrappers of this one."""
         return other
 
+    def before_flight(self, measured: Structure, gains: Structure) -> None:
+        """Called before each flight of a controller with `one_at_a_time`. measured: at its start. Raises UserError."""
+
     def landed(self, gains: Structure) -> None:
         """Called after its flights; raises the error of a Python function that failed to return a command."""
+
+    def why_lost(self, gains: Structure) -> str:
+        """Why its last flight ended early, if something outside the program was the cause; else empty."""
+        return ""
 
     def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
         """The theory's conditions on the declared gains; a law over numbers."""
