@@ -224,7 +224,7 @@ def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
     first, *again = np.flatnonzero(np.diff(c.outside.astype(int)))  # in, and out
     assert c.history.t[first + 1] < c.history.t[again[0] + 1]
     for needed in (
-        f"entered b_r at {c.history.t[first + 1]:.4g} s, left again at {c.history.t[again[0] + 1]:.4g} s",
+        f"entered b_r at {c.history.t[first + 1]:.4g} s, left it again at {c.history.t[again[0] + 1]:.4g} s",
         "was last outside at",
     ):
         assert needed in verdict(c)

@@ -301,13 +301,13 @@ class One(Metric):
 WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
     '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of .*Metric"),
-    '"overshoot"': ({}, "metrics: 'overshoot': names no class of a Python file"),
+    '"overshoot"': ({}, "metrics: 'overshoot': does not name a class in a Python file"),
     "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
-    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics have the name climb"),
+    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
     '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),
     ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "metrics: position_rmse: every flight has a metric of this name"),
-    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which means something else"),
+    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which already has another meaning"),
     '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
     ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
 }

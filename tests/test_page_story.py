@@ -130,7 +130,7 @@ def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, monkeypatc
     written(tmp_path, one().replace('flight = "case"', 'mission = "absent.toml"'))
     done = quadstep("page", "--story", "story.md")
     assert done.code == 2
-    assert "step 1 (First): mission: 'absent.toml': there is no such file beside story.md" in done.err
+    assert "step 1 (First): mission: 'absent.toml': no such file next to story.md" in done.err
     assert not (tmp_path / "out").exists()
 
 

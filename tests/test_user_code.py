@@ -100,7 +100,7 @@ def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
         (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
         (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
         (("class Hover(", "class Hover(("), "SyntaxError"),
-        (("measures = Measured", "measures = Gains"), "tells it a Gains; this one tells a Measured"),
+        (("measures = Measured", "measures = Gains"), "provides a Gains; this one provides a Measured"),
         (("    def law", "    def other"), "has no method `law`"),
         ((", (K,", ""), ""),
     ],

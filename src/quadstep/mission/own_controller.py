@@ -63,7 +63,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
     law = as_controller(load(found, folder), found)
     if law.measures is not measures:
         raise UserError(
-            f"{kind}: is written for a vehicle that measures a {law.measures.__name__}; this one measures a "
+            f"{kind}: is written for a vehicle that provides a {law.measures.__name__}; this one provides a "
             f"{measures.__name__}"
         )
     try:
