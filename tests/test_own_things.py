@@ -45,7 +45,7 @@ WRONG_PATHS = {
         'type = "own.py:Loop"',
         "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
         "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
-        "path: type: own.py:Loop: says no `Numbers`",
+        "path: type: own.py:Loop: has no `Numbers`",
     ),
     "fails": ('type = "own.py:Loop"', "\n1 / 0", "own.py:2: ZeroDivisionError: division by zero; the line: 1 / 0"),
     "unknown key": (
