@@ -159,7 +159,7 @@ CASES = {
     "controller of the paper's plant": (
         controller("completed-backstepping"),
         "controller.type = 'completed-backstepping' needs the paper's plant",
-        "leave out its preset",
+        "leave out preset",
     ),
     "controller without a type": (section("controller", "k_x = 3.0"), "controller.type", "missing", "lqr"),
     "unknown key of a controller": (controller("geometric", "K_R = 3.0"), "controller.K_R", "unknown key", "k_R", "k_Omega"),
@@ -552,7 +552,7 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     assert f"Diverged at {metrics['ended[s]']:g} s: it hit the ground" in run.out
     assert 0.3 < metrics["ended[s]"] < 1.0
     assert 0.0 < log["z[m]"][-1] < 0.1
-    assert "limits left less than was asked for" in run.err
+    assert "the rotor limits reduced the command" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()
 
 

@@ -57,7 +57,7 @@ def test_rotors_without_a_radius_do_not_touch():
     ("changes", "said"),
     [
         ({"layout": "hexa-x", "arm": 0.2}, "four rotors"),
-        ({"rotor": {"fall_time": 0.01}}, "rise_time and fall_time alike"),
+        ({"rotor": {"fall_time": 0.01}}, "rise_time and fall_time to the same value"),
         ({"gravity": 9.8}, "gravity of 9.81"),
         ({"effects": {"gyroscopic": True}}, "effects.gyroscopic = false"),
         ({"effects": {"gyroscopic": False, "battery": True}}, "effects.battery = false"),
@@ -81,7 +81,11 @@ def test_leaning_rotors_are_refused():
 
 @pytest.mark.parametrize(
     ("key", "value", "said"),
-    [("Ixz", 1e-4, "principal"), ("k_flap", 1e-6, "allowed are 0 and less"), ("motor_noise_std", 50.0, "no noise")],
+    [
+        ("Ixz", 1e-4, "principal"),
+        ("k_flap", 1e-6, "allowed: 0 or less"),
+        ("motor_noise_std", 50.0, "rotor noise is not implemented"),
+    ],
 )
 def test_what_we_cannot_describe_is_refused(key, value, said):
     with pytest.raises(UserError, match=f"{key} = {value:g}.*{said}"):

@@ -238,8 +238,8 @@ def test_an_address_where_no_cluster_is(address, said):
 
 TRIALS = {
     "import sys; sys.exit('Traceback:\\nValueError: 3.11 is not 3.12')": "cannot be joined: ValueError: 3.11 is not 3.12$",
-    "import os; os.abort()": "cannot be joined: Ray gave up without a word$",
-    "import sys; sys.exit('Unauthenticated: InvalidAuthToken')": "cannot be joined: it asks for its token; set RAY_AUTH_MODE=",
+    "import os; os.abort()": "cannot be joined: Ray gave up without a message$",
+    "import sys; sys.exit('Unauthenticated: InvalidAuthToken')": "cannot be joined: it requires its token; set RAY_AUTH_MODE=",
     "import time; time.sleep(30)": "cannot be joined: no Ray has answered in 0.5 s$",
 }
 
@@ -268,7 +268,7 @@ def test_a_cluster_that_changes_its_mind_is_said_in_one_line(error):
 def test_a_cluster_that_loses_all_its_cores_is_given_up():
     cores = [{"CPU": 1.0}, {}]
     ray = SimpleNamespace(wait=lambda some, **_: ([], some), cluster_resources=lambda: cores.pop(0))
-    with pytest.raises(UserError, match="no core for 60 s"):
+    with pytest.raises(UserError, match="no core has been free on the cluster for 60 s"):
         over(ray, ["task"])
     assert not cores
 

@@ -182,7 +182,7 @@ REFUSED = {
     "choice, weight negative": ('type="choice", values=[1.0, 2.0], weights=[2.0, -1.0]', ["weights"]),
     "choice, weight not a number": ('type="choice", values=[1.0, 2.0], weights=[1.0, nan]', ["weights"]),
     "choice, weight infinite": ('type="choice", values=[1.0, 2.0], weights=[1.0, inf]', ["weights"]),
-    "grid, empty": ('type="grid", values=[]', ["nothing to draw"]),
+    "grid, empty": ('type="grid", values=[]', ["values: give at least one"]),
     "grid, none": ('type="grid"', ["either values, or low, high and count"]),
     "grid, both": ('type="grid", values=[1.0], low=1.0, high=2.0, count=3', ["either values"]),
     "grid, no count": ('type="grid", low=1.0, high=2.0', ["either values"]),

@@ -24,7 +24,7 @@ def test_the_lower_end_of_the_interval_must_reach_what_is_required(tmp_path):
     assert "Met: at least 0.9403705077 of the flights succeed, with 95 % confidence." in met.out
     missed = fly(path, out, "--resume", "--require", "0.941")
     assert missed.code == 4
-    assert "NOT MET: success rate should be at least 0.941, but is only known to be above 0.9403705077; 60" in missed.out
+    assert "NOT MET: success rate should be at least 0.941, but is only shown to be above 0.9403705077; 60" in missed.out
 
 
 def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
@@ -33,13 +33,13 @@ def test_a_campaign_that_was_over_before_is_judged_too(tmp_path):
     before = (out / "flights" / "00000.parquet").read_bytes()
     run = fly(path, out, "--resume", "--require", "0.5", "--json", "--junit", tmp_path / "junit.xml")
     assert run.code == 4
-    assert run.err == "quadstep: NOT MET: success rate should be at least 0.5, but is only known to be above 0\n"
+    assert run.err == "quadstep: NOT MET: success rate should be at least 0.5, but is only shown to be above 0\n"
     found = json.loads(run.out)
     assert found["requirement"] == {"least": 0.5, "measured": 0.0, "met": False}
     assert (found["passed"], found["exit_code"], found["flights"]) == (False, 4, 30)
     assert found["success"] == success(out)
     suite, cases = checked((tmp_path / "junit.xml").read_text(encoding="utf-8"))
-    assert list(cases.values()) == [None, "success rate should be at least 0.5, but is only known to be above 0"]
+    assert list(cases.values()) == [None, "success rate should be at least 0.5, but is only shown to be above 0"]
     assert float(properties(suite)["success.low"]) == 0.0
     assert (out / "flights" / "00000.parquet").read_bytes() == before
 

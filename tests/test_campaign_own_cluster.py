@@ -107,7 +107,7 @@ def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, temporary,
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
         if number == signal.SIGKILL:
             monkeypatch.setenv("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # else Ray takes 127.0.0.1 for another address
-            with pytest.raises(UserError, match="it asks for its token"):
+            with pytest.raises(UserError, match="it requires its token"):
                 cluster_connection.cluster_at(re.search(r"--gcs-address=(\S+)", lines)[1])
     finally:
         driver.send_signal(number)

@@ -187,9 +187,9 @@ def test_results_that_do_not_vary_are_explained_by_nothing(tmp_path, unflown, va
 
 
 def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
-    assert "noise varies." in reported(tmp_path / "a", "", 100)[0]
+    assert "the noise varies from flight to flight." in reported(tmp_path / "a", "", 100)[0]
     text, _ = reported(tmp_path / "b", '"vehicle.mass" = {type="choice", values=[1.0]}', 100)
-    assert "No key by itself" in text
+    assert "No single key" in text
 
 
 def test_numbers_that_overflow_or_are_missing_reach_no_statistic(tmp_path, unflown):
@@ -244,7 +244,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
     text, cells = told_by(tmp_path / "out")
     assert "shares overlap" in text
     assert "Of position RMSE (its logarithm), vehicle.mass explains most" in text
-    assert "All keys one by one" not in text
+    assert "All keys individually" not in text
     about = dict(row for row in cells if len(row) == 2)
     assert about["vehicle.mass [kg]"] == "normal, mean 1, deviation 0.1, correlated with disturbance.scale"
     assert about["start.position.0 [m]"] == "each of 0, 0.01 in turn"
@@ -268,7 +268,7 @@ def test_of_very_many_keys_the_first_are_drawn_and_the_rest_is_said_to_be_left_o
         for i in range(3)
     )
     text, _ = reported(tmp_path, keys, 200)
-    assert "The 12 that explain most of 15" in text
+    assert "the 12 of 15 keys that explain most" in text
     assert len(list((tmp_path / "out" / "figures").glob("key-*.svg"))) == 12
 
 

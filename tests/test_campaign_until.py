@@ -62,8 +62,8 @@ def test_it_ends_where_the_probability_is_above_and_says_what_to_do(tmp_path):
     path.write_text(path.read_text() + head)
     run = fly(path, tmp_path / "out", "--until", "0.5")
     assert run.code == 4
-    assert "Not so: 0.5 of the flights or more fail." in run.out
-    assert "Next: see in the report" in run.out
+    assert "Not met: 0.5 of the flights or more fail." in run.out
+    assert "Next: see the report" in run.out
 
 
 def test_undecided_it_says_the_command_that_goes_on(tmp_path):

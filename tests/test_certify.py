@@ -224,8 +224,8 @@ def test_a_flight_that_enters_the_ball_and_leaves_it_again_is_told_so():
     first, *again = np.flatnonzero(np.diff(c.outside.astype(int)))  # in, and out
     assert c.history.t[first + 1] < c.history.t[again[0] + 1]
     for needed in (
-        f"came inside at {c.history.t[first + 1]:.4g} s, left again at {c.history.t[again[0] + 1]:.4g} s",
-        "last time at",
+        f"entered b_r at {c.history.t[first + 1]:.4g} s, left it again at {c.history.t[again[0] + 1]:.4g} s",
+        "was last outside at",
     ):
         assert needed in verdict(c)
 
@@ -362,13 +362,13 @@ def test_a_ramp_too_short_to_be_one_is_a_jump():
 REFUSED = {
     "nested saturations": ({"controller": {"type": "nested-saturation"}}, "NestedSaturation", "missing"),
     "free fall": ({"path": {"type": "minimum-jerk", "end": [0.0, 0.0, -49.05], "duration": 5.37}}, "thrust", "differentiable"),
-    "rotor limits": ({"vehicle": {"rotors": {"limits": [0.0, 5.0]}}}, "limits", "bite in", "saturation"),
+    "rotor limits": ({"vehicle": {"rotors": {"limits": [0.0, 5.0]}}}, "limits", "active in", "saturation"),
     "no learning rate": ({"controller": {"nets": {"F1": 0.0}}}, "F1 = 0", "inverse"),
     "too short": ({"simulation": {"duration": 0.01}}, "control samples", "10"),
     "too long": ({"simulation": {"duration": 1200.0}}, "control samples", "500000"),
     "far above the path": ({"start": {"position": [0.0, 0.0, 8.0]}, "path": {**LINE, "end": [0.0, 0.0, 0.0]},
                             "controller": {"nets": {"enabled": False}},
-                            "simulation": {"duration": 4.0}}, "differentiable", "the controller asks"),
+                            "simulation": {"duration": 4.0}}, "differentiable", "the controller commands"),
 }  # fmt: skip
 
 

@@ -124,7 +124,7 @@ def test_new_writes_a_mission_that_flies_once(tmp_path, no_figures):
     written = path.read_bytes()
     again = quadstep("new", path, "--paper")
     assert again.refused
-    assert "exists already" in again.err
+    assert "already exists" in again.err
     assert path.read_bytes() == written
     assert quadstep("fly", path, "--out", tmp_path / "out").code == 0
 

@@ -165,7 +165,7 @@ def test_margins_and_costs_are_there(done):
     assert [one["controller"] for one in found["margins"]] == ["soft", "firm", "PID"]
     assert "m/s" in found["margins"][0]["half"]
     report = (out / "report.html").read_text(encoding="utf-8")
-    for text in ("flights a gain", "ns a sample", "Margins", "Who is better than whom", "page.html#flight=", "far too soft"):
+    for text in ("flights per gain", "ns per sample", "Margins", "Pairwise comparison", "page.html#flight=", "far too soft"):
         assert text in report
     tuned = next(one for one in found["controllers"] if one["controller"] == "PID")["tuned"]
     assert tuned["flights"] <= 4500
@@ -220,7 +220,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "worked", stopped)
     result = quadstep("compare", file, "--out", tmp_path / "out")
     assert result.code == 130
-    assert f"what was flown is kept in {tmp_path / 'out'}; the same command goes on" in result.err
+    assert f"finished flights are kept in {tmp_path / 'out'}; run the same command to continue" in result.err
     assert not (tmp_path / "out" / "metrics.json").exists()
     left[0] = 20
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
@@ -377,7 +377,7 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_was_flown(tmp_path):
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, (out, err)
-    assert "the same command goes on" in err
+    assert "run the same command to continue" in err
     assert list(kept.glob("*.parquet"))
 
 

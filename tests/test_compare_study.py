@@ -167,7 +167,7 @@ def test_what_a_study_cannot_say_is_refused_in_one_line(text, said):
 def test_a_budget_too_small_for_its_gains_says_how_much_is_needed():
     one = study(SMALL + TUNING.replace("4500", "3000"))
     task = training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}))
-    said = "3000 flights are too few for the 2 gains of PID on research-2[.]6kg; needed are at least 3904"
+    said = "3000 flights are too few for the 2 gains of PID on research-2[.]6kg; at least 3904 are needed"
     with pytest.raises(UserError, match=said):
         training.check_task(task)
 

@@ -69,7 +69,7 @@ def test_torque_follows_from_current_where_nothing_better_is_known():
         (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
         (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
         (SHEET + "[stand]\nthrottle = [0.1, 0.5]\nthrust = [1.0, 2.0]\n", "at least 3"),
-        (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not per cent"),
+        (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not a percentage"),
         (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [100.0, 500.0, 1200.0]\n", "in grams"),
         (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [3.0, 2.0, 1.0]\n", "does not rise"),
         (SHEET.replace("0.033", "0.33"), "leave nothing"),

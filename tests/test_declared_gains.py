@@ -175,7 +175,7 @@ def test_sliders_have_label_unit_range_and_heading():
     assert (sliding.label, [one.label for one in sliding.components]) == ("phi", ["inner", "outer"])
     assert (integral.min, integral.low, integral.scale) == (0.0, 0.0, "linear")
     assert found["most_speed"].label == "most speed"
-    assert found["believed_mass"].group == "What the controller believes"
+    assert found["believed_mass"].group == "Values assumed by the controller"
     assert set(leaf_names(gains, "gains")) >= {
         effect.name for control in found.values() for one in control.components for effect in one.sets
     }
@@ -301,9 +301,9 @@ class Twice(NamedTuple):
 
 
 def test_declarations_that_cannot_be_are_refused():
-    with pytest.raises(TypeError, match=r"Bare.k_p: say what it is: gain\(...\)"):
+    with pytest.raises(TypeError, match=r"Bare.k_p: declare it as gain\(...\)"):
         declared(Bare)
-    with pytest.raises(TypeError, match="Twice: two gains have the key k"):
+    with pytest.raises(TypeError, match="Twice: two gains share the key k"):
         declared(Twice)
 
 
@@ -331,7 +331,7 @@ class Circular(NamedTuple):
 
 
 def test_defaults_that_cannot_be_worked_out_say_so():
-    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default follows from itself")):
+    for kind, said in ((Wrong, "Wrong has no field 'k_q'"), (Circular, "Circular.k_p: its default depends on itself")):
         with pytest.raises((AttributeError, TypeError), match=said):
             Undecided(kind, declared(kind), Said({}), MODEL).decided()
 

@@ -68,7 +68,7 @@ def test_only_what_is_scored_counts(flight):
 
 
 def test_a_vehicle_without_rotors_of_its_own_is_refused():
-    with pytest.raises(UserError, match="energy: only of real vehicles"):
+    with pytest.raises(UserError, match="energy: only for real vehicles"):
         Mission(path=UP, metrics=["energy"])
 
 

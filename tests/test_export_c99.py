@@ -193,7 +193,7 @@ def test_bad_input_is_one_line(tmp_path):
     assert not out.exists()
     out.mkdir()
     (out / "letter.txt").write_text("dear", encoding="utf-8")
-    assert "holds files of another kind" in refused(mission, "--out", out)
+    assert "contains other files" in refused(mission, "--out", out)
     assert [path.name for path in out.iterdir()] == ["letter.txt"]
 
 
@@ -247,7 +247,7 @@ def test_f32_stays_within_two_micrometres_on_the_crazyflie():
 
 def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(UserError, match="no-such-compiler that CC names is not on the path"):
+    with pytest.raises(UserError, match="no-such-compiler named by CC is not on the path"):
         fly(real_mission({"type": "pid"}), engine="c")
 
 
@@ -264,7 +264,7 @@ def test_the_data_sheet_is_measured(tmp_path):
     assert sheet.count("| compiler warnings | 0 |") == 2
     law = re.search(r"instructions of law \| (\d+) at worst", sheet)
     assert 200 < int(law[1]) < 1000
-    assert "micrometres beside the flight in f64" in sheet
+    assert "micrometres from the flight in f64" in sheet
     assert "not judged yet" not in sheet
     assert "Not measured" not in sheet
 

@@ -137,7 +137,7 @@ def test_what_a_target_cannot_fly_is_said(tmp_path):
     law = exported(paper_mission({"type": "backstepping"}).plan(), False)
     with pytest.raises(UserError, match="needs a mission for a real vehicle"):
         firmware_files("px4", law, {})
-    with pytest.raises(UserError, match="computes in f32"):
+    with pytest.raises(UserError, match="uses f32"):
         firmware_files("px4", exported(real_mission({"type": "pid"}).plan(), True), {})
     slow = real_mission({"type": "pid"}, simulation={"step": 0.0005, "control_period": 0.0025}).plan()
     with pytest.raises(UserError, match=r"law runs every 0\.0025 s, not a multiple of 1 ms"):

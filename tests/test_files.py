@@ -188,7 +188,7 @@ def test_a_campaign_of_many_keys_has_smaller_files(tmp_path):
             campaign.check_count(MOST_FLIGHTS)
         else:
             with pytest.raises(
-                UserError, match=r"chunk: 1048576 flights of 2\d\d columns make a file of more than 1000 MB; choose"
+                UserError, match=r"chunk: 1048576 flights of 2\d\d columns make a file larger than 1000 MB; choose"
             ):
                 campaign.check_count(MOST_FLIGHTS)
 

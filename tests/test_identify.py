@@ -197,7 +197,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         '{"log": [99999]}': "but the log has rows",
         '{"log": ["a"]}': "whole numbers",
         "[1]": "object of flights",
-        '{"x": [1]}': "names none of the flights",
+        '{"x": [1]}': "does not name any of the flights",
     }
     for text, said in asked.items():
         (tmp_path / "s.json").write_text(text)
@@ -212,7 +212,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
         (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "cannot be read"),
         (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "same name"),
-        (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "belong together"),
+        (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "must be given together"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", "v.txt"), "should end in .toml"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--mass", "-1"), "--mass"),
     ):

@@ -231,7 +231,7 @@ def test_the_flights_that_a_share_needs_are_the_fewest(least):
     assert interval(needed, needed).low >= least
     assert interval(needed - 1, needed - 1).low < least
     judged = share.Judged(least, interval(needed - 1, needed - 1), needed - 1)
-    assert f"{needed} could if none of them fails" in judged.case.failure
+    assert f"{needed} could, if none fails" in judged.case.failure
 
 
 def test_the_command_line_still_starts_without_numpy():

@@ -48,7 +48,7 @@ def test_a_margin_is_held_from_below_and_a_metric_from_above():
     ("table", "said"),
     [
         ({"constraints": {"phase_margins": 0.5}}, "phase_margins: unknown metric"),
-        ({"objective": {"delay_margin": 1.0}}, "more is better; make it a constraint"),
+        ({"objective": {"delay_margin": 1.0}}, "larger is better; make it a constraint"),
     ],
 )
 def test_unknown_margins_and_margins_to_be_minimised_are_refused(table, said):
@@ -101,8 +101,8 @@ def test_the_command_writes_a_report_and_prints_json(mission, tmp_path):
     ("more", "options", "said"),
     [
         ("", ["--controllers", "pdi"], "--controllers: 'pdi' is not known"),
-        ("", ["--along", "--controllers", "pid"], "--controllers: goes with one mission at rest"),
-        ("", ["--samples", "3"], "--samples: goes with --along or a campaign"),
+        ("", ["--along", "--controllers", "pid"], "--controllers: requires one mission at rest"),
+        ("", ["--samples", "3"], "--samples: requires --along or a campaign"),
         ("sensors = { latency = 9.0 }\n", [], "sensors.latency: 9 s is not shorter than the flight of 4 s"),
     ],
 )
@@ -118,7 +118,7 @@ def test_bad_input_is_one_line(mission, tmp_path, more, options, said):
     ("controller", "said"),
     [
         ({"type": "mppi"}, "bits of a number"),
-        ({"type": "rotation-backstepping"}, "has no slope"),
+        ({"type": "rotation-backstepping"}, "has no derivative"),
     ],
 )
 def test_laws_without_slopes_are_named(controller, said):

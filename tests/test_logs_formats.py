@@ -70,7 +70,7 @@ def test_mcap(tmp_path, flight, motors):
     made_logs.mcap(tmp_path / "a.mcap", flight, motors)
     (tmp_path / "map.toml").write_text(MAPPING)
     same(read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml")), flight, motors, 1e-9)
-    with pytest.raises(UserError, match="say with --mapping"):
+    with pytest.raises(UserError, match="give --mapping"):
         read_log(tmp_path / "a.mcap")
     (tmp_path / "map.toml").write_text(MAPPING.replace("/motors", "/engines"))
     with pytest.raises(UserError, match="motors' commands are not in the log"):

@@ -111,9 +111,9 @@ def test_the_template_is_written_once_and_never_over_something(tmp_path):
     path = tmp_path / "mission.toml"
     write_template(path)
     assert read_mission(path).name == "My first flight"
-    with pytest.raises(UserError, match=r"mission\.toml: exists already"):
+    with pytest.raises(UserError, match=r"mission\.toml: already exists"):
         write_template(path)
-    with pytest.raises(UserError, match="exists already"):
+    with pytest.raises(UserError, match="already exists"):
         write_template(tmp_path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["mission.toml"]
 

@@ -38,13 +38,13 @@ def test_max_and_min_say_what_to_use_instead(number, function):
 
 @pytest.mark.parametrize("function", [lambda x: x % 2.0, lambda x: 7.0 % x, lambda x: x // 2.0, lambda x: divmod(x, 2.0)])
 def test_remainders_are_refused(number, function):
-    with pytest.raises(TypeError, match="a law takes no remainders"):
+    with pytest.raises(TypeError, match="a law cannot use remainders"):
         function(number)
 
 
 @pytest.mark.parametrize("power", [2, 3, 0.5, -1, "x"])
 def test_powers_are_refused(number, power):
-    with pytest.raises(TypeError, match=r"no powers: .* sqrt\(x\)"):
+    with pytest.raises(TypeError, match=r"cannot use powers: .* sqrt\(x\)"):
         number**power
 
 

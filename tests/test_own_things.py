@@ -45,7 +45,7 @@ WRONG_PATHS = {
         'type = "own.py:Loop"',
         "from quadstep.guidance import DeclaredPath\nclass Loop(DeclaredPath):\n"
         "    def length(self, numbers): return 1.0\n    def reference(self, t, numbers): return None",
-        "path: type: own.py:Loop: says no `Numbers`",
+        "path: type: own.py:Loop: has no `Numbers`",
     ),
     "fails": ('type = "own.py:Loop"', "\n1 / 0", "own.py:2: ZeroDivisionError: division by zero; the line: 1 / 0"),
     "unknown key": (
@@ -177,7 +177,7 @@ def test_wrong_laws_of_paths_are_one_line(folder, length):
 
 def test_no_user_code_runs_where_that_was_said(folder):
     run = quadstep("fly", written(folder, LISSAJOUS), "--out", folder / "out", "--no-user-code")
-    refused(run, "path: type: lissajous.py:Lissajous: code of users is not run: --no-user-code was given")
+    refused(run, "path: type: lissajous.py:Lissajous: user code is not run: --no-user-code was given")
 
 
 # Winds
@@ -301,13 +301,13 @@ class One(Metric):
 WRONG_METRICS = {
     '"metrics.py:Nothing"': ({}, "metrics: .*metrics.py: has no 'Nothing'; it defines "),
     '"lissajous.py:Lissajous"': ({}, "metrics: lissajous.py:Lissajous: should be a subclass of .*Metric"),
-    '"overshoot"': ({}, "metrics: 'overshoot': names no class of a Python file"),
+    '"overshoot"': ({}, "metrics: 'overshoot': does not name a class in a Python file"),
     "3": ({}, r"metrics\[0\]: should be a valid string, not 3"),
-    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics have the name climb"),
+    '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
     '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),
     ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "metrics: position_rmse: every flight has a metric of this name"),
-    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which means something else"),
+    ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which already has another"),
     '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
     ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
 }
@@ -358,7 +358,8 @@ def test_metrics_do_not_vary(folder):
     written(folder, MEASURED + STEP)
     text = 'mission = "mission.toml"\n[vary]\n"metrics.0" = { type = "choice", values = ["metrics.py:Climb"] }\n'
     refused(
-        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"), "what is measured changes no flight"
+        quadstep("campaign", written(folder, text, "c.toml"), "--out", folder / "out"),
+        "what is measured does not affect flights",
     )
 
 
@@ -374,4 +375,4 @@ def test_wrong_metrics_are_one_line(folder, named):
 
 def test_no_metric_of_users_runs_where_that_was_said(folder):
     run = quadstep("fly", written(folder, MEASURED + STEP), "--out", folder / "out", "--no-user-code")
-    refused(run, "metrics: metrics.py:SettlingTime: code of users is not run: --no-user-code was given")
+    refused(run, "metrics: metrics.py:SettlingTime: user code is not run: --no-user-code was given")

@@ -98,7 +98,7 @@ def test_a_disturbance_of_ones_own_in_every_command(tmp_path):
     assert run.code == 0, run.err
     run = quadstep_process("--no-user-code", "fly", "own.toml", "--out", "none")
     assert run.returncode == 2
-    assert "code of users is not run" in run.stderr
+    assert "user code is not run" in run.stderr
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_a_vehicle_of_ones_own_is_listed_and_a_mission_for_it_written(tmp_path):
 
 def test_user_code_is_refused_for_vehicles_too(monkeypatch):
     monkeypatch.setattr(loading, "refused", "--no-user-code is given")
-    with pytest.raises(UserError, match="code of users is not run"):
+    with pytest.raises(UserError, match="user code is not run"):
         real("racer.py:RACER")
 
 

@@ -60,7 +60,7 @@ def test_file_opens_offline_small_and_at_once(open_page, page_file):
     assert page.title()
     assert page.locator("#flight-name").inner_text() == "Case 1: three position commands at once"
     assert page.locator(".plot").count() >= 6
-    assert "Held to 40.0 s" in page.locator("#outcome").inner_text()
+    assert "Flew for 40.0 s" in page.locator("#outcome").inner_text()
     assert "conditions hold" in page.locator("#conditions").inner_text()
     assert "default-src 'none'" in page.locator("meta[http-equiv]").get_attribute("content")
 
@@ -302,7 +302,7 @@ def test_divergence_is_told(open_page):
     assert re.fullmatch(r"Diverged at (.+) s", text)
     assert page.evaluate("quadstep.outcome().ended") == pytest.approx(log.ended, abs=0.3)
     page.click(".badge summary")
-    assert "It ended because" in page.locator(".sheet").inner_text()
+    assert "Reason:" in page.locator(".sheet").inner_text()
 
 
 def test_keyboard(open_page):

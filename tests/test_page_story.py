@@ -98,11 +98,11 @@ def test_a_fault_is_one_line_with_step_and_key(tmp_path, case, settings, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "begin with a title"),
+        ("", "start with a title"),
         ("# T\n", "0 steps"),
         ("# T\n## S\nwords\n", "has 0 settings"),
         (f"# T\n{one()}{one().partition(chr(10))[2]}", "has 2 settings"),
-        ('# T\n## S\n```toml\nflight = "case"\nmove = "t_f"\nwatch = "scene"\n```\n', "says nothing"),
+        ('# T\n## S\n```toml\nflight = "case"\nmove = "t_f"\nwatch = "scene"\n```\n', "has no text"),
         ("# T\n" + "## S\n" * 41, "41 steps"),
     ],
 )
@@ -130,7 +130,7 @@ def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, monkeypatc
     written(tmp_path, one().replace('flight = "case"', 'mission = "absent.toml"'))
     done = quadstep("page", "--story", "story.md")
     assert done.code == 2
-    assert "step 1 (First): mission: 'absent.toml': there is no such file beside story.md" in done.err
+    assert "step 1 (First): mission: 'absent.toml': no such file next to story.md" in done.err
     assert not (tmp_path / "out").exists()
 
 

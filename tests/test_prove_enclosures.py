@@ -81,9 +81,9 @@ def test_what_is_linear_cancels():
 @pytest.mark.parametrize(
     ("law", "text"),
     [
-        (lambda a, b: 1.0 / (a - 0.3), "a quotient by what may be zero"),
-        (lambda a, b: n.sqrt(b - 0.7), "a square root of what may be below zero"),
-        (lambda a, b: n.log(b - 0.7), "a logarithm of what may be zero or less"),
+        (lambda a, b: 1.0 / (a - 0.3), "a division by a number that may be zero"),
+        (lambda a, b: n.sqrt(b - 0.7), "a square root of a number that may be negative"),
+        (lambda a, b: n.log(b - 0.7), "a logarithm of a number that may be zero or negative"),
         (lambda a, b: n.atan2(a - 0.3, b - 0.7), "of a point that may be the origin"),
         (lambda a, b: n.atan2(a - 0.3, -b), "an angle across its jump"),
     ],

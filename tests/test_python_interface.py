@@ -102,7 +102,7 @@ def test_files_of_a_mission_that_was_read_are_looked_up_beside_it(tmp_path, monk
         ({"path": LINE, "vehicle": {"preset": "y500"}}, "vehicle: preset 'y500' is not known; allowed: crazyflie, "),
         ({"path": LINE, "vehicle": {"file": "none.toml"}}, "vehicle.file: none.toml: cannot be read: No such file"),
         ({"path": LINE, "controller": {"type": "pid"}}, "controller.type = 'pid' needs a real vehicle, "),
-        ({"path": LINE, "wind": {}}, "[wind] needs a real vehicle, and [vehicle] names none"),
+        ({"path": LINE, "wind": {}}, "[wind] needs a real vehicle, but [vehicle] names none"),
         ({"path": LINE, "vehicle": {"preset": "x500"}, "disturbance": {}}, "[disturbance] needs the paper's plant, "),
         ({"path": LINE, "speed": 3}, "speed: unknown key; allowed here: controller, disturbance, "),
     ],

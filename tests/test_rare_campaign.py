@@ -143,14 +143,14 @@ def test_what_has_changed_cannot_be_resumed(tmp_path):
     assert quadstep("campaign", path, "--rare", "--out", out, "--overwrite").code == 0
     assert sorted(one.name for one in out.rglob("*")) == before
     (out / "rare.json").write_text("{}")
-    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "is not one of ours, or damaged")
-    refused(quadstep("campaign", path, "--out", out), "holds files of another kind")
+    refused(quadstep("campaign", path, "--rare", "--out", out, "--resume"), "is damaged, or was not written by quadstep")
+    refused(quadstep("campaign", path, "--out", out), "contains other files")
 
 
 @pytest.mark.parametrize(
     ("rest", "options", "said"),
     [
-        ("[vary]\n", (), ("vary: is empty",)),
+        ("[vary]\n", (), ("vary: empty",)),
         ('[vary]\nstart.position.0 = { type = "grid", values = [0.0, 1.0] }\n', (), ("vary.start.position.0: a grid",)),
         (VARY + "[rare]\nscore = 'speed'\n", (), ("rare.score: 'speed'", "allowed here: position_rmse", "far")),
         (VARY + "[rare]\nscore = []\n", (), ("rare.score",)),

@@ -112,7 +112,7 @@ def test_its_conditions_warn_and_its_certificate_is_refused(folder):
         (("k_1 = 4.0", 'k_1 = "four"'), "controller.k_1: should be a number or a list of three, not 'four'"),
         (("py:SuperTwisting", "py:SuperTwister"), "has no 'SuperTwister'; it defines Gains, Memory"),
         (("super_twisting.py", "gone.py"), "gone.py: cannot be read: No such file or directory"),
-        (('preset = "research-2.6kg"', "mass = 1.0"), "tells it a Measured; this one tells a State"),
+        (('preset = "research-2.6kg"', "mass = 1.0"), "provides a Measured; this one provides a State"),
     ],
 )
 def test_wrong_keys_are_one_line(folder, change, said):

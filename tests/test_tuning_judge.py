@@ -96,7 +96,7 @@ def test_the_comparison_in_numbers():
     noise = before + random.normal(0.0, 0.05, 200)
     assert "NOT shown to be better" in compare(judge(), flown(before), flown(noise - noise.mean() + before.mean())).verdict
     assert "NOT shown to be better" in compare(judge(), flown(before), flown(before * (1.0 - 1e-5))).verdict
-    assert "Nothing better" in compare(judge(), flown(before), flown(before), changed=False).verdict
+    assert "No better gains" in compare(judge(), flown(before), flown(before), changed=False).verdict
 
 
 def test_more_flights_that_succeed_count_before_a_smaller_objective():

@@ -100,7 +100,7 @@ def test_an_installed_module_is_found_and_has_a_digest(tmp_path):
         (("import K", "import Q"), "law.py:7: ImportError: cannot import name 'Q'"),
         (("Gains = Gains", "Gains = nothing"), "law.py:14: NameError: name 'nothing' is not defined"),
         (("class Hover(", "class Hover(("), "SyntaxError"),
-        (("measures = Measured", "measures = Gains"), "tells it a Gains; this one tells a Measured"),
+        (("measures = Measured", "measures = Gains"), "provides a Gains; this one provides a Measured"),
         (("    def law", "    def other"), "has no method `law`"),
         ((", (K,", ""), ""),
     ],
@@ -122,7 +122,7 @@ def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, 
     assert run.returncode == 0, run.stderr
     run = quadstep_process("fly", "mission.toml", "--no-user-code", "--out", "two", cwd=folder)
     assert (run.returncode, run.stdout) == (2, "")
-    assert "code of users is not run: --no-user-code was given" in run.stderr
+    assert "user code is not run: --no-user-code was given" in run.stderr
     monkeypatch.setattr(loading, "refused", "here")
     with pytest.raises(UserError, match="is not run: here"):
         load(Place("law.py", "K"), folder)

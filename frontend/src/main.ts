@@ -60,7 +60,7 @@ function start(): void {
   byId("keep").addEventListener("click", () => session.kept.set(session.kept.value ? undefined : session.shown.value?.flight));
   session.kept.watch((kept) => {
     byId("keep").setAttribute("aria-pressed", String(kept !== undefined));
-    byId("keep").textContent = kept ? "Kept: let go" : "Keep";
+    byId("keep").textContent = kept ? "Kept (release)" : "Keep";
   });
   listenToFiles(session.log, notice);
   board.window.zoomed.watch((zoomed) => (byId("whole").hidden = !zoomed));
@@ -116,7 +116,7 @@ function start(): void {
   const open = (): void => {
     const link = fragment.read(location.hash, page);
     const first = page.flights[0];
-    if (!first) return notice("This page holds no flight.");
+    if (!first) return notice("This page contains no flight.");
     notice(...(link?.complaints ?? []));
     clock.playing.set(false);
     session.apply(link?.settings ?? fresh(first));

@@ -1,6 +1,6 @@
-"""quadstep: how well, and how surely, will this controller hold my vehicle on its path?
+"""quadstep: how well, and how reliably, will this controller keep my vehicle on its path?
 
-From Python: build a mission, or read one, fly it, and ask the flight. `docs/python.md` tells more.
+From Python: build or read a mission, fly it, and query the flight. See `docs/python.md`.
 
 >>> import quadstep
 >>> line = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}
@@ -8,7 +8,7 @@ From Python: build a mission, or read one, fly it, and ask the flight. `docs/pyt
 >>> flight.outcome.name, flight.metrics()["position_rmse[m]"] < 0.001
 ('COMPLETED', True)
 
-SI units and radians throughout; positions are in the world's frame, z up.
+SI units and radians throughout; positions are in the world frame, z up.
 """
 
 from importlib import import_module

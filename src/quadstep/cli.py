@@ -62,7 +62,7 @@ def built() -> typer.Typer:
     app = typer.Typer(
         name="quadstep",
         cls=Commands,
-        help="How well, and how surely, will this controller hold my quadrotor on its path?",
+        help="How well, and how reliably, will this controller keep my quadrotor on its path?",
         add_completion=False,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,

@@ -1,4 +1,4 @@
-"""quadstep from Python: fly missions, or plans made from them, and ask the flights."""
+"""The Python interface: fly missions, or plans made from them, and query the flights."""
 
 import base64
 import io
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Flyable: TypeAlias = Mission | FlightPlan
-"""What `fly` takes."""
+"""What `fly` accepts."""
 
 DPI = 75
-"""Of the picture in a notebook, which shows it beside text."""
+"""Resolution of the figure in a notebook."""
 
 
 class Flight(FlightLog):
-    """A flight as flown: a `FlightLog`, and what it was made from.
+    """A finished flight: a `FlightLog`, with the mission, plan and engine that produced it.
 
     columns: name and unit of each column of the log; angles in rad, positions in the world's frame, z up. rows: of shape
-    (samples, len(columns)), finite. outcome: an `Outcome`; ended: when it came [s]. final: state, memory of the controller
-    with its weights, and command at that moment. mission: None where a plan was flown. plan: laws and numbers. engine: what
-    flew it.
+    (samples, len(columns)), finite. outcome: an `Outcome`; ended: its time [s]. final: state, memory of the controller
+    with its weights, and command at that time. mission: None if a plan was flown. plan: laws and numbers. engine: the
+    engine that flew it.
 
     >>> from quadstep import Mission, fly
     >>> line = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 2.0}
@@ -60,12 +60,12 @@ class Flight(FlightLog):
 
     @property
     def name(self) -> str:
-        """The mission's."""
+        """The name of the mission."""
         return self.mission.name if self.mission else "Flight"
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the mission, or showed in the flight (a rotor at its limit, say): a line each."""
+        """Warnings about the mission or the flight (a rotor at its limit, say), one line each."""
         found = self.mission.flight_metrics(self)[1] if self.mission else []
         return (*self.plan.warnings, *found)
 
@@ -97,13 +97,13 @@ class Flight(FlightLog):
         return frame
 
     def figures(self) -> list[str]:
-        """The names of its figures, none where it ended before its second row."""
+        """The names of its figures; empty if it ended before its second row."""
         return [job.name for job in self._jobs()]
 
     def plot(self, figure: str = "position") -> "Figure":
-        """One of the figures that `quadstep fly` draws, as a Matplotlib figure that belongs to no window.
+        """One of the figures that `quadstep fly` draws, as a Matplotlib figure without a window.
 
-        Nothing of pyplot is touched. Raises UserError naming the figures there are.
+        pyplot is not used. Raises UserError, with the available figures, for another name.
 
         >>> flight = fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0}))
         >>> flight.figures()
@@ -119,11 +119,11 @@ class Flight(FlightLog):
     def save(self, folder: Path | str, overwrite: bool = False) -> None:
         """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, report.html, weights.json.
 
-        Raises UserError where the folder holds results of another mission, unless `overwrite`, and for the flight of a plan,
-        of which no mission is known.
+        Raises UserError if the folder contains results of another mission, unless `overwrite`, and for the flight of a plan,
+        whose mission is not known.
         """
         if self.mission is None:
-            raise UserError("only the flight of a mission can be saved, not that of a plan")
+            raise UserError("only the flight of a mission can be saved, not the flight of a plan")
         with publishing(Path(folder), fingerprint([self.plan]), overwrite) as out, drawing_pool() as pool:
             write_results(out, pool, self.mission, self.plan, self, self.engine, self.mission.folder)
 
@@ -134,7 +134,7 @@ class Flight(FlightLog):
         return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: how it went, in a table, and the position over time."""
+        """The view in a notebook: a table of results and the position over time."""
         said = self._summary()
         parts = [f"<strong>{escape(said.name)}</strong>", paragraph(said.ending)]
         parts += [paragraph(f"Warning: {warning}") for warning in said.warnings]
@@ -149,11 +149,11 @@ class Flight(FlightLog):
         return f"<div>{''.join(parts)}</div>"
 
     def _summary(self) -> Summary:
-        """What the command line says of it."""
+        """The summary that the command line prints."""
         return summarise(self.name, self, self.metrics(), self.warnings, [])
 
     def _jobs(self) -> list[FigureJob]:
-        """What is drawn of it."""
+        """Its figures."""
         if len(self.rows) < 2:
             return []
         return flight_jobs(self, self.name, self.plan.loop.plant.efforts)
@@ -163,8 +163,8 @@ def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Progres
     """Fly a mission, or a plan made from one.
 
     engine: "lanes", compiled, or "python", the same laws without a compiler, a thousand times slower; the flights are the same
-    to the bit. progress: called with the number of steps done since it was last called. A flight that diverges is an outcome,
-    no error. Raises UserError for a mission that cannot be flown.
+    to the bit. progress: called with the number of steps since the last call. A flight that diverges is an outcome,
+    not an error. Raises UserError for a mission that cannot be flown.
 
     >>> from quadstep import Mission, fly
     >>> orbit = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 6.0, "turns": 1.0}
@@ -178,9 +178,9 @@ def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Progres
 def fly_all(
     missions: Iterable[Flyable], engine: Engine | str = Engine.LANES, progress: Progress | None = None
 ) -> list[Flight]:
-    """Fly many missions or plans; their flights, in order. Those of the same structure and clock are flown together.
+    """Fly many missions or plans; returns the flights in order. Flights of equal structure and clock are flown together.
 
-    engine, progress, errors: as of `fly`.
+    engine, progress, errors: as for `fly`.
 
     >>> from quadstep import Mission, fly_all
     >>> line = {"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 2.0}

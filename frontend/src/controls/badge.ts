@@ -7,7 +7,7 @@ import { rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live } = shown;
-  const outcome = flight.held ? `Held to ${flight.ended.toFixed(1)} s` : `Diverged at ${flight.ended.toFixed(2)} s`;
+  const outcome = flight.held ? `Flew for ${flight.ended.toFixed(1)} s` : `Diverged at ${flight.ended.toFixed(2)} s`;
   const broken = conditions.filter((judged) => !judged.holds);
   const theorem = conditions.length
     ? broken.length
@@ -25,10 +25,10 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
   const sheet = details.lastElementChild!;
   const rows: (HTMLElement | null)[] = [
-    flight.why ? h("p", {}, `It ended because: ${flight.why}.`) : null,
+    flight.why ? h("p", {}, `Reason: ${flight.why}.`) : null,
     asPython(shown),
-    !live ? h("p", {}, "As recorded; not flown in this page.") : null,
-    ghost ? h("p", {}, ghost.held ? `The ghost held to ${ghost.ended.toFixed(1)} s.` : `The ghost diverged at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
+    !live ? h("p", {}, "A recording; not flown in this page.") : null,
+    ghost ? h("p", {}, ghost.held ? `The ghost flew for ${ghost.ended.toFixed(1)} s.` : `The ghost diverged at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
   ];
   const list = h("ul");
   for (const { condition, left, right, holds } of conditions) {
@@ -53,6 +53,6 @@ export function badge(host: HTMLElement, shown: Shown): void {
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */
 function asPython({ data, flight, asFiled, live }: Shown): HTMLElement | null {
   if (!live || !asFiled || Math.abs(data.outcome.ended - flight.ended) < 0.05) return null;
-  const text = `The package’s own engine says: ${data.outcome.text}. This flight is chaotic before it ends: when it ends hangs on the last bit.`;
+  const text = `The package’s own engine gives: ${data.outcome.text}. This flight is chaotic before it ends, so its end depends on the last bit.`;
   return h("p", {}, ...rich(text));
 }

@@ -40,7 +40,7 @@ export class ControlPane {
   private build({ data, settings, live }: Shown): void {
     this.cards = [];
     if (!live || !data.controllers.length) {
-      fill(this.host, h("p", { class: "quiet" }, "No controls: this flight is shown as it was recorded."));
+      fill(this.host, h("p", { class: "quiet" }, "No controls: this flight is a recording."));
       return;
     }
     const controller = controllerOf(data, settings.controller);

@@ -36,7 +36,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
   const text = fragment.replace(/^#/, "");
   if (!text || !first) return undefined;
   if (text.length > LONGEST) {
-    return { settings: fresh(first), time: undefined, step: undefined, bare: false, complaints: ["The link is too long to be one of this page; it was ignored."] };
+    return { settings: fresh(first), time: undefined, step: undefined, bare: false, complaints: ["The link is too long for this page; it was ignored."] };
   }
   const complaints: string[] = [];
   const pairs = text.split("&").map(pair);
@@ -58,7 +58,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
     else {
       const changed = name === "set" ? withPart(settings, flight, value) : undefined;
       if (changed) settings = changed;
-      else complaints.push(`The link's part “${shown(name || "?", value)}” was not understood and is ignored.`);
+      else complaints.push(`The link's part “${shown(name || "?", value)}” was not understood and was ignored.`);
     }
   }
   return { settings, time, step, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };

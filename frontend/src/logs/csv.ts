@@ -9,7 +9,7 @@ export function readCsv(name: string, text: string): Log {
   const lines = text.replace(/^\ufeff/, "").split(/\r\n|\n|\r/).filter((line) => line.trim() && !line.startsWith("#"));
   const mark = (lines[0] ?? "").includes(";") ? ";" : (lines[0] ?? "").includes("\t") ? "\t" : ",";
   const header = (lines[0] ?? "").split(mark).map((entry) => entry.trim().replace(/^"(.*)"$/, "$1"));
-  if (header.length < 2 || lines.length < 3) throw new BadFile(`${name}: no table; the first line should name two columns or more, rows follow`);
+  if (header.length < 2 || lines.length < 3) throw new BadFile(`${name}: not a table; the first line should name at least two columns, followed by rows`);
   if (header.length * lines.length > MOST_NUMBERS) throw new BadFile(`${name}: more than ${MOST_NUMBERS / 1e6} million numbers`);
   const columns = header.map((entry) => {
     const found = /^(.*?)\s*[[(](.*)[\])]$/.exec(entry);
@@ -19,12 +19,12 @@ export function readCsv(name: string, text: string): Log {
   const rows = columns.map(() => new Float64Array(lines.length - 1));
   for (let row = 1; row < lines.length; row++) {
     const entries = lines[row]!.split(mark);
-    if (entries.length !== header.length) throw new BadFile(`${name}: line ${row + 1} has ${entries.length} entries, the first line ${header.length}`);
+    if (entries.length !== header.length) throw new BadFile(`${name}: line ${row + 1} has ${entries.length} entries, but the first line has ${header.length}`);
     entries.forEach((entry, k) => (rows[k]![row - 1] = number(entry)));
   }
   const clock = rows[place]!.map((t) => t * (CLOCKS[columns[place]!.unit] ?? 1));
   const wrong = clock.findIndex((t, i) => !Number.isFinite(t) || (i > 0 && t < clock[i - 1]!));
-  if (wrong >= 0) throw new BadFile(`${name}: line ${wrong + 2}: its time, column ${columns[place]!.name}, is no number or lies before the one above`);
+  if (wrong >= 0) throw new BadFile(`${name}: line ${wrong + 2}: its time, column ${columns[place]!.name}, is not a number or is earlier than the one above`);
   const series = columns.flatMap((column, k): Series[] => (k === place ? [] : [{ ...column, times: clock, values: rows[k]! }]));
   return started(name, "CSV", series);
 }

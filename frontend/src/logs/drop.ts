@@ -7,7 +7,7 @@ import { readLog } from "./read";
 
 /** say: one line to the reader. */
 export function listenToFiles(opened: Watched<Log | undefined>, say: (line: string) => void): void {
-  const input = h("input", { type: "file", id: "log-file", accept: ".csv,.ulg,.ulog,.mcap,.txt", hidden: true, "aria-label": "A log to lay over the flight", tabindex: -1 });
+  const input = h("input", { type: "file", id: "log-file", accept: ".csv,.ulg,.ulog,.mcap,.txt", hidden: true, "aria-label": "A log to overlay on the flight", tabindex: -1 });
   const button = h("button", { type: "button", class: "plain", id: "open-log" }, "Open a log");
   button.addEventListener("click", () => input.click());
   input.addEventListener("change", () => {
@@ -30,7 +30,7 @@ export function listenToFiles(opened: Watched<Log | undefined>, say: (line: stri
     try {
       const log = readLog(file.name, await file.arrayBuffer());
       opened.set(log);
-      say(`${log.name}: ${log.kind} with ${log.series.length} signals, of ${seconds(log)} s. ${pathOfLog(log) ? "Its path is drawn in the scene; what" : "What"} has the name of one of the flight’s columns is drawn beside it, all else under “Choose and add plots”.`);
+      say(`${log.name}: ${log.kind} with ${log.series.length} signals, ${seconds(log)} s long. ${pathOfLog(log) ? "Its path is drawn in the scene; signals" : "Signals"} named like one of the flight’s columns are drawn with it, all others under “Choose and add plots”.`);
     } catch (error) {
       say(error instanceof BadFile ? error.message : `${file.name.slice(0, 60)}: could not be read; it may be damaged`);
     }

@@ -44,7 +44,7 @@ export class Collected {
 /** The log with its clock at zero; signals without two finite numbers are left out. Throws BadFile where none is left. */
 export function started(name: string, kind: string, series: readonly Series[]): Log {
   const held = series.filter(({ times, values }) => times.length > 1 && values.some((value) => Number.isFinite(value)));
-  if (!held.length) throw new BadFile(`${name}: ${kind} without a signal of two numbers or more`);
+  if (!held.length) throw new BadFile(`${name}: ${kind} without a signal of at least two numbers`);
   let first = Infinity;
   for (const { times } of held) first = Math.min(first, times[0]!);
   const clocks = new Map<Float64Array, Float64Array>();

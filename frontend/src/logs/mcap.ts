@@ -73,7 +73,7 @@ export function readMcap(name: string, buffer: ArrayBuffer): Log {
       return { name: `${topic}.${key}`, unit: "", times: clock, values: column.done() };
     });
   });
-  if (!series.length && unread.size) throw new BadFile(`${name}: this MCAP file holds ${[...unread].join(", ")}; the page reads JSON messages in uncompressed chunks`);
+  if (!series.length && unread.size) throw new BadFile(`${name}: this MCAP file contains ${[...unread].join(", ")}; the page reads JSON messages in uncompressed chunks`);
   if (series.length > MOST_SERIES) throw new BadFile(`${name}: more than ${MOST_SERIES} signals`);
   return started(name, "MCAP", series);
 }

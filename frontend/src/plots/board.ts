@@ -89,7 +89,7 @@ export class Board {
     const panel = this.panel(watched.id, shown);
     if (!panel) {
       watched.plot = undefined;
-      fill(watched.host, h("p", { class: "quiet" }, "What flies now has nothing to show here."));
+      fill(watched.host, h("p", { class: "quiet" }, "The current flight has nothing to show here."));
     } else if (watched.plot) watched.plot.show(panel);
     else {
       watched.plot = this.make(panel, `watched-${panel.id}`, watched.id === NET ? new NetFoot() : undefined);

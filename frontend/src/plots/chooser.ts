@@ -49,7 +49,7 @@ export class Chooser {
       const chosen = [...pick.selectedOptions].map((option) => option.value);
       const wanted = kind.value as Kind;
       const right = wanted === "phase" ? chosen.length === 2 : chosen.length > 0 && chosen.length <= 8;
-      say.textContent = right ? "" : wanted === "phase" ? "Choose two columns: the first goes across." : "Choose one to eight columns.";
+      say.textContent = right ? "" : wanted === "phase" ? "Choose two columns: the first is the horizontal axis." : "Choose one to eight columns.";
       if (right) this.arrangement.add(wanted, chosen, logarithmic.checked || wanted === "spectrum");
     });
     return h("fieldset", { class: "own-plot" }, h("legend", {}, "A plot of your own; Ctrl or Shift for several columns"), pick, h("div", { class: "own-how" }, kind, h("label", { class: "pickable" }, logarithmic, "log axis"), add), say);

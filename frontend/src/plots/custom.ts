@@ -59,7 +59,7 @@ export function customPanel(custom: Custom, flight: Flight, overlays: readonly O
   const [least, most] = [Math.min(...frequencies), Math.max(...frequencies)];
   if (!(most > least)) return undefined;
   const across = { label: "Hz", logarithmic: true, range: { least: Math.log10(least), most: Math.log10(most) } };
-  return { ...base, note: "Amplitude over frequency; the mean is taken off, and the ends are faded (Hann).", across };
+  return { ...base, note: "Amplitude over frequency, with the mean removed and a Hann window.", across };
 }
 
 function phase(custom: Custom, [xs = [], ys = []]: Signal[][]): Panel | undefined {

@@ -20,10 +20,10 @@ export function netPanel(net: Net): Panel {
     const base = { hue: HUES[i]!, dash: DASHES[i]!, times };
     return [
       { ...base, label: axis, name: axis, role: "flown", values: column(width - 6 + i) },
-      { ...base, label: `${axis}, to be cancelled`, name: `${axis}, to be cancelled`, role: "wanted", values: column(width - 3 + i) },
+      { ...base, label: `${axis}, to cancel`, name: `${axis}, to cancel`, role: "wanted", values: column(width - 3 + i) },
     ];
   });
-  const note = `The pale bands are the force that would cancel the disturbance. Below, at the cursor: how active each of the ${neurons} neurons is, and its three weights.`;
+  const note = `The pale bands are the force that would cancel the disturbance. Below, at the cursor: the activity of each of the ${neurons} neurons, and its three weights.`;
   return { id: "net", title: "Force of the net", note, unit: "N", logarithmic: false, curves };
 }
 

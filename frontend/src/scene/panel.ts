@@ -21,7 +21,7 @@ export class ScenePanel {
       byId("stage").classList.add("flat");
       canvas.hidden = true;
       byId("camera").hidden = true;
-      fill(byId("no-webgl"), "This browser offers no WebGL, so there is no 3-D scene. Plots, controls and flights work all the same.");
+      fill(byId("no-webgl"), "This browser has no WebGL, so there is no 3-D scene. Plots, controls and flights still work.");
       byId("no-webgl").hidden = false;
       document.documentElement.dataset["scene"] = "no";
       return;

@@ -43,11 +43,11 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
   const of = (value: number | undefined, unit: string): string => (value === undefined ? "–" : quantity(value, unit));
   const limited = share !== undefined;
   return [
-    { label: "RMSE", text: of(rmse, "m"), hint: "Root mean square of the distance to the wanted position" },
-    { label: "Largest error", text: of(largest, "m"), hint: "Greatest distance to the wanted position" },
-    { label: "Largest tilt", text: tilt === undefined ? "–" : join(number((tilt * 180) / Math.PI, 3), "°"), hint: "Greatest angle between thrust and vertical" },
+    { label: "RMSE", text: of(rmse, "m"), hint: "Root mean square of the distance to the desired position" },
+    { label: "Largest error", text: of(largest, "m"), hint: "Largest distance to the desired position" },
+    { label: "Largest tilt", text: tilt === undefined ? "–" : join(number((tilt * 180) / Math.PI, 3), "°"), hint: "Largest angle between thrust and vertical" },
     limited
-      ? { label: "Thrust margin", text: join(number(100 - 100 * share, 3), "%"), hint: "Part of the rotors’ full thrust that was left at the worst moment" }
+      ? { label: "Thrust margin", text: join(number(100 - 100 * share, 3), "%"), hint: "Share of the full rotor thrust left at the worst moment" }
       : { label: "Largest thrust", text: of(thrust, "N"), hint: "Of all rotors together; this vehicle’s rotors have no limit, so there is no margin" },
   ];
 }
@@ -55,7 +55,7 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
 /** How it ended and why. */
 export function ending({ flight, data }: Shown): string {
   if (flight.held) return `Completed all ${number(flight.ended, 3)} s.`;
-  return `Diverged at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}.${data.whyNot ? "" : " Numbers up to then."}`;
+  return `Diverged at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}.${data.whyNot ? "" : " Numbers up to that point."}`;
 }
 
 function spoken(shown: Shown): string {

@@ -4,20 +4,20 @@ import { byId, h } from "./dom";
 
 const KEYS: readonly (readonly [string, string])[] = [
   ["Space", "play, pause"],
-  ["← →", "time cursor; with Shift in leaps"],
+  ["← →", "move the time cursor; with Shift in large steps"],
   ["Home End", "to the start, to the end"],
   ["n p", "next, previous flight"],
   ["c", "camera: orbit, follow"],
   ["[ ] + −", "turn and zoom the scene"],
-  ["+ − 0", "on a plot: zoom about the cursor, show all"],
+  ["+ − 0", "on a plot: zoom at the cursor, show all"],
   ["d", "dark, light"],
 ];
 
 const HANDS: readonly (readonly [string, string])[] = [
-  ["Logs", "drop a CSV, a ULog or an MCAP file (JSON messages, uncompressed) anywhere to see it beside the flight"],
+  ["Logs", "drop a CSV, a ULog or an MCAP file (JSON messages, uncompressed) anywhere to see it together with the flight"],
   ["Plots", "hover reads values, click moves the cursor, drag zooms, double click shows all; wheel zooms with Ctrl or after a click; ↑ ↓ move a plot, ✕ hides it, log changes its axis"],
-  ["Scene", "drag turns, wheel zooms, right drag shifts"],
-  ["Sliders", "type any number beside a slider; the flight is flown again as you let go"],
+  ["Scene", "drag turns, wheel zooms, right drag pans"],
+  ["Sliders", "type any number next to a slider; releasing it flies the flight again"],
 ];
 
 export function help(): () => void {
@@ -29,7 +29,7 @@ export function help(): () => void {
   };
   const close = h("button", { type: "button", class: "plain" }, "Close");
   close.addEventListener("click", () => dialog.close());
-  dialog.append(h("h2", {}, "Keys and hands"), list(KEYS), list(HANDS), close);
+  dialog.append(h("h2", {}, "Keyboard and mouse"), list(KEYS), list(HANDS), close);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   return () => (dialog.open ? dialog.close() : dialog.showModal());
 }

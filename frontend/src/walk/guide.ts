@@ -76,7 +76,7 @@ export class Guide {
       });
       return made;
     };
-    const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Set up again");
+    const again = h("button", { type: "button", class: "plain", id: "guide-again" }, "Reset this step");
     again.addEventListener("click", () => this.open(place));
     fill(
       this.host,
@@ -115,7 +115,7 @@ export class Guide {
     }
     const found = controlsOf(data, controllerOf(data, settings.controller)).find(([control]) => control.id === move);
     if (!found) {
-      fill(this.slot, h("p", { class: "quiet" }, "The controller that flies now has no such control."));
+      fill(this.slot, h("p", { class: "quiet" }, "The current controller has no such control."));
       return;
     }
     const [control, owner] = found;

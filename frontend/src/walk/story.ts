@@ -15,9 +15,9 @@ export function story(host: HTMLElement, page: PageData, shown: Shown, look: (pa
     host,
     h("h2", { id: "flight-name" }, data.name),
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
-    !live ? h("p", { class: "why", id: "why-not" }, data.whyNot || "Shown as it was recorded.") : null,
+    !live ? h("p", { class: "why", id: "why-not" }, data.whyNot || "Shown as recorded.") : null,
     ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(warning))),
-    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "Something was changed: what is said below is of the flight as its file has it, not of the one you see.") : null,
+    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "Settings have changed: the text below describes the flight as it is in the file, not the one you see.") : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );

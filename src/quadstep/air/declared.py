@@ -1,4 +1,4 @@
-"""A wind in a file of one's own, which missions of real vehicles name.
+"""A wind in your own file, which missions of real vehicles name.
 
     [wind]
     type = "my_wind.py:Thermal"
@@ -18,8 +18,8 @@ from quadstep.numbers import Number, Vector
 class DeclaredAir(ABC):
     """An `Air`; structure only, so it has no fields. Its numbers are `p.wind`, the words of its noise `p.key`.
 
-    Numbers: declared, each with a default. stirs: whether something of it lives from step to step, such as the state of a
-    filter of noise.
+    Numbers: declared, each with a default. stirs: whether it has a state, such as that of a
+    noise filter.
 
     >>> from types import SimpleNamespace
     >>> from typing import NamedTuple
@@ -44,7 +44,7 @@ class DeclaredAir(ABC):
         return ()
 
     def stir(self, air: object, p: object, clock: Clock) -> object:
-        """Its state one `simulation.air_period` later; only asked where it stirs."""
+        """Its state one `simulation.air_period` later; only called if it stirs."""
         return air
 
     @abstractmethod

@@ -38,14 +38,14 @@ class ArduPilot:
             self.socket.bind(where)
         except OSError as error:
             self.socket.close()
-            raise UserError(f"{where}: cannot be listened on: {error.strerror or error}") from None
+            raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
 
     def meet(self, sample: Sample) -> None:
         try:
             self._hear(self.first_wait)
         except Lost:
             raise UserError(
-                f"no ArduPilot spoke on {self.where} for {self.first_wait:g} s; start its simulator with --model JSON"
+                f"nothing from ArduPilot on {self.where} for {self.first_wait:g} s; start its simulator with --model JSON"
             ) from None
 
     def exchange(self, sample: Sample) -> list[float]:
@@ -62,10 +62,10 @@ class ArduPilot:
             try:
                 data, peer = self.socket.recvfrom(4096)
             except (TimeoutError, ConnectionError):
-                raise Lost("ArduPilot fell silent") from None
+                raise Lost("ArduPilot stopped sending") from None
             if len(data) != PACKET.size or PACKET.unpack(data)[0] != MAGIC:
                 raise UserError(
-                    f"{peer[0]}:{peer[1]} sent a malformed packet of {len(data)} bytes; ArduPilot's have {PACKET.size}"
+                    f"{peer[0]}:{peer[1]} sent a malformed packet of {len(data)} bytes; ArduPilot's packets have {PACKET.size}"
                 )
             _, _, count, *pulses = PACKET.unpack(data)
             if count != self.count:  # a repeated packet is an old one

@@ -38,7 +38,7 @@ class Sample(NamedTuple):
 
 
 class Lost(Exception):  # noqa: N818 (it is no error of ours)
-    """The autopilot fell silent or hung up in flight."""
+    """The autopilot stopped sending or closed the connection in flight."""
 
 
 class Link(Protocol):

@@ -57,7 +57,7 @@ class Px4:
             self.server.listen(1)
         except OSError as error:
             self.server.close()
-            raise UserError(f"{where}: cannot be listened on: {error.strerror or error}") from None
+            raise UserError(f"{where}: cannot listen there: {error.strerror or error}") from None
 
     def write(self, data: bytes) -> None:
         """What pymavlink packs is sent."""
@@ -65,7 +65,7 @@ class Px4:
         try:
             self.peer.sendall(data)
         except OSError:
-            raise Lost("PX4 hung up") from None
+            raise Lost("PX4 closed the connection") from None
 
     def meet(self, sample: Sample) -> None:
         """PX4 connects, and starts to answer after some samples at rest."""
@@ -90,7 +90,7 @@ class Px4:
         self._tell(sample)
         controls = self._hear(self.wait)
         if controls is None:
-            raise Lost("PX4 fell silent")
+            raise Lost("PX4 stopped sending")
         return controls
 
     def _tell(self, sample: Sample) -> None:
@@ -124,10 +124,10 @@ class Px4:
             except OSError:
                 data = b""
             if not data:
-                raise Lost("PX4 hung up")
+                raise Lost("PX4 closed the connection")
             for message in cast(list[Message], self.mav.parse_buffer(data) or []):
                 if message.get_type() == "BAD_DATA":
-                    raise UserError(f"what connected to {self.where} sent something that is no MAVLink")
+                    raise UserError(f"the program that connected to {self.where} does not speak MAVLink")
                 if message.get_type() == "HIL_ACTUATOR_CONTROLS":
                     return [float(one) for one in message.controls]
 

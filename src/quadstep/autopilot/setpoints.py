@@ -93,7 +93,7 @@ def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callabl
         raise UserError(f"--connect {connect}: cannot be opened: {error}") from None
     try:
         if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
-            raise UserError(f"--connect {connect}: no vehicle was heard in {HEARTBEAT_WAIT:g} s")
+            raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
         return stream(plan, link, kind, rate, told)
     finally:
         link.close()

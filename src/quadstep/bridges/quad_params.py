@@ -29,9 +29,9 @@ def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
     lacking = {
         "has only vehicles with four rotors": len(mounts) != 4,
         "has only rotors that push along body z": any(mount.axis != UP for mount in mounts),
-        "has one lag for both; set vehicle.rotor.rise_time and fall_time alike": rotor.rise != rotor.fall,
-        f"has a gravity of {GRAVITY} m/s^2; set vehicle.gravity so": airframe.gravity != GRAVITY,
-        "has no gyroscopic torque of rotors; set vehicle.effects.gyroscopic = false": gyroscopic,
+        "has a single rotor lag; set vehicle.rotor.rise_time and fall_time to the same value": rotor.rise != rotor.fall,
+        f"uses a gravity of {GRAVITY} m/s^2; set vehicle.gravity to that": airframe.gravity != GRAVITY,
+        "has no gyroscopic rotor torque; set vehicle.effects.gyroscopic = false": gyroscopic,
         "has no battery; set vehicle.effects.battery = false": effects.battery,
         "has no ground effect; set vehicle.effects.ground = false": effects.ground,
     }
@@ -66,13 +66,14 @@ def from_quad_params(params: Mapping[str, Any]) -> dict[str, object]:
     """
     for key in ("Ixy", "Ixz", "Iyz"):
         if params.get(key, 0.0) != 0.0:
-            raise UserError(f"quad_params: {key} = {params[key]:g}, but the body's axes must be principal ones")
+            raise UserError(f"quad_params: {key} = {params[key]:g}, but the body axes must be principal axes")
     if params.get("k_flap", 0.0) > 0.0:
         raise UserError(
-            f"quad_params: k_flap = {params['k_flap']:g} tips a vehicle towards where it flies; allowed are 0 and less"
+            f"quad_params: k_flap = {params['k_flap']:g} would tilt a vehicle towards its direction of flight; "
+            "allowed: 0 or less"
         )
     if params.get("motor_noise_std", 0.0) != 0.0:
-        raise UserError(f"quad_params: motor_noise_std = {params['motor_noise_std']:g}, but rotors have no noise here")
+        raise UserError(f"quad_params: motor_noise_std = {params['motor_noise_std']:g}, but rotor noise is not implemented")
     places = [tuple(float(x) for x in place) for place in params["rotor_pos"].values()]
     closest = min(math.dist(a, b) for a, b in combinations(places, 2))
     lag, k_d = float(params["tau_m"]), float(params.get("k_d", 0.0))

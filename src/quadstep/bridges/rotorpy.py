@@ -66,9 +66,9 @@ class Adapter:
             raise UserError("RotorPy flies real vehicles: a mission whose [vehicle] has a preset, file, layout or rotors")
         self.loop, self.parameters = plan.loop, plan.parameters
         if plan.loop.controller.also_measures:
-            raise UserError(f"RotorPy tells a controller no {', '.join(plan.loop.controller.also_measures)}")
+            raise UserError(f"RotorPy does not give controllers {', '.join(plan.loop.controller.also_measures)}")
         if plan.loop.controller.preview:
-            raise UserError("RotorPy tells a controller nothing of the path ahead")
+            raise UserError("RotorPy does not give controllers the path ahead")
         every = dict(zip((task.name for task in plan.loop.tasks), plan.ticks.every, strict=True))
         self.periods = {task.name: every[task.name] * plan.ticks.step for task in plan.loop.sampled}
         self.last = math.inf
@@ -153,7 +153,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
         control = controller.update(t, state, flat_output(*reference))
         for key in ("cmd_thrust", "cmd_moment"):
             if key not in control:
-                raise UserError(f"{type(controller).__name__} gives no {key}; it cannot fly here")
+                raise UserError(f"{type(controller).__name__} returns no {key}; it cannot fly here")
         return float(control["cmd_thrust"]), control["cmd_moment"]
 
     return asked

@@ -22,14 +22,12 @@ def compiler() -> list[str]:
     said = shlex.split(os.environ.get("CC", ""))
     if said:
         if shutil.which(said[0]) is None:
-            raise UserError(f"the C compiler {said[0]} that CC names is not on the path")
+            raise UserError(f"the C compiler {said[0]} named by CC is not on the path")
         return said
     for name in ("cc", "gcc", "clang"):
         if shutil.which(name):
             return [name]
-    raise UserError(
-        "no C compiler is here: cc, gcc and clang are not on the path; install one (Debian: gcc), or name it by CC"
-    )
+    raise UserError("no C compiler found: cc, gcc and clang are not on the path; install one (Debian: gcc), or set CC")
 
 
 def compile_c(folder: Path, arguments: list[str], command: list[str] | None = None) -> str:
@@ -41,5 +39,5 @@ def compile_c(folder: Path, arguments: list[str], command: list[str] | None = No
         raise UserError(f"the C compiler {line[0]} did not finish: {error}") from None
     if run.returncode:
         said = next((text for text in run.stderr.splitlines() if "error" in text), run.stderr)
-        raise UserError(f"the C compiler {line[0]} refused the law: {said}")
+        raise UserError(f"the C compiler {line[0]} rejected the law: {said}")
     return run.stderr

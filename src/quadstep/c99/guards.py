@@ -12,7 +12,7 @@ from quadstep.numbers import Structure, leaf_names
 FEW = 40
 """Numbers that are added where they are; more go through a function, with twice the instructions and a quarter of the code."""
 
-SUM = """/* Whether a number is finite; a sum is not, if one of what was added is not. */
+SUM = """/* Whether a number is finite; a sum is not if one of its terms is not. */
 static inline bool qs_finite(real sum)
 {
     return (qs_bits(sum) & MOST) != MOST;

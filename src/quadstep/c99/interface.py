@@ -19,11 +19,11 @@ from quadstep.c99.words import (
 from quadstep.control.controller import Measured
 
 STATUS = (
-    ("NOT_STARTED", "start() is to be called: the command is zero, after DIVERGED the last one"),
-    ("NOT_FINITE", "an input is NaN or infinite: the memory is as before, the command the last one"),
-    ("STALE", "what was measured is older than params->most_age: the memory is as before, the command the last one"),
-    ("DIVERGED", "the law gave NaN or infinity: the command is the last one; call start() before going on"),
-    ("SATURATED", "the actuators make less than was asked for"),
+    ("NOT_STARTED", "start() must be called: the command is zero, or after DIVERGED the last one"),
+    ("NOT_FINITE", "an input is NaN or infinite: memory unchanged, last command repeated"),
+    ("STALE", "the measurements are older than params->most_age: memory unchanged, last command repeated"),
+    ("DIVERGED", "the law returned NaN or infinity: last command repeated; call start() before continuing"),
+    ("SATURATED", "the actuators cannot produce the command"),
 )
 """Bits of the status that the functions return; 0: all is well."""
 
@@ -89,7 +89,7 @@ def header(exported: Exported) -> str:
     parameters = [
         *(["    struct", "    {", *gains, "    } gains;"] if gains else []),
         *(["    struct", "    {", *vehicle, "    } vehicle;"] if vehicle else []),
-        "    real most_age; /* s, of what was measured; older is refused */",
+        "    real most_age; /* s, of the measurements; older ones are rejected */",
     ]
     memory = [f"    {name}_memory memory;"] if has_numbers(code.memory) else []
     state = [*memory, f"    {name}_command held; /* the last command */", "    uint32_t ready; /* 1 after start() */"]
@@ -102,25 +102,23 @@ def header(exported: Exported) -> str:
         '#ifdef __cplusplus\nextern "C" {\n#endif',
         f"#ifndef QS_REAL\n#define QS_REAL\ntypedef {kind} real;\n#endif",
         "/* What the functions return: 0, or a sum of these. */\n" + "\n".join([f"#define {name.upper()}_OK 0u", *steps]),
-        struct(f"{name}_params", parameters, "Gains, and what is known of the vehicle. Constant during a flight."),
+        struct(f"{name}_params", parameters, "Gains and vehicle parameters. Constant during a flight."),
         struct(
             f"{name}_measured",
             members(measured_part(subject.measured), from_table(measured_words)),
-            "What the law is told. SI units.",
+            "The measurements. SI units.",
         ),
-        struct(f"{name}_reference", members(subject.reference, from_table(REFERENCE_WORDS)), "The wanted motion. SI units."),
-        struct(f"{name}_command", members(code.command, from_table(COMMAND_WORDS)), "What the law asks for."),
         struct(
-            f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "What the actuators are told, and what they make."
+            f"{name}_reference", members(subject.reference, from_table(REFERENCE_WORDS)), "The reference motion. SI units."
         ),
+        struct(f"{name}_command", members(code.command, from_table(COMMAND_WORDS)), "The command."),
+        struct(f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "Actuator commands, and what they produce."),
         *(
-            [struct(f"{name}_memory", members(code.memory, lambda _: ""), "What the law keeps from sample to sample.")]
+            [struct(f"{name}_memory", members(code.memory, lambda _: ""), "Memory of the law from sample to sample.")]
             if memory
             else []
         ),
-        struct(
-            f"{name}_state", state, "All that lives from sample to sample. The caller's; the functions have no other memory."
-        ),
+        struct(f"{name}_state", state, "All state between samples. Owned by the caller; the functions have no other memory."),
         CLOCK.replace("NAME", name),
         f"/** The gains and the vehicle of the mission. */\nextern const {name}_params {name}_mission;",
         "\n\n".join(f"{said}\n{line};" for _, line, said in prototypes(exported)),
@@ -133,7 +131,7 @@ def header(exported: Exported) -> str:
 CLOCK = """/**
  * When a function is called. Time is tick * step: ticks are counted, so that it stays exact for hours.
  * tick: steps since start(). step [s]. period [s]: until the same function is called again.
- * age [s]: of what was measured.
+ * age [s]: of the measurements.
  */
 typedef struct
 {
@@ -151,29 +149,29 @@ def prototypes(exported: Exported) -> list[tuple[str, str, str]]:
     sample = f"{given}, const {name}_reference *reference, const {name}_clock *clock"
     periods = {what: f"{exported.clocked.period(what):g}" for what in (*loops(exported), "law")}
     return [
-        ("reset", f"void {name}_reset({name}_state *state)", "/** Forgets everything: law() gives zero until start(). */"),
+        ("reset", f"void {name}_reset({name}_state *state)", "/** Clears everything: law() returns zero until start(). */"),
         (
             "start",
             f"uint32_t {name}_start({given})",
-            "/** Before the first sample, and after a pause: the memory at this motion. */",
+            "/** Call before the first sample and after a pause: sets the memory for this motion. */",
         ),
         *(
             (
                 loop,
                 f"uint32_t {name}_{loop}({sample})",
-                f"/** A slower loop, in the mission every {periods[loop]} s; where both are due, before law(). */",
+                f"/** A slower loop, in the mission every {periods[loop]} s; if both are due, before law(). */",
             )
             for loop in loops(exported)
         ),
         (
             "law",
             f"uint32_t {name}_law({sample}, {name}_command *command)",
-            f"/** One sample, in the mission every {periods['law']} s. The command is defined whatever is returned. */",
+            f"/** One sample, in the mission every {periods['law']} s. The command is defined whatever the status. */",
         ),
         (
             "made",
             f"uint32_t {name}_made(const {name}_params *params, const {name}_command *command, {name}_actuators *made)",
-            "/** What the actuators are to be told, within their limits, and what they make: feed it back. */",
+            "/** Actuator commands within their limits, and what these produce: feed it back. */",
         ),
     ]
 

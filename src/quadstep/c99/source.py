@@ -14,7 +14,7 @@ def source(exported: Exported) -> str:
     used = frozenset(("bits", *(word for word in code.used if word in STEPS), *named(code.used)))
     raw = {what: f"static void {what}_step" for what in code.functions}
     parts = [
-        head(exported, f"{title(exported)}: a control law in C99. Nothing here is to be edited."),
+        head(exported, f"{title(exported)}: a control law in C99. Do not edit."),
         f'#include "{name}.h"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <string.h>',
         PRAGMAS,
         functions(used, exported.precise),
@@ -40,7 +40,7 @@ OPERATIONS = {"magnitude": "abs", "sqrt": "sqrt", "==": "equal", "!=": "equal", 
 CALLED = frozenset(("sin", "cos", "exp", "sigmoid", "log", "atan2"))
 
 PRAGMAS = """/*
- * Bits: every operation is to be rounded by itself, in the order written. Compile with -ffp-contract=off and without
+ * Bits: every operation must be rounded separately, in the order written. Compile with -ffp-contract=off and without
  * -ffast-math and its parts.
  */
 #if defined(__FAST_MATH__)

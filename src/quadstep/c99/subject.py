@@ -33,7 +33,7 @@ def subject_of(plan: Planned) -> Subject:
     loop, parameters = plan.loop, plan.parameters
     if isinstance(loop.controller, Opaque):
         raise UserError(
-            f"controller: {loop.controller.name or 'a function'} is any Python code, which has no equations to export; "
+            f"controller: {loop.controller.name or 'a function'} is plain Python code, which has no equations to export; "
             "write it as a law (docs/own.md)"
         )
     measured = loop.told(loop.start(plan.start, parameters), parameters)

@@ -9,7 +9,7 @@ PLANT_WORDS = {
     "position": "m, world, z up",
     "velocity": "m/s, world",
     "attitude": "rad, (psi, theta, phi) as docs/conventions.md has them",
-    "rates": "rad/s, of these angles",
+    "rates": "rad/s, rates of these angles",
     "pitch": "rad, positive tilts the thrust towards -x",
     "rate": "rad/s",
     "thrust": "N",
@@ -20,19 +20,19 @@ MEASURED_WORDS = {
     **PLANT_WORDS,
     "attitude": "unit quaternion (w, x, y, z), body to world",
     "rates": "rad/s, about the body's axes: x ahead, y left, z up",
-    "thrust": "N, what made() said last",
-    "torque": "N m, what made() said last",
+    "thrust": "N, as last returned by made()",
+    "torque": "N m, as last returned by made()",
 }
 
 REFERENCE_WORDS = {
     "position": "m, world, z up",
     "velocity": "m/s",
     "acceleration": "m/s^2",
-    "yaw": "rad, any number of turns",
+    "yaw": "rad, not wrapped",
     "yaw_rate": "rad/s",
-    "jerk": "m/s^3; zero where it is not known",
-    "snap": "m/s^4; zero where it is not known",
-    "yaw_acceleration": "rad/s^2; zero where it is not known",
+    "jerk": "m/s^3; zero if unknown",
+    "snap": "m/s^4; zero if unknown",
+    "yaw_acceleration": "rad/s^2; zero if unknown",
 }
 
 COMMAND_WORDS = {
@@ -47,8 +47,8 @@ COMMAND_WORDS = {
 
 MADE_WORDS = {
     "speeds": "rad/s, of each rotor",
-    "thrust": "N, that these make",
-    "torque": "N m, that these make",
+    "thrust": "N, produced by these",
+    "torque": "N m, produced by these",
 }
 
 VEHICLE_WORDS = {
@@ -61,7 +61,7 @@ VEHICLE_WORDS = {
 MODEL_WORDS = {
     "gravity": "m/s^2",
     "most_thrust": "N, of all rotors together",
-    "lag": "s, with which the thrust of a rotor follows",
+    "lag": "s, time constant of rotor thrust",
     "slowest": "rad/s, of a rotor",
     "fastest": "rad/s, of a rotor",
 }

@@ -92,9 +92,7 @@ def unpacked(told: Order) -> Campaign:
     refuse_others(here, told.needs)
     campaign: Campaign = pickle.loads(told.campaign)
     if campaign.fingerprint != told.fingerprint:
-        raise UserError(
-            f"{here}: files that the mission names are not there, or others: share {campaign.folder} between nodes"
-        )
+        raise UserError(f"{here}: files named by the mission are missing or differ: share {campaign.folder} between nodes")
     return campaign
 
 
@@ -103,8 +101,8 @@ def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
     for (name, mine), (_, theirs) in zip(needs(), wanted, strict=False):
         if mine != theirs:
             raise UserError(
-                f"{here} has {name} {mine}, the machine that asks for flights {theirs}: results could differ in the last "
-                "bits; all nodes have to be alike"
+                f"{here} has {name} {mine}, the driver's machine {theirs}: results could differ in the last "
+                "bits; all nodes need the same versions"
             )
 
 
@@ -178,7 +176,7 @@ def over(ray: ModuleType, flying: list[object]) -> list[object]:
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):
             raise UserError(
-                f"--engine ray: the cluster has had no core for {PATIENCE:g} s; start nodes with CPUs, then --resume"
+                f"--engine ray: no core has been free on the cluster for {PATIENCE:g} s; start nodes with CPUs, then --resume"
             )
     ready: list[object] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
     return ready
@@ -192,7 +190,7 @@ def fetched(ray: ModuleType, reference: object, what: str) -> Any:
         refuse(error)
     except ray.exceptions.RayError as error:
         raise UserError(
-            f"--engine ray: {what} are lost ({first_line(error)}); what is flown is kept, --resume continues from there"
+            f"--engine ray: {what} were lost ({first_line(error)}); finished flights are kept, --resume continues from there"
         ) from None
 
 

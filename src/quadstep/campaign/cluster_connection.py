@@ -184,10 +184,10 @@ def cluster_at(address: str) -> str:
     except subprocess.TimeoutExpired:
         raise UserError(f"{wrong}: no Ray has answered in {JOINING:g} s") from None
     if "AuthToken" in trial.stderr or "AuthenticationError" in trial.stderr:
-        raise UserError(f"{wrong}: it asks for its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
+        raise UserError(f"{wrong}: it requires its token; set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH")
     if trial.returncode:
         last = trial.stderr.strip().rpartition("\n")[2]
-        raise UserError(f"{wrong}: {shortened(last) or 'Ray gave up without a word'}")
+        raise UserError(f"{wrong}: {shortened(last) or 'Ray gave up without a message'}")
     return address
 
 
@@ -196,7 +196,7 @@ def reach(address: str) -> None:
     host, _, port = address.rpartition(":")
     if not re.fullmatch(r"[^\s:/]+|\[[0-9a-fA-F:]+\]", host) or not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
         raise UserError(
-            f"--engine ray: RAY_ADDRESS = {address:.80}: should be HOST:PORT of the head node (as a rule HOST:6379), auto or "
+            f"--engine ray: RAY_ADDRESS = {address:.80}: should be HOST:PORT of the head node (usually HOST:6379), auto or "
             "local"
         )
     try:

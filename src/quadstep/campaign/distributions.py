@@ -23,15 +23,15 @@ MOST_OPTIONS = 100_000
 def ordered(low: float | None, high: float | None) -> None:
     """Refuses an empty range."""
     if low is not None and high is not None and low >= high:
-        raise ValueError(f"low = {low:g} must be below high = {high:g}: there is nothing to draw from")
+        raise ValueError(f"low = {low:g} must be below high = {high:g}")
 
 
 class Uniform(Section):
     """Any number between low and high."""
 
     type: Literal["uniform"]
-    low: Annotated[Finite, Quantity("", "least value; units are the key's")]
-    high: Annotated[Finite, Quantity("", "greatest value")]
+    low: Annotated[Finite, Quantity("", "lower bound, in the key's unit")]
+    high: Annotated[Finite, Quantity("", "upper bound")]
 
     @model_validator(mode="after")
     def _ordered(self) -> "Uniform":
@@ -55,15 +55,15 @@ class Normal(Section):
     type: Literal["normal"]
     mean: Annotated[Finite, Quantity("", "in the key's unit")]
     deviation: Annotated[Positive, Quantity("", "standard deviation")]
-    low: Annotated[Finite | None, Quantity("", "nothing below")] = None
-    high: Annotated[Finite | None, Quantity("", "nothing above")] = None
+    low: Annotated[Finite | None, Quantity("", "truncated below this value")] = None
+    high: Annotated[Finite | None, Quantity("", "truncated above this value")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "Normal":
         ordered(self.low, self.high)
         below, above = self.shares
         if above - below < 1e-9:
-            raise ValueError("nothing is between low and high: they are too far from the mean")
+            raise ValueError("there is practically nothing between low and high: they are too far from the mean")
         return self
 
     @property
@@ -90,8 +90,8 @@ class LogNormal(Section):
     type: Literal["log-normal"]
     median: Annotated[Positive, Quantity("", "in the key's unit")]
     sigma: Annotated[Positive, Quantity("", "standard deviation of the logarithm")]
-    low: Annotated[Positive | None, Quantity("", "nothing below")] = None
-    high: Annotated[Positive | None, Quantity("", "nothing above")] = None
+    low: Annotated[Positive | None, Quantity("", "truncated below this value")] = None
+    high: Annotated[Positive | None, Quantity("", "truncated above this value")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "LogNormal":
@@ -118,11 +118,11 @@ class Choice(Section):
         tuple[object, ...],
         BeforeValidator(as_tuple),
         Field(min_length=1, max_length=MOST_OPTIONS),
-        Quantity("", "anything that the key takes"),
+        Quantity("", "any values that the key accepts"),
     ]
     weights: Annotated[
         Annotated[tuple[Annotated[float, Field(ge=0.0)], ...], BeforeValidator(as_tuple)] | None,
-        Quantity("", "how likely each is; all equally if left out"),
+        Quantity("", "relative probabilities; default: equal"),
     ] = None
 
     @model_validator(mode="after")
@@ -152,11 +152,11 @@ class Grid(Section):
     type: Literal["grid"]
     values: Annotated[
         Annotated[tuple[object, ...], BeforeValidator(as_tuple), Field(max_length=MOST_OPTIONS)] | None,
-        Quantity("", "one by one"),
+        Quantity("", "the values, one by one"),
     ] = None
-    low: Annotated[Finite | None, Quantity("", "or from here")] = None
-    high: Annotated[Finite | None, Quantity("", "to here")] = None
-    count: Annotated[Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None, Quantity("", "in so many values")] = None
+    low: Annotated[Finite | None, Quantity("", "or: first value")] = None
+    high: Annotated[Finite | None, Quantity("", "last value")] = None
+    count: Annotated[Annotated[int, Field(ge=1, le=MOST_OPTIONS)] | None, Quantity("", "number of values")] = None
 
     @model_validator(mode="after")
     def _complete(self) -> "Grid":
@@ -164,7 +164,7 @@ class Grid(Section):
         if (self.values is None) == (not any(ranged)) or (self.values is None and not all(ranged)):
             raise ValueError("give either values, or low, high and count")
         if self.values is not None and not self.values:
-            raise ValueError("values: there is nothing to draw from")
+            raise ValueError("values: give at least one")
         if self.count and self.count > 1:
             ordered(self.low, self.high)
         return self
@@ -196,25 +196,27 @@ class Correlated(Section):
     """Keys that are jointly normal. deviations and correlation, or covariance; neither may leave a direction impossible."""
 
     keys: Annotated[
-        tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64), Quantity("", "of the mission")
+        tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64), Quantity("", "keys of the mission")
     ]
-    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "one for each key")]
+    mean: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "means, one for each key")]
     covariance: Annotated[
-        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None, Quantity("", "one row for each key")
+        Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None,
+        Quantity("", "matrix with one row for each key"),
     ] = None
     deviations: Annotated[
-        Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None, Quantity("", "or: one for each key")
+        Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] | None,
+        Quantity("", "or: standard deviations, one for each key"),
     ] = None
     correlation: Annotated[
         Annotated[tuple[tuple[Finite, ...], ...], BeforeValidator(as_rows)] | None,
-        Quantity("", "and one row for each key, 1 on the diagonal"),
+        Quantity("", "with `deviations`: matrix with one row for each key, 1 on the diagonal"),
     ] = None
 
     @model_validator(mode="after")
     def _fitting(self) -> "Correlated":
         count = len(self.keys)
         if len(set(self.keys)) < count:
-            raise ValueError("keys: each only once")
+            raise ValueError("keys: name each only once")
         if (self.covariance is None) == (self.deviations is None and self.correlation is None) or (
             self.covariance is None and (self.deviations is None or self.correlation is None)
         ):
@@ -264,7 +266,7 @@ def is_value(table: dict[str, object]) -> bool:
 
 
 Varied = Annotated[
-    dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what differs from flight to flight, as in a campaign")
+    dict[str, Distribution], BeforeValidator(by_key), Quantity("", "what varies from flight to flight, as in a campaign")
 ]
-Together = Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "the same, of several keys together")]
+Together = Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")]
 """Tables `vary` and `correlated` of files that fly many flights."""

@@ -52,7 +52,7 @@ def placed(content: object, rest: list[str], value: object, defaults: object, ke
     if name.isdigit():
         listed = content if isinstance(content, list | tuple) else defaults
         if not isinstance(listed, list | tuple):
-            raise UserError(f"{key}: there is no list to take entry {name} of; give it in the mission first")
+            raise UserError(f"{key}: there is no list with an entry {name}; give the list in the mission first")
         place = int(name)
         if place >= len(listed):
             raise UserError(f"{key}: entry {place} does not exist; allowed: 0 to {len(listed) - 1}")

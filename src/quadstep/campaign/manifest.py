@@ -88,7 +88,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     try:
         Manifest.model_validate(content)
     except ValidationError:
-        raise UserError(f"{path}: is not the manifest of a campaign; choose another --out") from None
+        raise UserError(f"{path}: is not a campaign manifest; choose another --out") from None
     known: dict[str, Any] = content
     return known
 

@@ -104,7 +104,7 @@ def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
-    """How many flights ended in which way, and beside it when those ended that ended early. ended: times by outcome [s]."""
+    """How many flights ended in which way, and the times at which flights ended early. ended: times by outcome [s]."""
     flights = sum(outcomes.values())
     timed = {name: times for name, times in ended.items() if len(times)}
     with drawing(sheet):

@@ -190,7 +190,8 @@ class Planner:
         self.structures.add((loop, places, len(flatten((start, parameters)))))
         if len(self.structures) > MOST_STRUCTURES:
             raise UserError(
-                f"{self.source}: what varies changes the structure of the flight more than {MOST_STRUCTURES} times, and each "
+                f"{self.source}: the varied keys change the structure of the flight more than {MOST_STRUCTURES} times, "
+                "and each "
                 "has to be compiled; vary numbers, or choose from fewer values"
             )
         period = self.score_period or ticks.log * ticks.step

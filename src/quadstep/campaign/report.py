@@ -44,8 +44,8 @@ REPORT, FIGURES = "report.html", "figures"
 
 GLANCE = {
     "outcomes": "How the flights ended, and when those that ended early did",
-    "distributions": "Distance from the path: completed flights, and the share of all that are farther from it",
-    "ranking": "What the result depends on: the share of the variance that each key explains, with its interval",
+    "distributions": "Distance from the path: completed flights, and the share of all flights that are farther away",
+    "ranking": "Sensitivity: the share of the variance that each key explains, with its interval",
 }
 """The figures of the summary, as far as they are drawn."""
 
@@ -169,16 +169,16 @@ def key_sections(
     """What the result depends on: the ranking, then key by key."""
     keys = campaign.file.keys
     if not keys:
-        return [page.heading("What it depends on", "ranking"), page.paragraph("Only the flights' noise varies.")]
+        return [page.heading("Sensitivity", "ranking"), page.paragraph("Only the noise varies from flight to flight.")]
     columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
-    body = [page.heading("What it depends on", "ranking")]
+    body = [page.heading("Sensitivity", "ranking")]
     if any(ranking.values()):
         draw_ranking(folder / "ranking", dict(list(ranking.items())[: 2 * MOST_PICTURES]), sheet)
     body += text.ranking(campaign, ranking, {name: (one.said, one.pair) for name, one in found.items()})
-    body += [page.heading("Key by key", "keys"), *text.keys(len(keys), MOST_PICTURES)]
+    body += [page.heading("Individual keys", "keys"), *text.keys(len(keys), MOST_PICTURES)]
     for place, key in enumerate(list(ranking)[:MOST_PICTURES], 1):
         cut = bins(columns[key], campaign.file.vary.get(key))
         name = f"key-{place:02d}-{''.join(c if c.isascii() and (c.isalnum() or c in '-_.') else '_' for c in key)}"
@@ -235,7 +235,7 @@ def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path
             draw_flight(folder / name, log, title, sheet)
             body.append(page.figure(folder / f"{name}.svg", title))
         else:
-            why = f"cannot be flown again: {said}" if log is None else "it ended before it could be drawn"
+            why = f"cannot be replayed: {said}" if log is None else "it ended before it could be drawn"
             body.append(page.paragraph(f"{title}; {why}."))
         differs = text.differing(worst, log, campaign) if log else ""
         body += [page.paragraph(differs)] * bool(differs)

@@ -28,7 +28,7 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The finding: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
-    answer = f"{units.percent(good)} of {summary.flights} flights succeed; with 95 % confidence {within(low, high)} would."
+    answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
@@ -60,7 +60,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         *(("machine", pairs(one)) for one in manifest["machines"]),
     ]
     body = [
-        page.heading("What was flown", "flown"),
+        page.heading("Campaign settings", "flown"),
         *(page.paragraph(line, escape) for line in sentences(summary)),
         page.table(("", ""), rows, escape),
     ]
@@ -117,8 +117,8 @@ def distributions(summary: Summary) -> list[str]:
     ]
     return [
         page.paragraph(
-            "In the figure, above: completed flights; below: the share of all flights with a larger value. A flight that "
-            "ended early counts as worse than any. Dashed: the limit above which a flight has failed."
+            "Upper panel: completed flights; lower panel: the share of all flights with a larger value. A flight that "
+            "ended early counts as worse than any other. Dashed: the limit above which a flight counts as failed."
         ),
         page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
     ]
@@ -133,7 +133,7 @@ def ranking(
     lines = []
     for name, (why, pair) in said.items():
         if why:
-            lines.append(f"Nothing is said about what explains {name}: {why}.")
+            lines.append(f"The causes of {name} are not analysed: {why}.")
             continue
         shares = {key: one[name] for key, one in found.items() if name in one}
         clear = {key: one for key, one in shares.items() if one.low > 0.0}
@@ -141,10 +141,10 @@ def ranking(
             key = max(clear, key=lambda key: clear[key].value)
             line = f"Of {name}, {key} explains most: {percent(clear[key])} % of the variance."
         else:
-            line = f"No key by itself explains a share of {name} that can be told from none."
+            line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in shares.values()))
-            line += f" All keys one by one: {100.0 * together:.3g} %; the rest is keys acting together, and noise."
+            line += f" All keys individually: {100.0 * together:.3g} %; the rest is due to interactions and noise."
         if pair and pair.share.low > 0.0:
             line += (
                 f" {pair.keys[0]} and {pair.keys[1]} together explain {percent(pair.share)} % more than each does alone"
@@ -154,7 +154,8 @@ def ranking(
     if campaign.file.correlated:
         groups = "; ".join(", ".join(one.keys) for one in campaign.file.correlated)
         lines.append(
-            f"Correlated keys explain in part the same, so their shares overlap and may add up to more than all: {groups}."
+            "Correlated keys partly explain the same variance, so their shares overlap and may add up to more than "
+            f"100 %: {groups}."
         )
     body = [page.paragraph(line, escape) for line in lines]
     if any(found.values()):
@@ -163,8 +164,9 @@ def ranking(
         body.append(page.table(("key", *(f"{name} [% of variance]" for name in names)), rows, escape))
         body.append(
             page.paragraph(
-                "First-order index: the share of the variance that would go if the key were known. A key explains much where "
-                "it matters much, and where it was varied widely."
+                "First-order index: the share of the variance that would vanish if the key were known. A key explains "
+                "much if it "
+                "has a large effect and was varied widely."
             )
         )
     return body
@@ -172,11 +174,13 @@ def ranking(
 
 def keys(count: int, most: int) -> list[str]:
     """What the pictures of the keys show."""
-    chosen = f" The {most} that explain most of {count}; the others are in the files of flights." if count > most else ""
+    chosen = (
+        f" These are the {most} of {count} keys that explain most; the others are in the flight files." if count > most else ""
+    )
     return [
         page.paragraph(
-            "All flights, in ranges of equal width of the key (those at the ends joined until they have 20 flights), or by "
-            f"value; whatever else varies, varies in each.{chosen}"
+            "All flights, in ranges of equal width of the key (end ranges merged until they have 20 flights), or by "
+            f"value; all other keys vary within each range.{chosen}"
         )
     ]
 
@@ -194,13 +198,13 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
     ]
     commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
     return [
-        page.paragraph("Those that ended first, then those that were farthest from the path."),
+        page.paragraph("Flights that ended first, then those farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
         page.paragraph("To replay them with their full logs:"),
         f"<pre>{commands}</pre>",
         page.paragraph(
-            "The pictures are of these flights flown again in f64 (o: start, x: end). What is far from the wanted path is out "
-            "of view."
+            "The figures show these flights replayed in f64 (o: start, x: end). Parts far from the desired path are outside "
+            "the figure."
         ),
     ]
 
@@ -227,13 +231,13 @@ def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
     now = log.outcome.name.lower().replace("_", "-")
     largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)
     if now != one.outcome:
-        what = f"it is {now} (largest error {length(largest)})"
+        what = f"its outcome is {now} (largest error {length(largest)})"
     elif one.time is not None and abs(log.ended - one.time) > 0.01 * one.time:
         what = f"it ends at {log.ended:.4g} s"
     else:
         return ""
     why = "in f32, whose round-off such a flight amplifies" if not campaign.double else "with another version"
-    return f"Flown again in f64, {what}; the campaign flew it {why}."
+    return f"When replayed in f64, {what}; the campaign flew it {why}."
 
 
 def closing() -> list[str]:
@@ -242,13 +246,13 @@ def closing() -> list[str]:
         page.heading("How to read this", "reading"),
         page.paragraph(
             "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
-            "free of distribution (Conover 1999). Indices: from the flights, cut into parts of like values (Plischke, "
-            "Borgonovo, Smith 2013), less the share that chance gives to so many parts; intervals by bootstrap over the "
-            "flights. An interval says how sure a number is when the keys vary as they did here; whether they do is for you "
-            "to say."
+            "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, "
+            "Borgonovo, Smith 2013), minus the share expected by chance for that many groups; intervals by bootstrap over the "
+            "flights. An interval says how certain a number is if the keys vary as they did here; whether they do is for you "
+            "to judge."
         ),
         page.paragraph(
-            f"All flights are in {FLIGHTS}/*.parquet beside this page, one row per flight; campaign.json records what was "
-            "flown, by which version and on which machine. The same file gives the same flights."
+            f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was "
+            "flown, by which version and on which machine. The same campaign file gives the same flights."
         ),
     ]

@@ -31,11 +31,11 @@ MOST_KEYS = 512
 """That may vary; each takes 8 bytes of every flight."""
 
 NOT_FLOWN = {
-    "name": "a name changes no flight",
-    "seed": "every flight has noise of its own already",
-    "score_from": "from when on a flight is scored changes no flight",
-    "metrics": "what is measured changes no flight",
-    "tune": "what is tuned changes no flight",
+    "name": "a name does not affect flights",
+    "seed": "every flight already has its own noise",
+    "score_from": "when scoring starts does not affect flights",
+    "metrics": "what is measured does not affect flights",
+    "tune": "what is tuned does not affect flights",
 }
 """Keys of a mission that cannot vary, and why."""
 
@@ -43,32 +43,32 @@ NOT_FLOWN = {
 class CampaignFile(Section):
     """A campaign file: which mission, how often, what varies, what counts as failure."""
 
-    name: Annotated[Name, Quantity("", "of the campaign, in its results")] = "Campaign"
+    name: Annotated[Name, Quantity("", "name of the campaign, shown in its results")] = "Campaign"
     mission: Annotated[
         str | dict[str, object],
-        Quantity("", "a mission file, looked up from this one's folder, or a whole mission as a table"),
+        Quantity("", "a mission file, relative to this file's folder, or a whole mission as a table"),
     ]
     flights: Annotated[
         Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None,
-        Quantity("", "how many; every combination of the grids once if left out"),
+        Quantity("", "number of flights; default: each combination of the grids once"),
     ] = None
-    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all draws")] = 1
-    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
     score_period: Annotated[
-        Positive | None, Quantity("s", "from sample to sample of the metrics; the mission's log period if left out")
+        Positive | None, Quantity("s", "sampling period of the metrics; default: the mission's log period")
     ] = None
-    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights in one file of results")] = CHUNK
+    chunk: Annotated[int, Field(ge=16, le=LARGEST_CHUNK), Quantity("", "flights per results file")] = CHUNK
     vary: Annotated[
         dict[str, Distribution],
         BeforeValidator(by_key),
-        Quantity("", "a distribution for each key of the mission that varies"),
+        Quantity("", "a distribution for each mission key that varies"),
     ] = Field(default_factory=dict)
-    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary together")] = ()
+    correlated: Annotated[tuple[Correlated, ...], BeforeValidator(as_tuple), Quantity("", "keys that vary jointly")] = ()
     failure: Annotated[
         dict[str, Positive],
-        Quantity("", "greatest value of metrics; beyond, a flight has failed, as one that ends early always has"),
+        Quantity("", "limits of metrics above which a flight counts as failed; one that ends early always does"),
     ] = Field(default_factory=dict)
-    rare: Annotated[RareSection, Quantity("", "for `--rare`")] = RareSection()
+    rare: Annotated[RareSection, Quantity("", "settings of `--rare`")] = RareSection()
 
     @model_validator(mode="after")
     def _known(self) -> "CampaignFile":
@@ -138,7 +138,7 @@ class Campaign(NamedTuple):
         columns = len(self.file.keys) + len(self.metrics) + 4
         if 8 * columns * min(flights, self.file.chunk) > files.FLIGHTS.most:
             raise UserError(
-                f"chunk: {self.file.chunk} flights of {columns} columns make a file of more than "
+                f"chunk: {self.file.chunk} flights of {columns} columns make a file larger than "
                 f"{files.FLIGHTS.most / 1e6:g} MB; choose a chunk of {files.FLIGHTS.most // (8 * columns)} or less"
             )
         made = -(-flights // self.file.chunk)

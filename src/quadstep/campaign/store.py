@@ -100,7 +100,7 @@ class Store:
         try:
             return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
         except pa.ArrowException as error:
-            raise UserError(f"{self.folder / FLIGHTS}: files that are not of one campaign: {error}") from None
+            raise UserError(f"{self.folder / FLIGHTS}: files from different campaigns: {error}") from None
 
     def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
         """The flights of one file. Raises UserError."""
@@ -126,7 +126,7 @@ class Store:
                 (self.folder / name).unlink(missing_ok=True)
 
     def judge_again(self, campaign: Campaign) -> None:
-        """Write the flights that are there anew, with what the campaign now means by success. Raises UserError."""
+        """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
         for chunk in self.chunks:
             if self.has(chunk):
                 self.write(chunk, judged(self.read_chunk(chunk), campaign))
@@ -194,7 +194,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
         strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING) and path.name != FLIGHTS]
         strange += [path.name for path in (folder / FLIGHTS).glob("*") if not path.name.startswith(WRITING)]
         if strange:
-            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
+            raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
     sweep_up(folder)
     if found is not None and not resume and (overwrite or not found["chunks"]):
         clear(folder, found)

@@ -185,22 +185,22 @@ def sentences(decided: Decided, file: Path) -> list[str]:
         return [f"Shown: fewer than {target:g} of the flights fail. {shown}"]
     if decided.above:
         return [
-            f"Not so: {target:g} of the flights or more fail. {shown}",
-            "Next: see in the report what failures depend on, and fly the worst again; with another controller, start over.",
+            f"Not met: {target:g} of the flights or more fail. {shown}",
+            "Next: see the report for what failures depend on, and replay the worst; with another controller, start over.",
         ]
     lines = [f"Not decided. {shown}"]
     following = next(look for look in looks(target) if look.flights > last.look.flights)
     expected = last.rate.value * following.flights
     if following.flights > MOST_FLIGHTS:
-        lines.append(f"Next: nothing; a campaign has at most {MOST_FLIGHTS:.3g} flights.")
+        lines.append(f"No further look is possible; a campaign has at most {MOST_FLIGHTS:.3g} flights.")
     elif expected > following.failures:
         lines.append(
             f"Next: the following look, at {following.flights} flights, allows {following.failures} failures; at the rate so "
-            f"far expect {expected:.0f}: it will hardly be shown. See in the report what failures depend on."
+            f"far expect {expected:.0f}, so success is unlikely. See the report for what failures depend on."
         )
     else:
         more = command("campaign", file, "--resume", "--until", f"{target:g}", "--flights", following.flights)
-        lines.append(f"Next: {more}, which shows it if no more than {following.failures} flights fail; expect {expected:.0f}.")
+        lines.append(f"Next: {more}, which succeeds if no more than {following.failures} flights fail; expect {expected:.0f}.")
     return lines
 
 

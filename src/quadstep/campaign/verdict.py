@@ -43,4 +43,4 @@ def asked(decided: until.Decided) -> Case:
     """What `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"
-    return Case(name, None if decided.below else f"{name}: not shown; known is a probability from {low:.3g} to {high:.3g}")
+    return Case(name, None if decided.below else f"{name}: not shown; the probability is from {low:.3g} to {high:.3g}")

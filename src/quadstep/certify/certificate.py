@@ -83,7 +83,7 @@ def certify_flight(plan: FlightPlan, log: FlightLog) -> Certificate:
     if undefined is not None:
         if log.outcome is Outcome.COMPLETED or undefined < FEWEST_SAMPLES:
             what = too_little(plan, history.wanted, undefined)
-            raise UserError(f"the controller asks for {what} at t = {history.t[undefined]:.4g} s{ZERO_THRUST}")
+            raise UserError(f"the controller commands {what} at t = {history.t[undefined]:.4g} s{ZERO_THRUST}")
         history = recall(plan, log._replace(rows=log.rows[:undefined]))
     return certificate(plan, log, history)
 

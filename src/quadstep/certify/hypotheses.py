@@ -43,10 +43,10 @@ def check_plan(plan: FlightPlan) -> None:
     demand = plan.parameters.vehicle.mass * (wanted + np.array([0.0, 0.0, plan.parameters.vehicle.gravity]))
     undefined = first_undefined(plan, demand)
     if undefined is not None:
-        raise UserError(f"path: it asks for {too_little(plan, demand, undefined)} at t = {t[undefined]:.4g} s{ZERO_THRUST}")
+        raise UserError(f"path: it requires {too_little(plan, demand, undefined)} at t = {t[undefined]:.4g} s{ZERO_THRUST}")
 
 
-ZERO_THRUST = ", so theta_d and phi_d are not differentiable there; missing is a thrust that stays away from zero"
+ZERO_THRUST = ", so theta_d and phi_d are not differentiable there; the thrust must stay away from zero"
 
 
 def sideways(force: Array) -> Array:
@@ -78,8 +78,8 @@ def check_flight(plan: FlightPlan, h: History) -> None:
     bitten = np.flatnonzero(h.excess > AGREEMENT * (1.0 + np.abs(h.thrust) + np.linalg.norm(h.torque, axis=1)))
     if cast(Lagrange, plan.loop.plant).rotor_limits and len(bitten):
         raise UserError(
-            f"vehicle.rotors.limits: they bite in {len(bitten)} of {len(h.t)} control samples, first at t = "
-            f"{h.t[bitten[0]]:.4g} s; Theorem 5.1 knows no saturation: missing are limits wide enough for this flight"
+            f"vehicle.rotors.limits: active in {len(bitten)} of {len(h.t)} control samples, first at t = "
+            f"{h.t[bitten[0]]:.4g} s; Theorem 5.1 assumes no saturation: wider limits are needed for this flight"
         )
     if len(bitten) or h.mismatch > AGREEMENT:
         raise UserError(f"the flight does not follow from the paper's law (relative difference {h.mismatch:.2g})")

@@ -12,22 +12,22 @@ def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: st
     """Write it beside certificate.json. figure: its file, without ending."""
     shown = page.figure(
         path.parent / figure,
-        "L and its rate, |r| against b_r, |W_tilde| against b_w, and the term that the proof leaves out; all axes logarithmic",
+        "L and its rate, |r| and b_r, |W_tilde| and b_w, and the term that the proof omits; all axes logarithmic",
     )
     body = [
         page.summary(f"{verdict[0].upper()}{verdict[1:]}.", facts(c), [shown]),
-        page.heading("Measured, and held against", "measured"),
-        page.table(("", "measured", "against"), table(c)),
-        page.note("Symbols are the paper's; r mixes m/s and rad/s as it does. All numbers, with units: certificate.json."),
+        page.heading("Measured values and bounds", "measured"),
+        page.table(("", "measured", "bound"), table(c)),
+        page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
     ]
     page.write_page(path, name, body, "Certificate")
 
 
 def facts(c: Certificate) -> list[page.Fact]:
     """What decides."""
-    bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "there is no b_r"
+    bound = f"b_r = {units.number(c.b_r)}" if c.b_r is not None else "b_r does not exist"
     return [
-        page.Fact("the finding", kind(c), "of Theorem 5.1 on this flight"),
+        page.Fact("verdict", kind(c), "on Theorem 5.1 for this flight"),
         page.Fact("K_min", units.number(c.conditions.k_min), "must be above 0"),
         page.Fact("largest |r|", units.number(float(c.r.max())), bound),
     ]

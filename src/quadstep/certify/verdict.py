@@ -29,14 +29,14 @@ def margins(c: Certificate) -> str:
 def after(c: Certificate) -> str:
     """What |r| did once it had come inside b_r."""
     if c.entered is None:
-        return "|r| never came inside"
+        return "|r| never entered b_r"
     time, most = c.history.t, c.r[c.entered :].max()
-    came = f"|r| came inside at {time[c.entered]:.4g} s"
+    came = f"|r| entered b_r at {time[c.entered]:.4g} s"
     left = np.flatnonzero(c.outside & (np.arange(len(c.r)) > c.entered))
     if not len(left):
         return f"{came} and stayed, <= {most:.4g}"
-    last = f"was outside for the last time at {time[left[-1]]:.4g} s" if left[-1] < len(c.r) - 1 else "ended outside"
-    return f"{came}, left again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
+    last = f"was last outside at {time[left[-1]]:.4g} s" if left[-1] < len(c.r) - 1 else "ended outside"
+    return f"{came}, left it again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
 
 
 def verdict(c: Certificate) -> str:
@@ -46,7 +46,7 @@ def verdict(c: Certificate) -> str:
         printed = min(*k.position, *k.printed_anywhere)
         said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
         found = k.broken()
-        rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected ones: {margins(c)}"
+        rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected conditions: {margins(c)}"
         return f"diverged: the flight ended at {c.ended:.4g} s; {said}{rest}; numbers up to {c.until:.4g} s"
     if what == "conditions broken":
         return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"

@@ -37,7 +37,7 @@ def campaign(
         str | None,
         typer.Option(
             metavar="P",
-            help="Fly until the failure rate is shown to be below P, or not to be; --flights: at most so many.",
+            help="Fly until the failure rate is shown to be below P, or not to be; --flights: at most this many.",
             show_default=False,
         ),
     ] = None,
@@ -132,7 +132,7 @@ def show_rare(found: "Found") -> None:
     for warning in summary.warnings:
         say(f"Warning: {warning}")
     if summary.nearest:
-        title = f"The most likely failure found, {summary.nearest.deviations:.3g} deviations from the middle"
+        title = f"The most likely failure found, {summary.nearest.deviations:.3g} standard deviations from the median"
         show_table(title, ("key", "value", "deviations"), nearest_rows(summary))
     say_whole(f"Report: {found.folder / REPORT}")
 

@@ -105,7 +105,7 @@ def show(done: "Finished") -> None:
         said = f"{vehicle}: " if vehicle else ""
         show_table(f"{said}{words.title(found.metrics[found.metric])}, median (95 % quantile)", header, rows)
     if found.linear:
-        show_table("Linear loop at rest, the least margins of all channels", linear.HEADER, linear.rows(found.linear))
+        show_table("Linear loop at rest, smallest margins over all channels", linear.HEADER, linear.rows(found.linear))
     if found.margins:
         show_table("Margins, 95 % intervals", tables.MARGIN_HEADER, tables.margin_rows(found))
     show_table("Gains and cost", tables.WHO_HEADER, tables.who_rows(found))

@@ -78,7 +78,7 @@ def fly(
     """
     started = time.perf_counter()
     if connect is not None and autopilot is None:
-        raise UserError("--connect: goes with --autopilot")
+        raise UserError("--connect: requires --autopilot")
     required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
     if junit:
         check_junit(junit)

@@ -85,11 +85,11 @@ def identify(
         (result.guided_residual, "commands and setpoints, with the learned residual"),
     ):
         if found:
-            show_compared(f"Before they were fitted: {names}, predicted from {knows}", found)
+            show_compared(f"Held out of the first fit: {names}, predicted from {knows}", found)
     if result.shares:
         say(said_of_residual(result.shares, result.residual is not None))
     if not result.held_out:
-        say("No flight was held out: the intervals are all that is known of how well this holds for others.")
+        say("No flight was held out: only the intervals say how well this holds for other flights.")
     say(f"{len(flights)} flights in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""
     say_whole(f"wrote {out}{pages}")

@@ -80,11 +80,11 @@ def linear(
 def check(controllers: str | None, along: bool, samples: int | None, drawn: bool) -> None:
     """Refuses options that do not go together. Raises UserError."""
     if controllers is not None and (along or drawn):
-        raise UserError(f"--controllers: goes with one mission at rest, not with {'a campaign' if drawn else '--along'}")
+        raise UserError(f"--controllers: requires one mission at rest, not {'a campaign' if drawn else '--along'}")
     if along and drawn:
-        raise UserError("--along: goes with a mission, not with a campaign")
+        raise UserError("--along: requires a mission, not a campaign")
     if samples is not None and not (along or drawn):
-        raise UserError("--samples: goes with --along or a campaign")
+        raise UserError("--samples: requires --along or a campaign")
     if samples is not None and not 1 <= samples <= MOST:
         raise UserError(f"--samples: should be from 1 to {MOST}, not {samples}")
 
@@ -130,7 +130,7 @@ def show_several(done: "Several", folder: Path, file: Path) -> None:
 
     least = worst.worst(done.found)
     if done.kind == "laws":
-        show_table(f"{done.name}: the least margins of all channels", worst.ROW_HEADER, worst.rows(done.found))
+        show_table(f"{done.name}: smallest margins over all channels", worst.ROW_HEADER, worst.rows(done.found))
     else:
         show_table(f"{done.name}: worst margins of {len(done.found)} loops", worst.WORST_HEADER, least)
         unstable = [name for name, one in done.found if not isinstance(one, str) and not one.stable]
@@ -139,5 +139,7 @@ def show_several(done: "Several", folder: Path, file: Path) -> None:
     for line in done.refused:
         say(f"Not linearised: {line}")
     if done.kind == "draws" and least:
-        say_whole(f"To fly the draw of the least phase margin: {command('fly', file, '--flight', least[2].where.split()[1])}")
+        say_whole(
+            f"To fly the draw with the smallest phase margin: {command('fly', file, '--flight', least[2].where.split()[1])}"
+        )
     say_whole(f"Report: {folder / REPORT}")

@@ -53,9 +53,9 @@ def replay(
     from quadstep.logs.read import read_log
 
     if (starts is None) != (predictions is None):
-        raise UserError("--starts and --predictions belong together: rows to predict from, and where to write")
+        raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
     if page and not controller:
-        raise UserError("--page belongs to --controller: it shows what that flies beside the real flight")
+        raise UserError("--page requires --controller: it compares that simulated flight with the real one")
     check_names(logs)
     section = vehicle_of(vehicle)
     if residual and not section.residual:
@@ -89,7 +89,7 @@ def replay(
     if ratios:
         mean = sum(ratios) / len(ratios)
         say(
-            f"Thrust of the logged commands over what was needed: {mean:.3f} on average, "
+            f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f} on average, "
             f"{min(ratios):.3f} to {max(ratios):.3f}"
         )
 
@@ -143,7 +143,7 @@ def show_flown(
             )
         )
     header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]", "lost")
-    show_table(f"The logged setpoints under {controller['type']}", header, rows)
+    show_table(f"Logged setpoints simulated with {controller['type']}", header, rows)
     if page:
         write(page, found, str(controller["type"]))
         say_whole(f"wrote {page}")
@@ -169,4 +169,4 @@ def show_estimates(flights: "list[FlightRecord]") -> None:
                 numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
                 rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
     header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [deg]", "yaw [deg]")
-    show_table("Root mean square errors; the filter gets gyro, accelerometer and a position at 20 Hz, 5 mm", header, rows)
+    show_table("RMS errors; the filter gets gyro, accelerometer and a position at 20 Hz with 5 mm noise", header, rows)

@@ -80,7 +80,7 @@ def controllers(
     """Compare the controllers of the package on the 2.6 kg vehicle and the Crazyflie: wind, payload, faults, latency,
     estimator.
 
-    The study that `quadstep compare` would read is in the package, with the gains that it found; --retune finds them anew.
+    The study that `quadstep compare` would read is in the package, with the gains that it found; --retune repeats the search.
     """
     check_seeds(seeds)
     with needed_by("`quadstep study controllers`"):

@@ -60,7 +60,7 @@ def show(done: "Tuned", folder: Path) -> None:
     ]
     show_table(done.asked.mission.name, ("gain", "present", "tuned"), gains)
     many = compared.flights > 1
-    said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are alike"
+    said = f"{compared.flights} unseen flights each, 95 % intervals" if many else "one flight each: all flights are identical"
     shares = (*compared.success, compared.success_difference)
     whole = compared.objective._replace(name=f"objective ({AGGREGATES[done.asked.section.aggregate]})")
     rows = [
@@ -74,10 +74,10 @@ def show(done: "Tuned", folder: Path) -> None:
     if not found.best.judged.feasible:
         lost = found.best.judged.lost
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
-        say(f"Even with the best gains found {wrong} in tuning.")
+        say(f"Even with the best gains found, {wrong} in tuning.")
     say(compared.verdict)
     for name in done.elsewhere:
-        say(f"tuned.toml names {name}, which is not in the mission's folder: put both in place.")
+        say(f"tuned.toml names {name}, which is not in the mission's folder: copy both there.")
     say_whole(f"Results: {folder}; fly it: {command('fly', folder / 'tuned.toml')}")
 
 

@@ -20,8 +20,8 @@ def fit(
 ) -> None:
     """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells, perhaps points of a thrust stand.
 
-    Each number says whether it was measured, estimated by a formula or taken as usual, and how sure it is. A campaign over
-    what is unsure is written beside it.
+    Each number says whether it was measured, estimated by a formula or typical, and how uncertain it is. A campaign over
+    the uncertain numbers is written next to it.
     """
     from quadstep.atomic import write_beside
     from quadstep.datasheet.campaign import campaign_text
@@ -42,7 +42,7 @@ def fit(
     except UserError as error:
         raise UserError(f"{datasheet}: {error}") from None
     except ValueError as error:
-        raise UserError(f"{datasheet}: makes no vehicle that can fly: {error}") from None
+        raise UserError(f"{datasheet}: does not describe a vehicle that can fly: {error}") from None
     campaign = target.with_name(f"{target.stem}_campaign.toml")
     write_beside(target, as_toml(vehicle))
     write_beside(campaign, campaign_text(sheet, found, target.name))

@@ -123,7 +123,7 @@ def trained_of(content: Content) -> training.Trained:
         found = training.Trained(**{name: content[name] for name in training.Trained._fields})
         _ = {str(key): float(value) for one in (found.values, found.before) for key, value in one.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise UserError("gains: are not as `quadstep compare` writes them") from None
+        raise UserError("gains: not in the form that `quadstep compare` writes") from None
     return found
 
 
@@ -137,7 +137,7 @@ def gains_file(study: Study) -> dict[str, Content]:
         content = read_json(path)
         entries: dict[str, Content] = {str(one["controller"]): one for one in content["gains"]}
     except (KeyError, TypeError):
-        raise UserError(f"{path}: is no file of gains as `quadstep compare` writes it") from None
+        raise UserError(f"{path}: is not a file of gains written by `quadstep compare`") from None
     except UserError as error:
         raise UserError(f"{study.source}: tuning.gains: {error}") from None
     return entries

@@ -47,7 +47,7 @@ def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
         shown.append(one)
         links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", f"{one.name}: {' and '.join(names[:2])}"))
     if not shown:
-        raise UserError("no flight can be flown again without its autopilot")
+        raise UserError("flights of an autopilot cannot be shown without it")
     return Shown(build_page(found.name, "", shown), tuple(links))
 
 

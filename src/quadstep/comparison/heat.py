@@ -51,7 +51,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
         axes.grid(visible=False)
         axes.tick_params(length=0.0)
         axes.set_xlabel(
-            f"median {title(found.metrics[found.metric])}, and what is lost; the palest is the best of the situation, "
+            f"median {title(found.metrics[found.metric])}, and share lost; the palest cell is the best of its situation, "
             f"the darkest {WORST:g} times as much"
         )
         write(figure, path, sheet)

@@ -49,7 +49,9 @@ class Kept:
             path.parent.mkdir(parents=True, exist_ok=True)
             replace_file(path, content, synced=True)
         except OSError as error:
-            raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}; what is there is kept") from None
+            raise UserError(
+                f"{self.folder}: cannot be written: {error.strerror or error}; finished results are kept"
+            ) from None
         return path
 
     def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:

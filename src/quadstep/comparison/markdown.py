@@ -13,25 +13,25 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
     first, *others = words.sentences(found)
     parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(found.source).name}`, seed {found.seed}.", first]
     if found.notes:
-        parts += ["## Limits", bullets(found.notes)]
+        parts += ["## Limitations", bullets(found.notes)]
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         metric = words.title(found.metrics[found.metric])
         parts += [
             f"## {vehicle or 'Missions'}",
-            f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other.",
-            f"![{metric} of every situation and controller]({drawn[vehicle].as_posix()}.png)",
+            f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight ranks worse than any other.",
+            f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
             table(*turned(*tables.matrix(found, vehicle))),
         ]
     if found.margins:
         parts += [
             "## Margins",
-            "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit.",
+            "A disturbance is increased until flights fail, that is, are lost or exceed the error limit.",
             table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]
     parts += ["## Situation by situation", bullets(others), words.METHOD]
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
-        parts += ["## Mean ranks", table(("controller", "from 0, the best, to 1"), ranked)]
+        parts += ["## Mean ranks", table(("controller", "from 0 (best) to 1"), ranked)]
     parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found))]
     return "\n\n".join(parts) + "\n"
 

@@ -65,7 +65,7 @@ def cell_of(name: str, path: Path, seeds: int) -> Cell:
     content = read_toml(path)
     if "paths" in content or "mission" in content:
         what = "a study" if "paths" in content else "a campaign"
-        raise UserError(f"{path}: looks like {what}; beside other files, `quadstep compare` takes missions")
+        raise UserError(f"{path}: looks like {what}; with several files, `quadstep compare` takes missions")
     given = content.get("metrics", [])
     own = list(given) if isinstance(given, list) else []
     if is_airframe(content.get("vehicle")):

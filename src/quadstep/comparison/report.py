@@ -55,16 +55,16 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     figures = {
         vehicle: page.figure(
             out / name,
-            f"{metric} of every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
+            f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
         )
         for vehicle, name in drawn.items()
     }
     shown = list(figures)[:IN_SUMMARY]
     body = [page.summary(first, facts(found), [figures[one] for one in shown])]
     body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
-    body += [page.heading("Limits", "limits"), page.listing(found.notes)] if found.notes else []
+    body += [page.heading("Limitations", "limits"), page.listing(found.notes)] if found.notes else []
     if links:
-        body += [page.paragraph("The best controllers in the same gust, one as the other's ghost:"), page.links(links)]
+        body += [page.paragraph("The best controllers in the same gust, one shown as a ghost:"), page.links(links)]
     else:
         body += [page.paragraph(f"There is no page of flights: {missing}.")]
     for vehicle in drawn:
@@ -74,40 +74,44 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
             page.heading(label, identity(label, ())),
             *([] if vehicle in shown else [figures[vehicle]]),
             page.paragraph(
-                f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight is worse than any other."
+                f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight ranks worse than any other."
             ),
             page.table(header, rows),
         ]
     if len(found.controllers) > 1:
         body += [
-            page.heading("Who is better than whom", "pairs"),
+            page.heading("Pairwise comparison", "pairs"),
             page.paragraph(
-                "Situations in which the row's controller is certainly better than the column's / undecided / worse."
+                "Number of situations in which the row's controller is significantly better than the column's / "
+                "undecided / worse."
             ),
             page.table(("", *found.controllers), words.wins(found)),
             page.table(
-                ("controller", "mean rank over all situations, from 0, the best, to 1"),
+                ("controller", "mean rank over all situations, from 0 (best) to 1"),
                 [[name, f"{rank:.2f}"] for name, rank in found.overall().items()],
             ),
         ]
     body += [
         page.heading("Gains and cost", "gains"),
         page.paragraph(
-            "Tuned gains were all found with the same flights, objective and budget; none of these flights is among those "
-            "above. Gains that follow from the vehicle are those of the vehicle as its makers know it, whatever a scenario "
-            "makes of it. Time is that of the law alone, as scalar code on one core of this machine."
+            "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights. "
+            "Gains "
+            "derived from the vehicle use the nominal vehicle, whatever a scenario changes. The time is that of the "
+            "law alone, "
+            "as scalar code on one core of this machine."
         ),
         page.table(tables.WHO_HEADER, tables.who_rows(found)),
-        page.paragraph("What else differs between controllers; all else is the same for all:"),
+        page.paragraph("Other differences between the controllers; everything else is the same for all:"),
         page.table(tables.DIFFERS_HEADER, tables.differing_rows(found)),
     ]
     if found.linear:
         body += [
             page.heading("Linear margins", "linear"),
             page.paragraph(
-                "The sampled loop at rest where the path begins, without noise: one loop is opened at a time, and the least "
-                "margin of all channels stands here. An estimator is left out with the latency of fixes, which it makes up "
-                "for. `quadstep linear` says more of each."
+                "The sampled loop at rest at the start of the path, without noise: one loop is opened at a time, and "
+                "the table "
+                "shows the smallest margin over all channels. An estimator is left out, together with the fix latency that it "
+                "compensates. `quadstep linear` gives details."
             ),
             page.table(linear.HEADER, linear.rows(found.linear)),
             page.listing(linear.refused(found.linear)),
@@ -116,8 +120,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         body += [
             page.heading("Margins", "margins"),
             page.paragraph(
-                "A disturbance is raised until flights fail: are lost, or leave their path by more than the limit. The last "
-                "column is the share, of as many other flights, that fails at the 50 % point."
+                "A disturbance is increased until flights fail, that is, are lost or exceed the error limit. The last "
+                "column is the share of an equal number of other flights that fail at the 50 % point."
             ),
             page.table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]
@@ -138,8 +142,8 @@ def facts(found: Comparison) -> list[page.Fact]:
         return [flown]
     (best, rank), *_ = found.overall().items()
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
-    first = page.Fact("best mean rank", best, f"{rank:.2f} of 0, the best, to 1", page.Span("", rank, rank, rank))
-    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them together")
+    first = page.Fact("best mean rank", best, f"{rank:.2f}, from 0 (best) to 1", page.Span("", rank, rank, rank))
+    pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
     return [first, pairs, flown]
 
 

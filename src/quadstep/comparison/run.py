@@ -107,7 +107,7 @@ class Run:
         try:
             return made(read_json(path)) if path else None
         except (KeyError, TypeError, ValueError):
-            raise UserError(f"{path}: is not as `quadstep compare` wrote it; delete it, and it is worked out again") from None
+            raise UserError(f"{path}: was changed after `quadstep compare` wrote it; delete it to compute it again") from None
 
     def publish(self, out: Path, jobs: Sequence[Job]) -> None:
         """Put what these jobs gave into the folder of a finished study."""
@@ -189,7 +189,7 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
         flown.setdefault(job.cell.situation, {})[job.cell.controller] = read_back(run.kept, job)
     if not there:
         raise UserError(
-            f"nobody is left to be compared: {run.problems[0].line}" if run.problems else "there is nothing to be flown"
+            f"no controller is left to compare: {run.problems[0].line}" if run.problems else "there is nothing to fly"
         )
     for situation, many in list(flown.items()):
         if all(one.lost.all() for one in many.values()):
@@ -206,9 +206,9 @@ def read_back(kept: Kept, job: Fly) -> Flown:
             table = pq.read_table(file)
         found = flown_of(table, job.cell.campaign)
     except (OSError, ValueError, KeyError) as error:
-        raise UserError(f"{path}: cannot be read ({error}); delete it, and it is flown again") from None
+        raise UserError(f"{path}: cannot be read ({error}); delete it to fly it again") from None
     if len(found.lost) != job.seeds:
-        raise UserError(f"{path}: does not hold {job.seeds} flights; delete it, and they are flown again")
+        raise UserError(f"{path}: does not hold {job.seeds} flights; delete it to fly them again")
     return found
 
 
@@ -274,4 +274,4 @@ def interruptible(run: Run) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        raise InterruptedRun(f"what was flown is kept in {run.kept.folder}; the same command goes on") from None
+        raise InterruptedRun(f"finished flights are kept in {run.kept.folder}; run the same command to continue") from None

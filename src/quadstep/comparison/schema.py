@@ -21,12 +21,12 @@ EFFORTS = ("energy", "rotor_activity", "saturation")
 """What is measured beside tracking, where the vehicle has rotors of its own."""
 
 OF_THE_STUDY = {
-    "vehicle": "the study's `vehicles` say what flies",
-    "controller": "the study's `controllers` say what flies it",
-    "tune": "the study's `tuning` says how",
-    "name": "a flight is named after its cell",
-    "seed": "the study has one seed, and each flight its own draws",
-    "metrics": "the study's `metrics` say what is measured",
+    "vehicle": "the study's `vehicles` decide it",
+    "controller": "the study's `controllers` decide it",
+    "tune": "the study's `tuning` decides it",
+    "name": "flights are named after their cell",
+    "seed": "the study has one seed, and each flight has its own draws",
+    "metrics": "the study's `metrics` decide it",
 }
 """Keys of a mission that paths and scenarios cannot set, and why."""
 
@@ -37,7 +37,7 @@ Names = Annotated[tuple[Name, ...], BeforeValidator(as_tuple), Field(min_length=
 class Limited(Section):
     """Something that is flown by some vehicles only, if it says which."""
 
-    vehicles: Annotated[Names | None, Quantity("", "those that fly it; all if left out")] = None
+    vehicles: Annotated[Names | None, Quantity("", "vehicles that fly it; default: all")] = None
 
     def suits(self, vehicle: str) -> bool:
         """Whether a vehicle flies it."""
@@ -60,7 +60,7 @@ Keys = Annotated[Content, AfterValidator(of_a_mission)]
 class PathEntry(Limited):
     """A path."""
 
-    mission: Annotated[Keys, Quantity("", "keys of a mission, among them path")]
+    mission: Annotated[Keys, Quantity("", "mission keys, including path")]
 
     @model_validator(mode="after")
     def _with_a_path(self) -> "PathEntry":
@@ -72,10 +72,10 @@ class PathEntry(Limited):
 class ScenarioEntry(Limited):
     """Conditions."""
 
-    mission: Annotated[Keys, Quantity("", "keys of a mission on top of the path's")] = Field(default_factory=dict)
+    mission: Annotated[Keys, Quantity("", "mission keys that override those of the path")] = Field(default_factory=dict)
     vary: Varied = Field(default_factory=dict)
     correlated: Together = ()
-    paths: Annotated[Names | None, Quantity("", "those flown in it; all if left out")] = None
+    paths: Annotated[Names | None, Quantity("", "paths flown in it; default: all")] = None
 
 
 class ControllerEntry(Limited):
@@ -84,12 +84,12 @@ class ControllerEntry(Limited):
     controller: Annotated[
         Content,
         BeforeValidator(lambda one: {"type": one} if isinstance(one, str) else one),
-        Quantity("", "its table as in a mission, or its type"),
+        Quantity("", "a table as in a mission, or only the type"),
     ]
-    frozen: Annotated[Name | None, Quantity("", "why its gains are not tuned")] = None
+    frozen: Annotated[Name | None, Quantity("", "reason why its gains are not tuned")] = None
     ranges: Annotated[
         Annotated[Content, BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None,
-        Quantity("", "of gains that are tuned, {} for the declared one; all that declare a range if left out"),
+        Quantity("", "ranges of tuned gains, {} for the declared one; default: all gains that declare a range"),
     ] = None
 
     @model_validator(mode="after")
@@ -115,33 +115,33 @@ class TuningSection(Section):
         tuple[Place, ...],
         BeforeValidator(as_tuple),
         Field(min_length=1, max_length=MOST_NAMES),
-        Quantity("", "paths and scenarios that are tuned on"),
+        Quantity("", "paths and scenarios used for tuning"),
     ]
-    seeds: Annotated[
-        int, Field(ge=FEWEST_TUNED, le=MOST_SEEDS), Quantity("", "flights of each candidate on each of these")
-    ] = FEWEST_TUNED
-    budget: Annotated[int, Field(ge=1, le=10**9), Quantity("", "flights of a controller on a vehicle")]
+    seeds: Annotated[int, Field(ge=FEWEST_TUNED, le=MOST_SEEDS), Quantity("", "flights per candidate on each of these")] = (
+        FEWEST_TUNED
+    )
+    budget: Annotated[int, Field(ge=1, le=10**9), Quantity("", "flights per controller and vehicle")]
     objective: Annotated[
         dict[str, Positive], Field(min_length=1), Quantity("", "weight of each metric in the cost of a flight")
     ] = Field(default_factory=lambda: {"position_rmse": 1.0})
     aggregate: Annotated[
-        Literal["mean", "p95", "worst"], Quantity("", "of the flights' costs; its mean over flown is minimised")
+        Literal["mean", "p95", "worst"], Quantity("", "aggregate of the flights' costs; its mean over `flown` is minimised")
     ] = "p95"
-    gains: Annotated[str | None, Quantity("", "a file of gains that an earlier run found")] = None
+    gains: Annotated[str | None, Quantity("", "a file with gains from an earlier run")] = None
 
 
 class MarginEntry(Limited):
     """Something that is raised until flights fail; in steps where it must be, as a latency is a whole number of samples."""
 
-    keys: Annotated[Names, Quantity("", "of the mission, raised together")]
-    path: Annotated[Name, Quantity("", "on which")]
-    scenario: Annotated[Name, Quantity("", "in which")]
-    low: Annotated[Finite, Quantity("", "from here; in the key's unit")] = 0.0
-    high: Annotated[Finite, Quantity("", "to here")]
-    step: Annotated[Positive | None, Quantity("", "only multiples of it are flown")] = None
-    unit: Annotated[Name, Quantity("", "to be shown")] = ""
-    flights: Annotated[int, Field(ge=20, le=10_000), Quantity("", "of each controller")] = 200
-    error: Annotated[Positive, Quantity("m", "beyond which a flight has failed too")] = 1.0
+    keys: Annotated[Names, Quantity("", "mission keys, raised together")]
+    path: Annotated[Name, Quantity("", "name of a path")]
+    scenario: Annotated[Name, Quantity("", "name of a scenario")]
+    low: Annotated[Finite, Quantity("", "lowest value, in the key's unit")] = 0.0
+    high: Annotated[Finite, Quantity("", "highest value")]
+    step: Annotated[Positive | None, Quantity("", "only multiples of this are flown")] = None
+    unit: Annotated[Name, Quantity("", "unit to show")] = ""
+    flights: Annotated[int, Field(ge=20, le=10_000), Quantity("", "flights per controller")] = 200
+    error: Annotated[Positive, Quantity("m", "limit above which a flight also counts as failed")] = 1.0
 
     @model_validator(mode="after")
     def _ordered(self) -> "MarginEntry":
@@ -159,34 +159,32 @@ def named(table: object) -> object:
             raise ValueError(f"should have from 1 to {MOST_NAMES} entries, not {len(table)}")
         for name in table:
             if not name.strip() or not name.isprintable() or len(name) > 60:
-                raise ValueError(f"{name!r:.40} is no name: printable text of at most 60 characters")
+                raise ValueError(f"{name!r:.40} is not a valid name: printable text of at most 60 characters")
     return table
 
 
 class StudyFile(Section):
     """A study: which vehicles fly which paths in which scenarios, under which controllers."""
 
-    name: Annotated[Name, Quantity("", "of the study, in its report")] = "Study"
+    name: Annotated[Name, Quantity("", "name of the study, shown in its report")] = "Study"
     vehicles: Annotated[Names, Quantity("", "presets, or vehicle files")]
-    common: Annotated[Keys, Quantity("", "keys of a mission that all flights have")] = Field(default_factory=dict)
+    common: Annotated[Keys, Quantity("", "mission keys common to all flights")] = Field(default_factory=dict)
     paths: Annotated[dict[str, PathEntry], BeforeValidator(named), Quantity("", "by name")]
     scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(named), Quantity("", "by name")]
     controllers: Annotated[dict[str, ControllerEntry], BeforeValidator(named), Quantity("", "by name")]
     tuning: TuningSection | None = None
     margins: Annotated[Annotated[dict[str, MarginEntry], BeforeValidator(named)] | None, Quantity("", "by name")] = None
-    seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights of a cell")] = 500
-    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all draws")] = 1
-    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
-    score_period: Annotated[
-        Positive | None, Quantity("s", "from sample to sample of the metrics; the log period if left out")
-    ] = None
-    metrics: Annotated[Names, Quantity("", "what is reported of each flight; the first ranks")] = (
+    seeds: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights per cell")] = 500
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all draws")] = 1
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
+    score_period: Annotated[Positive | None, Quantity("s", "sampling period of the metrics; default: the log period")] = None
+    metrics: Annotated[Names, Quantity("", "metrics to report; the first one ranks")] = (
         "position_rmse",
         "largest_error",
     )
     notes: Annotated[
         Annotated[tuple[Note, ...], BeforeValidator(as_tuple), Field(max_length=50)],
-        Quantity("", "on the limits of the study, for its report"),
+        Quantity("", "limitations of the study, for its report"),
     ] = ()
 
     @model_validator(mode="after")

@@ -191,7 +191,7 @@ def study_of(text: str, source: str, folder: Path) -> Study:
     study = Study(check(StudyFile, parse_toml(text, source), source, folder), text, source, folder)
     empty = [vehicle for vehicle in study.file.vehicles if not list(study.places(vehicle))]
     if empty:
-        raise UserError(f"{source}: vehicles: {empty[0]} has no path and scenario that suit it")
+        raise UserError(f"{source}: vehicles: {empty[0]} has no suitable path and scenario")
     cells = sum(len(study.controllers(one.vehicle)) for one in study.situations())
     if cells > MOST_CELLS:
         raise UserError(f"{source}: {cells} cells; allowed are at most {MOST_CELLS}")

@@ -134,20 +134,20 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
     ]
 
 
-EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "at the rotors' limits")
+EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "rotors saturated")
 WHO_HEADER = (
     "vehicle",
     "controller",
     "gains",
     "tuned",
     "flights",
-    "flights a gain",
-    "ns a sample",
+    "flights per gain",
+    "ns per sample",
     "memory [B]",
     "numbers [B]",
 )
 DIFFERS_HEADER = ("vehicle", "controller", "commands", "measures also", "looks ahead", "sample times")
-MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "of others at the first")
+MARGIN_HEADER = ("margin", "vehicle", "controller", "50 % fail at", "5 % fail at", "other flights failing at the 50 % point")
 
 
 def who_rows(found: Comparison) -> list[list[str]]:
@@ -208,7 +208,7 @@ def tex(text: str) -> str:
 def latex(found: Comparison) -> str:
     """A table of every situation and controller: median and 95 % quantile, and what is lost."""
     metric = tex(title(found.metrics[found.metric]))
-    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {found.seeds} flights a cell"]
+    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {found.seeds} flights per cell"]
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = matrix(found, vehicle)
         if vehicle:

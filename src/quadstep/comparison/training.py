@@ -67,11 +67,11 @@ def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controll
     assert tuning
     situations = [Situation(vehicle, *place) for place in study.places(vehicle) if place in flown_in(study)]
     if not situations:
-        raise UserError(f"{study.source}: tuning.flown: nothing of it is flown by {vehicle}")
+        raise UserError(f"{study.source}: tuning.flown: {vehicle} flies none of these")
     mission = study.nominal(vehicle, controller)
     gains = {f"controller.{key.removeprefix('controller.')}": one for key, one in ranges(entry, mission).items()}
     if not gains:
-        raise UserError(f'{study.source}: {name} has no gain to be tuned; say frozen = "as shipped", or name ranges')
+        raise UserError(f'{study.source}: {name} has no tunable gain; set frozen = "as shipped", or give ranges')
     section = {
         "gains": gains,
         "seeds": tuning.seeds,
@@ -223,6 +223,6 @@ def check_task(asked: Task) -> int:
     if asked.budget < least:
         raise UserError(
             f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
-            f"needed are at least {least}: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
+            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
         )
     return gains

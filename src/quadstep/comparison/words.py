@@ -12,10 +12,10 @@ from quadstep.comparison.study import Situation
 LOST, NOTHING = "lost", "-"
 
 METHOD = (
-    "Every controller flies the same flights of a situation: the same path, wind, noise and draws. A lost flight counts as "
-    "worse than any other. Pairs are tested by Wilcoxon's signed ranks and, for who loses which flights, by McNemar's exact "
-    "test; the p-values of all pairs in all situations are corrected by Holm, so that with 95 % confidence no pair that is "
-    "called decided is wrong."
+    "All controllers fly the same flights in a situation: the same path, wind, noise and draws. A lost flight counts as "
+    "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
+    "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
+    "reported as decided is wrong."
 )
 
 
@@ -91,7 +91,7 @@ def of_all(found: Comparison) -> str:
     over = f" over {many} situations" if many > 1 else ""
     first, *_ = found.overall().items()
     text = (
-        f"{len(found.controllers)} controllers, {found.seeds} flights each of every situation. Which of two tracks better is "
+        f"{len(found.controllers)} controllers, {found.seeds} flights each in every situation. Which of two tracks better is "
         f"decided for {decided} of {len(pairs)} pairs{over}, and which loses fewer flights for {kept}."
     )
     return f"{text} {first[0]} has the best mean rank." if many > 1 else text
@@ -105,9 +105,9 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
-        text = f"{where}: every controller loses at least half of its flights; nothing is said of tracking"
+        text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
         return f"{text}. {losing(results)}".strip()
-    text = f"{where}: {best} has the least median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
+    text = f"{where}: {best} has the smallest median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
     text += f"{shown(median, unit.factor)} {unit.name}"
     beaten: list[str] = []
     better: list[str] = []
@@ -155,6 +155,6 @@ def tests(found: Comparison) -> str:
     """The size of what was corrected for."""
     certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
     return (
-        f"{found.pairs} pairs in each family of tests. Friedman's test finds that controllers differ in {certain} of "
-        f"{len(found.ranked)} situations (corrected by Bonferroni)."
+        f"{found.pairs} pairs in each family of tests. By Friedman's test the controllers differ in {certain} of "
+        f"{len(found.ranked)} situations (with Bonferroni's correction)."
     )

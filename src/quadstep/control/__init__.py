@@ -1,8 +1,8 @@
 """Controllers: the paper's adaptive neural backstepping (Eqs 11-54) and the nested saturations of its reference [11].
 
-And those for real vehicles. A controller of one's own is a law over numbers (`controller.py`; `examples/own_controller.py` is
-one), or any callable (`opaque.py`). It gets to know a `Measured`, or on the paper's plant a `State` of Euler angles, and
-answers with a `Command`: thrust [N] and torque [N m].
+And controllers for real vehicles. Your own controller is a law over numbers (`controller.py`; `examples/own_controller.py` is
+one), or any callable (`opaque.py`). Its input is a `Measured`, or on the paper's plant a `State` of Euler angles, and
+its output a `Command`: thrust [N] and torque [N m].
 
 >>> from quadstep.control import Command, invert_force
 >>> from quadstep.numbers import vector

@@ -35,15 +35,15 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class AdrcGains(NamedTuple):
-    """What the controller believes of the vehicle, and its bandwidths, of the attitude about body x, y, z."""
+    """The vehicle parameters that the controller assumes, and its bandwidths, of the attitude about body x, y, z."""
 
     body: Body
     bandwidth: Vector = gain(usual(4.8, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
     turn_bandwidth: Vector = gain(usual((19.0, 19.0, 10.0), 1), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
-    observer: Number = gain(usual(15.0, 1), "1/s", "bandwidth of the position's observer", symbol="w_o")
-    turn_observer: Number = gain(usual(30.0, 1), "1/s", "bandwidth of the rates' observer", symbol="w_oR")
-    bound: Number = gain(15.0, "m/s^2", "largest disturbance of an axis", tunable=False)
-    turn_bound: Number = gain(150.0, "rad/s^2", "largest disturbance about an axis", tunable=False)
+    observer: Number = gain(usual(15.0, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
+    turn_observer: Number = gain(usual(30.0, 1), "1/s", "bandwidth of the rate observer", symbol="w_oR")
+    bound: Number = gain(15.0, "m/s^2", "largest estimated disturbance along an axis", tunable=False)
+    turn_bound: Number = gain(150.0, "rad/s^2", "largest estimated disturbance about an axis", tunable=False)
 
 
 class AdrcMemory(NamedTuple):

@@ -32,14 +32,16 @@ class BacksteppingGains(NamedTuple):
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)
     slope_1: Vector = gain(1.0, "1/s", "Lambda_1, outer loop (Eq. 12)", key="Lambda1")
-    gain_1: Vector = gain(3.0, "N s/m", "the theorem asks K_r1 > m Lambda1", key="K_r1")
-    integral_1: Vector = gain(0.2, "N/m", "of the integral of r1 (Eq. 24)", key="K_i1", zero=True, high=2.0)
+    gain_1: Vector = gain(3.0, "N s/m", "the theorem requires K_r1 > m Lambda1", key="K_r1")
+    integral_1: Vector = gain(0.2, "N/m", "gain of the integral of r1 (Eq. 24)", key="K_i1", zero=True, high=2.0)
     slope_2: Vector = gain(15.0, "1/s", "Lambda_2, inner loop (Eq. 28)", key="Lambda2", parts=ANGLES)
     gain_2: Vector = gain(
-        250.0, "N m s", "the theorem asks K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
+        250.0, "N m s", "the theorem requires K_r2 > J_M max(Lambda2), J_M = 2 max(inertia)", key="K_r2", parts=ANGLES
     )
-    integral_2: Vector = gain(10.0, "N m", "of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0)
-    filter_frequency: Number = gain(100.0, "rad/s", "command filter of theta_d and phi_d")
+    integral_2: Vector = gain(
+        10.0, "N m", "gain of the integral of r2 (Eq. 35)", key="K_i2", parts=ANGLES, zero=True, high=100.0
+    )
+    filter_frequency: Number = gain(100.0, "rad/s", "bandwidth of the command filter of theta_d and phi_d")
     force_net: Net = net(1, FORCE_INPUTS, rate=5.0, damping=0.01)
     torque_net: Net = net(2, TORQUE_INPUTS, rate=5.0, damping=0.01)
     learning_start: Number = nets_start()

@@ -15,24 +15,24 @@ from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotat
 
 
 class CascadedPidGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude and rates about body x, y, z."""
+    """Assumed vehicle parameters, and its gains in x, y, z; of attitude and rates about body x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    position: Vector = gain(usual(5.0, 1), "1/s", "P of position")
-    most_speed: Number = gain(3.0, "m/s", "largest speed asked for back to the path")
-    velocity: Vector = gain(usual(6.2, 1), "1/s", "P of velocity")
-    velocity_integral: Vector = gain(usual(5.2, 2), "1/s^2", "I of velocity", zero=True)
-    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration that I of velocity adds")
-    attitude: Vector = gain(usual((12.3, 12.3, 6.2), 1), "1/s", "P of attitude")
-    most_rate: Number = gain(8.0, "rad/s", "largest body rate asked for")
-    rate: Vector = gain(usual((40.0, 40.0, 20.0), 1), "1/s", "P of body rates")
-    rate_integral: Vector = gain(usual((25.0, 25.0, 10.0), 2), "1/s^2", "I of body rates", zero=True)
-    rate_integral_bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration that I of body rates adds")
-    rate_derivative: Vector = gain(0.0, "-", "D of body rates", zero=True)
-    rate_filter: Number = gain(60.0, "rad/s", "low-pass filter of the D of body rates")
+    position: Vector = gain(usual(5.0, 1), "1/s", "P gain of position")
+    most_speed: Number = gain(3.0, "m/s", "largest commanded speed towards the path")
+    velocity: Vector = gain(usual(6.2, 1), "1/s", "P gain of velocity")
+    velocity_integral: Vector = gain(usual(5.2, 2), "1/s^2", "I gain of velocity", zero=True)
+    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the velocity integral")
+    attitude: Vector = gain(usual((12.3, 12.3, 6.2), 1), "1/s", "P gain of attitude")
+    most_rate: Number = gain(8.0, "rad/s", "largest commanded body rate")
+    rate: Vector = gain(usual((40.0, 40.0, 20.0), 1), "1/s", "P gain of body rates")
+    rate_integral: Vector = gain(usual((25.0, 25.0, 10.0), 2), "1/s^2", "I gain of body rates", zero=True)
+    rate_integral_bound: Number = gain(20.0, "rad/s^2", "largest angular acceleration from the rate integral")
+    rate_derivative: Vector = gain(0.0, "-", "D gain of body rates", zero=True)
+    rate_filter: Number = gain(60.0, "rad/s", "cut-off of the low-pass filter of the D term")
 
 
 class CascadedPidMemory(NamedTuple):

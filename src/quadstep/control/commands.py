@@ -1,4 +1,4 @@
-"""What else a controller of a real vehicle may command than thrust and torque: its class says `commands = BodyRates`."""
+"""Commands of real vehicles other than thrust and torque: a controller class sets `commands = BodyRates`."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from quadstep.numbers import Number, Vector
 
 
 class BodyRates(NamedTuple):
-    """Collective thrust [N] and body rates [rad/s], which the rate loop of `control/rate_loop.py` makes torques of.
+    """Collective thrust [N] and body rates [rad/s], which the rate loop of `control/rate_loop.py` turns into torques.
 
     desired_attitude: as in `Command`.
     """
@@ -18,14 +18,14 @@ class BodyRates(NamedTuple):
 
 
 class RotorThrusts(NamedTuple):
-    """The thrust of every rotor [N], in the order of the vehicle's rotors; each is held within its limits."""
+    """The thrust of every rotor [N], in the order of the vehicle's rotors; each is clipped to its limits."""
 
     thrusts: Vector
     desired_attitude: Vector = NOT_SAID
 
 
 class RotorSpeeds(NamedTuple):
-    """How fast every rotor should turn [rad/s], in the order of the vehicle's rotors; each is held within its limits."""
+    """The commanded speed of every rotor [rad/s], in the order of the vehicle's rotors; each is clipped to its limits."""
 
     speeds: Vector
     desired_attitude: Vector = NOT_SAID

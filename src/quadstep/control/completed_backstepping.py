@@ -43,13 +43,13 @@ class CompletedGains(NamedTuple):
     coupling: Vector = gain(
         from_gains(lambda gains, _: 4.0 * gains.inertia),
         "N m/rad",
-        "weight of the attitude error in the Lyapunov function; 4 s^-2 times the inertia if left out",
+        "weight of the attitude error in the Lyapunov function; default: 4 s^-2 times the inertia",
         key="P",
         parts=ANGLES,
     )
     inertia: Vector = believed("inertia")
-    weight_bounds: Vector = gain((20.0, 50.0), "-", "bounds of |W_hat_1| and |W_hat_2|", parts=("W1", "W2"), group=NETS)
-    integral_bounds: Vector = gain((50.0, 50.0), "m, rad", "bounds of |int r1| and |int r2|", parts=("r1", "r2"))
+    weight_bounds: Vector = gain((20.0, 50.0), "-", "bounds on |W_hat_1| and |W_hat_2|", parts=("W1", "W2"), group=NETS)
+    integral_bounds: Vector = gain((50.0, 50.0), "m, rad", "bounds on |int r1| and |int r2|", parts=("r1", "r2"))
 
 
 class CompletedMemory(NamedTuple):

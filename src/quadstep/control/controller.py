@@ -1,7 +1,7 @@
-"""What a controller is: one sampled law over numbers, and what is known of it.
+"""The controller interface: one sampled law over numbers, and its declarations.
 
 To add one, write a frozen dataclass that subclasses `Controller`, a `NamedTuple` of declared gains (`control/gain.py`) and a
-`NamedTuple` of memory. It then flies on every engine. See "Add a controller" in the README.
+`NamedTuple` of memory. It then flies on every engine. See docs/own.md.
 """
 
 import math
@@ -17,20 +17,20 @@ from quadstep.numbers import Number, Structure, Vector, vector
 from quadstep.numbers.noise import Key
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
-"""Of a command that names no attitude: the log has no columns for it, and nothing is made of them."""
+"""Desired attitude of a command without one: the log then has no columns, metrics or plots for it."""
 
 NOTHING = vector()
-"""Of what is not measured."""
+"""Value of a quantity that is not measured."""
 
 NO_KEY = Key(NOTHING)
 
 
 class Command(NamedTuple):
-    """What a controller asks for, held until its next sample, and internal signals for the log.
+    """The output of a controller, held until its next sample, and internal signals for the log.
 
     thrust: u [N]. torque [N m]: on the paper's plant (tau_psi, tau_theta, tau_phi), generalised; on an airframe about its
     body axes. The rest is only logged: desired_attitude: (psi_d, theta_d, phi_d), on an airframe (yaw, pitch, roll),
-    right-handed [rad], left out by a law that has none in mind; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the
+    right-handed [rad], omitted by a law that has none; r1 [m/s] and r2 [rad/s], the filtered errors; stored: the
     integral terms of Eq. 55; weight_norms: Frobenius norms of both nets' weights.
     """
 
@@ -44,15 +44,15 @@ class Command(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What a controller of an airframe gets to know, measured or estimated.
+    """The inputs of a controller of a real vehicle, measured or estimated.
 
     position [m], velocity [m/s]: world, z up. attitude: unit quaternion (w, x, y, z), body to world. rates: about the body's
-    axes [rad/s]. thrust [N], torque [N m]: what the rotors were asked for since the last sample, after their limits.
+    axes [rad/s]. thrust [N], torque [N m]: commanded to the rotors since the last sample, within their limits.
 
-    The rest only for a law that names it in `also_measures`. specific_force: the accelerometer's last sample, body axes
-    [m/s^2], less its estimated bias where there is an estimator. rotor_speeds: as they turn now [rad/s]. age: how old what is
-    told of position and velocity is [s]. noise: what a law draws its own random numbers by (`numbers/noise.py`): the flight's
-    key, so that they are the flight's own whatever batch or engine it is flown in.
+    The other fields are only for a law that names them in `also_measures`. specific_force: the last accelerometer sample in
+    body axes [m/s^2], minus its estimated bias if there is an estimator. rotor_speeds: the current ones [rad/s]. age: of
+    position and velocity [s]. noise: the flight's key for random numbers of the law (`numbers/noise.py`), so that they
+    belong to the flight whatever batch or engine it is flown in.
     """
 
     position: Vector
@@ -68,10 +68,10 @@ class Measured(NamedTuple):
 
 
 class Condition(NamedTuple):
-    """What theory asks of the gains: left > right, or left >= right where `text` says so.
+    """A condition of the theory on the gains: left > right, or left >= right if `text` says so.
 
-    text: in symbols, as "K_r1 (x) > m Lambda1". source: what asks for it. key: of the mission, where that is not the symbol
-    on the left. warned: whether a mission that breaks it is warned, and a search keeps to it.
+    text: in symbols, as "K_r1 (x) > m Lambda1". source: where it comes from. key: the mission's key, if it is not the symbol
+    on the left. warned: whether a violation gives a warning, and whether a search respects it.
     """
 
     text: str
@@ -88,11 +88,11 @@ class Condition(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it holds; an array of answers for numbers that are arrays."""
+        """Whether it holds; an array for numbers that are arrays."""
         return self.left >= self.right if self.or_equal else self.left > self.right
 
     def warning(self) -> str:
-        """That it is broken, with its numbers."""
+        """The warning about its violation, with the numbers."""
         left, right = self.text.split(" >= " if self.or_equal else " > ")
         key = f"{self.key}: {left}" if self.key else left
         relation = "below" if self.or_equal else "not above"
@@ -104,14 +104,15 @@ class Controller:
     """A sampled law. Its numbers live in the gains; the object itself holds only structure and is hashable.
 
     name: the `type` in mission files. label: on the page and in tables. source: the paper. Gains: its `NamedTuple` of declared
-    gains. defaults: other defaults than those declared, by field. measures: what `law` is told, and with it what the
-    controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures: further fields of
-    `Measured` that it needs; what is not named is neither measured nor computed. commands: what `law` gives, one of those in
-    `control/commands.py` on a real vehicle. preview: how far ahead [s] the samples of `reference.ahead` are.
+    gains. defaults: defaults that differ from those declared, by field. measures: the type of the law's input, which also
+    decides what the controller flies: a `Measured` of a real vehicle, or a `State` of the paper's plant. also_measures:
+    further fields of `Measured` that it needs; other fields are neither measured nor computed. commands: the type that `law`
+    returns, one of those in `control/commands.py` on a real vehicle. preview: times ahead [s] of the samples in
+    `reference.ahead`.
 
-    rates: usual sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name; those
-    that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced by
-    `before_flight`, because something outside the program takes part.
+    rates: default sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name;
+    loops that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced
+    by `before_flight`, because something outside the program takes part.
     """
 
     name: ClassVar[str] = ""
@@ -128,7 +129,7 @@ class Controller:
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)
-        """The law for a vehicle, where its structure depends on it."""
+        """The law for a vehicle, if its structure depends on the vehicle."""
         return cls()
 
     def start(self, measured: Structure, gains: Structure) -> Structure:
@@ -138,7 +139,7 @@ class Controller:
     def guide(
         self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
     ) -> Structure:
-        """The position loop, every `period` [s]: the memory that tells `law` which thrust and attitude are wanted."""
+        """The position loop, every `period` [s]: returns the memory with the desired thrust and attitude for `law`."""
         return memory
 
     def slower(
@@ -151,50 +152,50 @@ class Controller:
         t: Number,
         period: Number,
     ) -> Structure:
-        """A sample of one of its `loops`, `guide` or another: the memory after it."""
+        """One sample of one of its `loops`, `guide` or another: returns the new memory."""
         return getattr(self, loop)(memory, measured, reference, gains, t, period)
 
     def law(
         self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
     ) -> tuple[Structure, Structure]:
-        """The command for the next `period` [s] from time t [s] on, and the memory for the sample after it.
+        """The new memory, and the command for the next `period` [s] from time t [s] on.
 
-        The command is a `Command`, or what another plant takes.
+        The command is a `Command`, or the command type of another plant.
         """
         raise NotImplementedError
 
     def prepare(self, gains: Structure, model: Model) -> Structure:
-        """What the law gets as its gains, worked out before the flight."""
+        """The gains passed to the law, computed before the flight."""
         return gains
 
     @property
     def alone(self) -> "Controller":
-        """Its law, without what it was given beside."""
+        """Its law alone, without wrappers."""
         return self
 
     def instead(self, other: "Controller") -> "Controller":
-        """Another controller in its place, with what this one was given beside its law."""
+        """Another controller in its place, with the wrappers of this one."""
         return other
 
     def before_flight(self, measured: Structure, gains: Structure) -> None:
-        """Called before each flight of one that flies one at a time. measured: at its start. Raises UserError."""
+        """Called before each flight of a controller with `one_at_a_time`. measured: at its start. Raises UserError."""
 
     def landed(self, gains: Structure) -> None:
-        """Called after its flights; raises what kept it from giving a command, if it is no law over numbers."""
+        """Called after its flights; raises the error of a Python function that failed to return a command."""
 
     def why_lost(self, gains: Structure) -> str:
-        """Why its last flight ended early, where something outside the program was to blame; else empty."""
+        """Why its last flight ended early, if something outside the program was the cause; else empty."""
         return ""
 
     def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
-        """What theory asks of the gains as declared; a law over numbers."""
+        """The theory's conditions on the declared gains; a law over numbers."""
         return ()
 
     # What follows from the declarations
 
     @classmethod
     def loops(cls) -> tuple[str, ...]:
-        """Names of the slower loops that it has, in the order in which those run that are due together."""
+        """Names of its slower loops, in the order in which they run when due together."""
         named = dict.fromkeys((*cls.rates, "guide"))
         return tuple(name for name in named if name != "law" and getattr(cls, name) is not getattr(Controller, name, None))
 
@@ -212,7 +213,7 @@ class Controller:
     def undecided(
         cls, model: Model, values: Mapping[str, object] | None = None, learning: Learning | None = None
     ) -> Undecided:
-        """The gains for a vehicle, decided as they are read. values: what is said of them, by key; learning: of the nets."""
+        """The gains for a vehicle, evaluated when read. values: given values, by key; learning: settings of the nets."""
         said = {} if values is None else {name: values.get(key) for key, (name, _) in cls.by_key().items()}
         return Undecided(cls.Gains, cls.declarations(), Said(said, learning), model)
 

@@ -20,7 +20,7 @@ SMOOTH = 0.01
 
 
 class DynamicLinearisationGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of the chain of integrators and of the observer, in x, y, z."""
+    """Assumed vehicle parameters; gains of the chain of integrators and of the observer, in x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
@@ -30,9 +30,11 @@ class DynamicLinearisationGains(NamedTuple):
     velocity: Vector = gain(usual(1750.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
     acceleration: Vector = gain(usual(400.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
     jerk: Vector = gain(usual(36.0, 1), "1/s", "gain of the jerk error", key="k_3")
-    observer: Vector = gain(usual(4.0, 1), "m^0.5/s^1.5", "super-twisting observer: of the root of its error", key="l_1")
-    drift: Vector = gain(usual(6.0, 2), "m/s^3", "super-twisting observer: of its error's sign", key="l_2")
-    bound: Number = gain(8.0, "m/s^2", "largest acceleration that the observer ascribes to a disturbance")
+    observer: Vector = gain(
+        usual(4.0, 1), "m^0.5/s^1.5", "super-twisting observer: gain on the square root of its error", key="l_1"
+    )
+    drift: Vector = gain(usual(6.0, 2), "m/s^3", "super-twisting observer: gain on the sign of its error", key="l_2")
+    bound: Number = gain(8.0, "m/s^2", "largest estimated disturbance acceleration")
     heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
 

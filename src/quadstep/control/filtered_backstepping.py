@@ -46,7 +46,7 @@ UP = vector(0.0, 0.0, 1.0)
 
 
 class FilteredBacksteppingGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude and rates about body x, y, z.
+    """The vehicle parameters that the controller assumes, and its gains in x, y, z; of attitude and rates about body x, y, z.
 
     most_thrust: that the position loop may ask for [N].
     """
@@ -55,22 +55,22 @@ class FilteredBacksteppingGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    place: Vector = gain(usual(2.5, 1), "1/s", "gain of the place", key="k_1")
-    speed: Vector = gain(usual(6.0, 1), "1/s", "gain of the speed", key="k_2")
+    place: Vector = gain(usual(2.5, 1), "1/s", "gain of the position", key="k_1")
+    speed: Vector = gain(usual(6.0, 1), "1/s", "gain of the velocity", key="k_2")
     turn: Vector = gain(usual((8.0, 8.0, 4.0), 1), "1/s", "gain of the attitude", key="k_3")
     spin: Vector = gain(usual((28.0, 28.0, 14.0), 1), "1/s", "gain of the body rates", key="k_4")
-    coupling_1: Number = gain(usual(4.0, 2), "1/s^2", "weight of the place against the speed", key="c_1")
-    coupling_3: Number = gain(usual(60.0, 2), "1/s^2", "weight of the attitude against the body rates", key="c_3")
-    speed_filter: Number = gain(usual(30.0, 1), "rad/s", "command filter of the speed")
+    coupling_1: Number = gain(usual(4.0, 2), "1/s^2", "weight of position against velocity", key="c_1")
+    coupling_3: Number = gain(usual(60.0, 2), "1/s^2", "weight of attitude against body rates", key="c_3")
+    speed_filter: Number = gain(usual(30.0, 1), "rad/s", "command filter of the velocity")
     turn_filter: Vector = gain(usual((31.0, 31.0, 15.5), 1), "rad/s", "command filter of the attitude")
     spin_filter: Number = gain(usual(100.0, 1), "rad/s", "command filter of the body rates")
-    learning_1: Number = gain(usual(16.0, 2), "1/s^2", "learning rate of the speed's functions", zero=True, group=NETS)
-    learning_2: Number = gain(usual(80.0, 2), "1/s^2", "learning rate of the body rates'", zero=True, group=NETS)
+    learning_1: Number = gain(usual(16.0, 2), "1/s^2", "learning rate of the velocity functions", zero=True, group=NETS)
+    learning_2: Number = gain(usual(80.0, 2), "1/s^2", "learning rate of the body-rate functions", zero=True, group=NETS)
     spacing: Vector = gain(
-        (3.0, 1.0), "m/s, rad/s", "between the nodes of speeds and of the yaw rate", parts=("speed", "rate"), group=NETS
+        (3.0, 1.0), "m/s, rad/s", "spacing of the nodes in speed and yaw rate", parts=("speed", "rate"), group=NETS
     )
     weight_bounds: Vector = gain(
-        (30.0, 100.0), "m/s^2, rad/s^2", "bounds of the weights' norms", parts=("speed", "rate"), group=NETS
+        (30.0, 100.0), "m/s^2, rad/s^2", "bounds on the norms of the weights", parts=("speed", "rate"), group=NETS
     )
 
 

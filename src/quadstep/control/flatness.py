@@ -34,24 +34,24 @@ UP = vector(0.0, 0.0, 1.0)
 
 
 class FlatnessGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains: over mass in x, y, z, of attitude about body x, y, z."""
+    """Assumed vehicle parameters, and its gains: over mass in x, y, z, of attitude about body x, y, z."""
 
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
     drag: Vector = gain(
-        lambda model: tuple(model.drag), "1/s", "rotor drag along body x, y, z over mass; the vehicle's if left out",
+        lambda model: tuple(model.drag), "1/s", "rotor drag along body x, y, z over mass; default: the vehicle's",
         symbol="D", zero=True, tunable=False, group=BELIEF,
     )  # fmt: skip
     lift: Number = gain(
-        lambda model: model.lift, "1/m", "thrust gained by moving across the air, over mass; the vehicle's if left out",
+        lambda model: model.lift, "1/m", "thrust gained by moving across the air, over mass; default: the vehicle's",
         symbol="k_h", zero=True, tunable=False, group=BELIEF,
     )  # fmt: skip
     stiffness: Vector = gain(usual(24.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
     damping: Vector = gain(usual(7.0, 1), "1/s", "damping of position, over mass", key="k_v")
     integral: Vector = gain(usual(20.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
-    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration that the integral adds", tunable=False)
-    attitude: Vector = gain(usual((10.0, 10.0, 5.0), 1), "1/s", "P of attitude")
+    integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the integral", tunable=False)
+    attitude: Vector = gain(usual((10.0, 10.0, 5.0), 1), "1/s", "P gain of attitude")
 
 
 class FlatnessMemory(NamedTuple):

@@ -1,13 +1,13 @@
-"""Gains that say what they are, where a law's numbers are declared.
+"""Declarations of a law's gains.
 
     class SuperTwistingGains(NamedTuple):
         mass: Number = believed("mass")
         k_p: Vector = gain(6.0, "1/s^2", "position", low=0.5, high=60.0)
         most_thrust: Number = given(lambda model: model.most_thrust)
 
-A declaration stands where a `NamedTuple` has its default. The mission's keys and their checks, the lines of `quadstep new`,
-units, the page's sliders and the ranges of a search all follow from it. A field that is itself a `NamedTuple` of declared
-gains needs none: its keys stand beside the others.
+A declaration is the default of a `NamedTuple` field. The mission's keys and their checks, the lines of `quadstep new`,
+units, the page's sliders and the ranges of a search are all derived from it. A field that is itself a `NamedTuple` of
+declared gains needs none: its keys are added to the others.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,25 +24,25 @@ if TYPE_CHECKING:
 AXES, ANGLES = ("x", "y", "z"), ("psi", "theta", "phi")
 """Parts of a gain about three axes. One number in a mission stands for three equal ones."""
 
-GAINS, NETS, BELIEF = "Gains", "Nets", "What the controller believes"
+GAINS, NETS, BELIEF = "Gains", "Nets", "Values assumed by the controller"
 """Headings of sliders."""
 
 BELIEVED_UNITS = {"mass": "kg", "inertia": "kg m^2", "gravity": "m/s^2"}
 
 
 Rule: TypeAlias = Callable[[Any, Model], object]
-"""Of other gains, read by their names, and the vehicle."""
+"""A function of other gains, read by their names, and of the vehicle."""
 
 
 @dataclass(frozen=True)
 class FromGains:
-    """A default that follows from other gains of the same structure: rule(gains, model)."""
+    """A default computed from other gains of the same structure: rule(gains, model)."""
 
     rule: Rule
 
 
 Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], object] | FromGains | None
-"""A number, one for each part, a function of the vehicle, or of other gains; None if a mission has to say it."""
+"""A number, one for each part, a function of the vehicle or of other gains; None if a mission must give it."""
 
 
 Values = TypeVar("Values", float, tuple[float, ...])
@@ -50,7 +50,7 @@ Values = TypeVar("Values", float, tuple[float, ...])
 
 @dataclass(frozen=True)
 class Usual(Generic[Values]):
-    """A gain found on the 2.6 kg vehicle; on others it is times their agility to this power: 1/s to the power."""
+    """A gain found on the 2.6 kg vehicle; on others it is multiplied by their agility [1/s] to this power."""
 
     values: Values
     power: int
@@ -63,10 +63,10 @@ class Usual(Generic[Values]):
 
 
 class Declaration(Protocol):
-    """What decides a field of the gains."""
+    """A declaration of a field of the gains."""
 
     def decide(self, gains: object, model: Model, learning: "Learning | None") -> object:
-        """The field's value where the mission says nothing. gains: the other fields; learning: what is said of the nets."""
+        """The field's value if the mission does not give it. gains: the other fields; learning: settings of the nets."""
         ...
 
 
@@ -74,9 +74,9 @@ class Declaration(Protocol):
 class Gain:
     """A number or vector with a key in mission files. parts: names of a vector's entries, none of a number.
 
-    zero: whether it may be 0; it is never less. signed: it may be anything. low, high, scale ("log" or "linear"): of the
-    slider and of a search.
-    tunable: whether it is proposed to a search. group: heading of its slider.
+    zero: whether it may be 0; it is never negative. signed: it may have any value. low, high, scale ("log" or "linear"): of
+    the slider and of a search.
+    tunable: whether a search may change it. group: heading of its slider.
     """
 
     default: Default
@@ -98,7 +98,7 @@ class Gain:
         return self.shaped(resolved(self.default, gains, model))
 
     def shaped(self, value: object) -> object:
-        """A value as the law takes it: a vector where there are parts, one number standing for equal ones."""
+        """A value in the form that the law expects: a vector if there are parts, where one number stands for equal ones."""
         if not self.parts or isinstance(value, Vector):
             return value
         entries = value if isinstance(value, tuple) else (value,) * len(self.parts)
@@ -106,7 +106,7 @@ class Gain:
 
     @property
     def label(self) -> str:
-        """The symbol, or what the key says in words; k_p is a symbol, most_speed are words."""
+        """The symbol, or the key in words; k_p is a symbol, most_speed is words."""
         first, *more = self.key.split("_")
         return self.symbol or (self.key if len(first) == 1 or not more else " ".join((first, *more)))
 
@@ -117,7 +117,7 @@ class Gain:
 
     @property
     def fixed(self) -> float | tuple[float, ...] | None:
-        """The default if it is the same for every vehicle, as a mission holds it; else None."""
+        """The default if it is the same for every vehicle, in the form used in a mission; else None."""
         if self.default is None or callable(self.default) or isinstance(self.default, FromGains):
             return None
         if not self.parts:
@@ -169,7 +169,7 @@ def believed(what: str) -> Any:
     return Gain(
         lambda model: getattr(model, what),
         BELIEVED_UNITS[what],
-        "what the controller believes; the vehicle's if left out",
+        "value assumed by the controller; default: the vehicle's",
         key=what,
         tunable=False,
         group=BELIEF,
@@ -230,11 +230,11 @@ def declared(gains: type) -> Mapping[str, Declaration]:
         elif hasattr(kind, "_field_defaults"):
             found |= {f"{name}.{inner}": one for inner, one in declared(kind).items()}
         else:
-            raise TypeError(f"{gains.__name__}.{name}: say what it is: gain(...), believed(...) or given(...)")
+            raise TypeError(f"{gains.__name__}.{name}: declare it as gain(...), believed(...) or given(...)")
     keys = [one.key for one in found.values() if isinstance(one, Gain)]
     twice = [key for key in keys if keys.count(key) > 1]
     if twice:
-        raise TypeError(f"{gains.__name__}: two gains have the key {twice[0]}")
+        raise TypeError(f"{gains.__name__}: two gains share the key {twice[0]}")
     return found
 
 
@@ -272,7 +272,7 @@ class Undecided:
         if name not in kinds:
             raise AttributeError(f"{self._gains.__name__} has no field {name!r}")
         if name in self._begun:
-            raise TypeError(f"{self._gains.__name__}.{name}: its default follows from itself")
+            raise TypeError(f"{self._gains.__name__}.{name}: its default depends on itself")
         self._begun.add(name)
         path = f"{self._prefix}{name}"
         declaration, said = self._declarations.get(path), self._said.values.get(path)

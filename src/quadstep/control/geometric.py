@@ -14,7 +14,7 @@ from quadstep.numbers.rotations import cross, quaternion_of, rotation_matrix, ya
 
 
 class GeometricGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains: over mass in x, y, z, over inertia about body x, y, z."""
+    """Assumed vehicle parameters and gains: over mass in x, y, z, over inertia about body x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
@@ -24,7 +24,7 @@ class GeometricGains(NamedTuple):
     integral: Vector = gain(usual(20.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
     turn_stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
     turn_damping: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
-    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
+    integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
 
 class GeometricMemory(NamedTuple):

@@ -35,21 +35,23 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class GeometricAdaptiveGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains."""
+    """The vehicle parameters that the controller assumes, and its gains."""
 
     body: Body
     pull: Pull
     turn: Turn
-    adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation of the acceleration", symbol="g_x", zero=True)
-    drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation of the drag", zero=True)
-    turn_adaptation: Number = gain(usual(25.0, 2), "1/s^2", "adaptation of the angular acceleration", symbol="g_R", zero=True)
-    turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation of the drag on turning", zero=True)
+    adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation rate of the acceleration estimate", symbol="g_x", zero=True)
+    drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation rate of the drag estimate", zero=True)
+    turn_adaptation: Number = gain(
+        usual(25.0, 2), "1/s^2", "adaptation rate of the angular acceleration estimate", symbol="g_R", zero=True
+    )
+    turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation rate of the rotational drag estimate", zero=True)
     coupling: Number = gain(usual(3.0, 1), "1/s", "weight of the position error in adaptation", symbol="c_1", key="c_1")
     turn_coupling: Number = gain(usual(9.0, 1), "1/s", "weight of the attitude error in adaptation", symbol="c_2", key="c_2")
-    bound: Number = gain(15.0, "m/s^2", "bound of the acceleration", tunable=False)
-    drag_bound: Number = gain(1.0, "1/s", "bound of the drag", tunable=False)
-    turn_bound: Number = gain(100.0, "rad/s^2", "bound of the angular acceleration", tunable=False)
-    turn_drag_bound: Number = gain(5.0, "1/s", "bound of the drag on turning", tunable=False)
+    bound: Number = gain(15.0, "m/s^2", "bound on the acceleration estimate", tunable=False)
+    drag_bound: Number = gain(1.0, "1/s", "bound on the drag estimate", tunable=False)
+    turn_bound: Number = gain(100.0, "rad/s^2", "bound on the angular acceleration estimate", tunable=False)
+    turn_drag_bound: Number = gain(5.0, "1/s", "bound on the rotational drag estimate", tunable=False)
 
 
 class GeometricAdaptiveMemory(NamedTuple):

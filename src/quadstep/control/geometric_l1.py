@@ -40,16 +40,16 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class GeometricL1Gains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains."""
+    """The vehicle parameters that the controller assumes, and its gains."""
 
     body: Body
     pull: Pull
     turn: Turn
-    pole: Number = gain(5.0, "1/s", "-A_s of the velocity's predictor", symbol="a_v", low=0.5, high=50.0)
-    turn_pole: Number = gain(10.0, "1/s", "-A_s of the rates' predictor", symbol="a_w", low=0.5, high=50.0)
-    thrust_cutoff: Number = gain(usual(12.0, 1), "rad/s", "low-pass filter of what thrust undoes", zero=True)
-    lean_cutoff: Number = gain(usual(6.0, 1), "rad/s", "low-pass filter of what leaning undoes", zero=True)
-    turn_cutoff: Number = gain(usual(8.0, 1), "rad/s", "both low-pass filters of what torque undoes", zero=True)
+    pole: Number = gain(5.0, "1/s", "-A_s of the velocity predictor", symbol="a_v", low=0.5, high=50.0)
+    turn_pole: Number = gain(10.0, "1/s", "-A_s of the rate predictor", symbol="a_w", low=0.5, high=50.0)
+    thrust_cutoff: Number = gain(usual(12.0, 1), "rad/s", "cut-off of the filter of what thrust compensates", zero=True)
+    lean_cutoff: Number = gain(usual(6.0, 1), "rad/s", "cut-off of the filter of what tilting compensates", zero=True)
+    turn_cutoff: Number = gain(usual(8.0, 1), "rad/s", "cut-off of both filters of what torque compensates", zero=True)
     bound: Number = gain(15.0, "m/s^2", "largest estimate along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimate about an axis", tunable=False)
 

@@ -34,7 +34,7 @@ LEAST_GAMMA, MOST_GAMMA, HALVINGS = 0.1, 1e4, 24
 
 
 class HInfinityWeights(NamedTuple):
-    """What the controller believes of the vehicle, and what the law is made from.
+    """The vehicle parameters that the controller assumes, and what the law is made from.
 
     pace: unit of time. weights: on the squared states in that unit, against that of the input.
     """
@@ -43,10 +43,10 @@ class HInfinityWeights(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    pace: Number = gain(usual(7.0, 1), "1/s", "how fast the loop is")
+    pace: Number = gain(usual(7.0, 1), "1/s", "speed of the loop")
     weights: Vector = gain((1.0, 3.0, 3.0, 3.0, 1.0), "-", "weights of the integral, position and its rates", parts=PARTS)
-    margin: Number = gain(1.5, "-", "gamma over the least there is", low=1.01, high=10.0)
-    steady: Number = gain(8.0, "m/s^2", "largest steady acceleration that the integral makes up for")
+    margin: Number = gain(1.5, "-", "gamma over the smallest achievable", low=1.01, high=10.0)
+    steady: Number = gain(8.0, "m/s^2", "largest steady acceleration that the integral compensates")
     heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
 

@@ -49,7 +49,7 @@ from quadstep.numbers.rotations import (
 
 
 class HedgedInversionGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains in x, y, z; of attitude about body x, y, z.
+    """The vehicle parameters that the controller assumes, and its gains in x, y, z; of attitude about body x, y, z.
 
     most_thrust: that the outer loop may ask for [N]. lag: of the rotors [s]. force_net, torque_net: for accelerations
     [m/s^2] and [rad/s^2]. learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).
@@ -61,15 +61,15 @@ class HedgedInversionGains(NamedTuple):
     most_thrust: Number = given(lambda model: model.most_thrust)
     lag: Number = given(lambda model: model.lag)
     stiffness_1: Vector = gain(usual(20.0, 2), "1/s^2", "R_p: outer reference model, and feedback of its error", key="R_p")
-    damping_1: Vector = gain(usual(7.0, 1), "1/s", "R_d: the same, of speed", key="R_d")
+    damping_1: Vector = gain(usual(7.0, 1), "1/s", "R_d: the same for velocity", key="R_d")
     stiffness_2: Vector = gain(
         usual((270.0, 270.0, 70.0), 2), "1/s^2", "K_p: inner reference model, and feedback of its error", key="K_p"
     )
-    damping_2: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "K_d: the same, of body rates", key="K_d")
+    damping_2: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "K_d: the same for body rates", key="K_d")
     force_net: Net = net(1, FORCE_INPUTS, rate=usual(6.5, 2), damping=0.06)
     torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(36.0, 2), damping=0.06)
     learning_start: Number = nets_start()
-    weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds of |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
+    weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds on |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
     weights_1: Matrix = weights(1)
     weights_2: Matrix = weights(2)
 

@@ -36,13 +36,15 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class IndiGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains. per_speed, mixing: as in `Model`."""
+    """The vehicle parameters that the controller assumes, and its gains. per_speed, mixing: as in `Model`."""
 
     body: Body
     pull: Pull
     turn: Turn
-    force_filter: Number = gain(usual(15.0, 1), "rad/s", "filter of the forces that were made and felt")
-    torque_filter: Number = gain(usual(40.0, 1), "rad/s", "filter, twice, of torque and angular acceleration")
+    force_filter: Number = gain(usual(15.0, 1), "rad/s", "cut-off of the filters of applied and measured force")
+    torque_filter: Number = gain(
+        usual(40.0, 1), "rad/s", "cut-off of the two-stage filters of torque and angular acceleration"
+    )
     per_speed: Number = given(lambda model: model.per_speed)
     mixing: tuple[Vector, ...] = given(lambda model: model.mixing)
 

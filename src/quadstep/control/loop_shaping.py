@@ -27,16 +27,16 @@ ITERATIONS = 200
 
 
 class LoopShapingWeights(NamedTuple):
-    """What the controller believes of the vehicle, and what the law is made from."""
+    """The vehicle parameters that the controller assumes, and what the law is made from."""
 
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    pace: Number = gain(usual(5.5, 1), "rad/s", "about where the shaped loop crosses 1")
-    corner: Number = gain(0.25, "-", "corner of the PI weight over the pace")
-    attitude: Number = gain(usual(14.0, 1), "1/s", "P of attitude, the lag that the law reckons with")
-    margin: Number = gain(1.1, "-", "gamma over the least there is", low=1.01, high=10.0)
-    integral_bound: Number = gain(5.0, "m s", "bound of the integral of what the law asks for")
+    pace: Number = gain(usual(5.5, 1), "rad/s", "approximate crossover frequency of the shaped loop")
+    corner: Number = gain(0.25, "-", "corner frequency of the PI weight over the pace")
+    attitude: Number = gain(usual(14.0, 1), "1/s", "P gain of attitude, the lag that the law assumes")
+    margin: Number = gain(1.1, "-", "gamma over the smallest achievable", low=1.01, high=10.0)
+    integral_bound: Number = gain(5.0, "m s", "bound on the integral of the command")
 
 
 class LoopShapingGains(NamedTuple):

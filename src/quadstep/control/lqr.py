@@ -33,7 +33,7 @@ CLIMB, TURN = ("integral", "position", "velocity", "input"), ("heading", "rate",
 
 
 class LqrWeights(NamedTuple):
-    """What the controller believes of the vehicle, and the weights on squared errors: what one unit of each is worth."""
+    """Assumed vehicle parameters, and the weights on squared errors: what one unit of each is worth."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
@@ -46,7 +46,7 @@ class LqrWeights(NamedTuple):
     )
     climb: Vector = gain((20.0, 40.0, 4.0, 1.0), "-", "weights of integral, position, velocity and acceleration", parts=CLIMB)
     turn: Vector = gain((40.0, 4.0, 0.4), "-", "weights of heading, its rate and angular acceleration", parts=TURN)
-    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
+    integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
 
 class LqrGains(NamedTuple):
@@ -61,7 +61,7 @@ class LqrGains(NamedTuple):
     level: Vector = gain(None, "", "gains on integral, position, velocity, tilt and tilt rate", parts=LEVEL[:-1])
     climb: Vector = gain(None, "", "gains on integral, position and velocity", parts=CLIMB[:-1])
     turn: Vector = gain(None, "", "gains on heading and its rate", parts=TURN[:-1])
-    integral_bound: Number = gain(None, "m s", "bound of the integral of the position error")
+    integral_bound: Number = gain(None, "m s", "bound on the integral of the position error")
 
 
 class LqrMemory(NamedTuple):

@@ -1,4 +1,4 @@
-"""What the vehicle is to a controller: the numbers from which gains that a mission leaves out follow."""
+"""The vehicle model for controllers: the numbers from which default gains are computed."""
 
 import math
 from typing import NamedTuple
@@ -11,11 +11,12 @@ MARGIN = 0.85
 
 
 class Model(NamedTuple):
-    """Of any vehicle; SI units.
+    """A vehicle as its controller models it; SI units.
 
-    mass [kg], inertia: diagonal [kg m^2], gravity [m/s^2]. most_thrust: what a position loop may ask for [N]; infinite where
-    nothing limits the rotors. agility: how fast the loops can be, against those of the 2.6 kg vehicle, in (0, 1]. rotors: how
-    many. lag: the longer time constant of a rotor [s]. kinematics: T_eta of the paper's plant; that of a rigid body elsewhere.
+    mass [kg], inertia: diagonal [kg m^2], gravity [m/s^2]. most_thrust: the largest that a position loop may command [N];
+    infinite if the rotors have no limits. agility: speed of the loops relative to the 2.6 kg vehicle, in (0, 1]. rotors:
+    their number. lag: the longer time constant of a rotor [s]. kinematics: T_eta of the paper's plant; that of a rigid body
+    elsewhere.
 
     Of a real vehicle also: mixing: four rows, thrust [N] and torques about body x, y, z [N m] per newton of each rotor.
     shares: a row for each rotor, its thrust per unit of thrust and torques, of least norm. per_speed: k_f, a rotor's thrust

@@ -28,7 +28,7 @@ STREAM = 2**24
 """Of the flight's noise."""
 
 MOST_DRAWS = 2.0**23
-"""Then the counter of draws begins anew, while it is a whole number in f32 too: after three minutes."""
+"""Then the counter of draws restarts, while it is a whole number in f32 too: after three minutes."""
 
 KEPT, FRESH = 0.8, 0.6
 """What the next stage keeps of a perturbation, as slow ones move the vehicle and quick ones do not; what is new in it. Their
@@ -40,24 +40,24 @@ WORST = 1e30
 
 
 class MppiGains(NamedTuple):
-    """What the controller believes of the vehicle, what a plan costs a stage, what is tried, and the attitude loop."""
+    """The vehicle parameters that the controller assumes, what a plan costs a stage, what is tried, and the attitude loop."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    position: Number = gain(60.0, "1/m^2", "cost of the squared error of position")
-    velocity: Number = gain(6.0, "s^2/m^2", "cost of the squared error of velocity")
-    effort: Number = gain(0.05, "s^4/m^2", "cost of the squared acceleration beside the path's", zero=True)
-    last: Number = gain(3.0, "-", "cost of the last stage over that of the others")
-    temperature: Number = gain(4.0, "-", "cost that makes a plan less likely by a factor of 2.7", symbol="lambda")
-    deviation: Vector = gain(usual(2.5, 2), "m/s^2", "standard deviation of the accelerations that are tried")
+    position: Number = gain(60.0, "1/m^2", "cost of the squared position error")
+    velocity: Number = gain(6.0, "s^2/m^2", "cost of the squared velocity error")
+    effort: Number = gain(0.05, "s^4/m^2", "cost of the squared deviation from the path's acceleration", zero=True)
+    last: Number = gain(3.0, "-", "cost of the last stage relative to the others")
+    temperature: Number = gain(4.0, "-", "extra cost that divides a plan's weight by 2.7", symbol="lambda")
+    deviation: Vector = gain(usual(2.5, 2), "m/s^2", "standard deviation of the perturbed accelerations")
     lag: Number = gain(
         from_gains(lambda gains, model: gains.turn_damping[0] / gains.turn_stiffness[0] + model.lag),
-        "s", "time constant with which acceleration follows what is asked for", tunable=False,
+        "s", "time constant with which acceleration follows the command", tunable=False,
     )  # fmt: skip
-    observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the observer of acceleration", zero=True)
-    most_disturbance: Number = gain(8.0, "m/s^2", "largest acceleration that is estimated")
+    observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)
+    most_disturbance: Number = gain(8.0, "m/s^2", "largest estimated acceleration")
     turn_stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
     turn_damping: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
 

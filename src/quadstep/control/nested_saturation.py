@@ -40,7 +40,7 @@ class NestedSaturationGains(NamedTuple):
     )
     slope_1: Vector = given(lambda _: vector(1.0, 1.0, 1.0))
     slope_2: Vector = given(lambda _: vector(15.0, 15.0, 15.0))
-    pace: Number = gain(1.0, "1/s", "where nothing saturates, the four poles of x and of y are at minus this")
+    pace: Number = gain(1.0, "1/s", "without saturation, the four poles of x and of y are at minus this")
 
 
 class NoMemory(NamedTuple):

@@ -1,4 +1,4 @@
-"""A controller that is any Python callable: asked at every sample of the attitude loop, not compiled.
+"""A controller that is any Python callable, called at every sample of the attitude loop, not compiled.
 
     def controller(t, measured, reference):
         ...
@@ -7,8 +7,8 @@
     with flying(controller) as (law, gains):
         log = fly(plan.with_controller(law, gains))
 
-What the controller raises while it flies ends the flight as not finite, and is raised on leaving the block. A controller that
-remembers has to fly alone: every flight of a batch asks the same callable.
+An exception in the controller ends the flight as not finite, and is raised again on leaving the block. A controller that
+keeps state must fly alone: all flights of a batch call the same callable.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -32,10 +32,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 class Known(NamedTuple):
-    """What an opaque controller knows of the vehicle.
+    """The measurements passed to an opaque controller.
 
     position (3,) [m], velocity (3,) [m/s]: world, z up. attitude (4,): unit quaternion (w, x, y, z), body to world.
-    rates (3,): about the body's axes [rad/s]. period: until it is asked again [s].
+    rates (3,): about the body's axes [rad/s]. period: until the next call [s].
     """
 
     position: Array
@@ -46,7 +46,7 @@ class Known(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """The wanted motion. position (3,) [m], velocity (3,) [m/s], acceleration (3,) [m/s^2]; yaw [rad], yaw_rate [rad/s]."""
+    """The reference motion. position (3,) [m], velocity (3,) [m/s], acceleration (3,) [m/s^2]; yaw [rad], yaw_rate [rad/s]."""
 
     position: Array
     velocity: Array
@@ -71,7 +71,7 @@ class OpaqueGains(NamedTuple):
 
 @dataclass(frozen=True)
 class Opaque(Law):
-    """Asks the callable; has no memory of its own."""
+    """Calls the callable; has no memory of its own."""
 
     Gains: ClassVar[type] = OpaqueGains
 
@@ -82,7 +82,7 @@ class Opaque(Law):
     def law(
         self, memory: tuple[()], measured: Measured, reference: Reference, gains: OpaqueGains, t: Number, period: Number
     ) -> tuple[Command, tuple[()]]:
-        """One sample. Which attitude the callable wants is not known, so none is logged."""
+        """One sample. The callable's desired attitude is not known, so none is logged."""
         inputs = [
             t,
             period,
@@ -105,9 +105,9 @@ LAWS: dict[tuple[int, str], type[Law]] = {}
 
 
 def opaque_law(function: Controller, name: str) -> type[Law]:
-    """A controller that asks this callable, for missions: the same class each time, so that flights are alike.
+    """A controller that calls this callable, for missions: the same class each time, so that flights can be batched.
 
-    It has no gains; what it remembers, all flights share.
+    It has no gains; any state of the callable is shared by all flights.
     """
     key = id(function), name
     if key not in LAWS:
@@ -127,7 +127,7 @@ def new_opaque_law(function: Controller, name: str) -> type[Law]:
             return OpaqueGains(float(handle()))
 
         def landed(self, gains: OpaqueGains) -> None:
-            """Raises what the callable raised."""
+            """Re-raises the callable's exception."""
             raise_pending(int(gains.handle))
 
     Own.name = Own.label = Own.__name__ = name
@@ -135,10 +135,10 @@ def new_opaque_law(function: Controller, name: str) -> type[Law]:
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:
-    """The controller as a function of one array of 26 numbers, which gives four.
+    """The controller as a function from an array of 26 numbers to four.
 
-    Asked the very same again, it repeats its answer: lanes that fill up a block repeat a flight, and a controller that
-    remembers is to see each of its samples once.
+    Called again with equal inputs, it repeats its output: lanes that fill a block repeat a flight, and a controller with
+    state must see each of its samples once.
     """
     asked, answer = b"", [0.0] * 4
 
@@ -160,7 +160,7 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
 
 @contextmanager
 def flying(controller: Controller) -> Iterator[tuple[Opaque, OpaqueGains]]:
-    """A law and gains that fly this callable inside the block; raises what it raised, after the block."""
+    """A law and gains that fly this callable inside the block; re-raises its exception after the block."""
     handle = register(friendly(controller))
     try:
         yield Opaque(), OpaqueGains(float(handle))

@@ -19,7 +19,7 @@ LEAST = 0.2
 
 
 class PlanarLinearisationGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gain."""
+    """The vehicle parameters that the controller assumes, and its gain."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

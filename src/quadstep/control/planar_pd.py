@@ -11,7 +11,7 @@ from quadstep.plants.planar import PlanarCommand, PlanarState, plane
 
 
 class PlanarPdGains(NamedTuple):
-    """What the controller believes of the vehicle, and its gains."""
+    """The vehicle parameters that the controller assumes, and its gains."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")

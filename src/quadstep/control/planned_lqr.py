@@ -2,7 +2,7 @@
 
 Cowling, Yakimenko, Whidborne, Cooke, "A prototype of an autonomous controller for a quadrotor UAV", European Control
 Conference (2007). The outputs, place and heading, determine every state and input of a quadrotor, so a plan is a polynomial
-in them: from where the vehicle is to where the path is a second later. It is made anew before that, and followed by the
+in them: from where the vehicle is to where the path is a second later. It is replanned before that, and followed by the
 linear quadratic regulator of `lqr.py`.
 """
 

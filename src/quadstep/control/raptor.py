@@ -79,7 +79,7 @@ class RaptorGains(NamedTuple):
     policy: Policy = given(lambda _model: published())
     slowest: Number = given(lambda model: model.slowest)
     fastest: Number = given(lambda model: model.fastest)
-    reach: Number = gain(1.0, "m", "largest error of position that it is shown", tunable=False)
+    reach: Number = gain(1.0, "m", "position errors are clipped at this", tunable=False)
 
 
 def affine(row: tuple[Number, ...], inputs: Vector) -> Number:

@@ -27,7 +27,7 @@ LEAST = 0.2
 
 
 class StateSpaceGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of each step, level and upward."""
+    """The vehicle parameters that the controller assumes; gains of each step, level and upward."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
@@ -36,9 +36,9 @@ class StateSpaceGains(NamedTuple):
     integral: Vector = gain(usual(8.0, 2), "1/s^2", "gain of the integral of the position error", key="A_0", zero=True)
     position: Vector = gain(usual(4.0, 1), "1/s", "gain of e1, of position", key="A_1")
     velocity: Vector = gain(usual(5.0, 1), "1/s", "gain of e2, of velocity", key="A_2")
-    lean: Number = gain(usual(9.0, 1), "1/s", "gain of e3, of the level acceleration", key="A_3")
-    rate: Number = gain(usual(14.0, 1), "1/s", "gain of e4, of the rates of roll and pitch", key="A_4")
-    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
+    lean: Number = gain(usual(9.0, 1), "1/s", "gain of e3, of the horizontal acceleration", key="A_3")
+    rate: Number = gain(usual(14.0, 1), "1/s", "gain of e4, of the roll and pitch rates", key="A_4")
+    integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
     heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
 

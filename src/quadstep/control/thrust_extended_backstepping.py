@@ -20,7 +20,7 @@ from quadstep.numbers import Number, Vector, vector
 
 
 class ThrustExtendedGains(NamedTuple):
-    """What the controller believes of the vehicle; gains of each error, in x, y, z."""
+    """The vehicle parameters that the controller assumes; gains of each error, in x, y, z."""
 
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
@@ -31,7 +31,7 @@ class ThrustExtendedGains(NamedTuple):
     velocity: Vector = gain(usual(6.0, 1), "1/s", "gain of e2, of velocity", key="k_2")
     force: Vector = gain(usual(13.0, 1), "1/s", "gain of e3, of the specific force", key="k_3")
     force_rate: Vector = gain(usual(16.0, 1), "1/s", "gain of e4, of the rate of the specific force", key="k_4")
-    integral_bound: Number = gain(5.0, "m s", "bound of the integral of the position error")
+    integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
     heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
     turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
 

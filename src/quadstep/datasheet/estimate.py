@@ -117,7 +117,7 @@ def estimate(sheet: Datasheet) -> Numbers:
     most = count * k_f.value * fastest.value**2 / (9.81 * sheet.mass)
     if most < 1.05:
         raise UserError(
-            f"the rotors lift {most:.2f} times the weight at full throttle; are mass, kv, propeller and stand right?"
+            f"the rotors lift {most:.2f} times the weight at full throttle; are mass, kv, propeller and stand correct?"
         )
     propeller = sheet.propeller.mass or 2.0 * diameter**3
     spin = estimated(propeller * diameter**2 / 12.0 * 1.3, "propeller as a rod, and 30 % for the bell", 0.4)

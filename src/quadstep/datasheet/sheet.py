@@ -16,12 +16,13 @@ FEWEST_POINTS = 3
 class PropellerSection(Section):
     """The propeller, in metres or in inches."""
 
-    diameter: Annotated[Positive | None, Quantity("m", "of the propeller")] = None
-    pitch: Annotated[Positive | None, Quantity("m", "of the propeller")] = None
+    diameter: Annotated[Positive | None, Quantity("m", "diameter of the propeller")] = None
+    pitch: Annotated[Positive | None, Quantity("m", "pitch of the propeller")] = None
     inches: Annotated[
-        Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] | None, Quantity("in", "[diameter, pitch] instead")
+        Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] | None,
+        Quantity("in", "[diameter, pitch] in inches instead"),
     ] = None
-    mass: Annotated[Positive | None, Quantity("kg", "of one")] = None
+    mass: Annotated[Positive | None, Quantity("kg", "mass of one propeller")] = None
 
     @model_validator(mode="after")
     def _sized(self) -> "PropellerSection":
@@ -38,12 +39,12 @@ class PropellerSection(Section):
 class StandSection(Section):
     """Points of a thrust stand with one motor, columns of equal length."""
 
-    throttle: Annotated[Column, Quantity("", "share of the full one, one for each point")]
-    thrust: Annotated[Column, Quantity("N", "of one motor")]
-    voltage: Annotated[Column, Quantity("V", "at the battery")] = ()
-    current: Annotated[Column, Quantity("A", "of one motor")] = ()
-    speed: Annotated[Column, Quantity("rad/s", "of the propeller")] = ()
-    torque: Annotated[Column, Quantity("N m", "of one motor")] = ()
+    throttle: Annotated[Column, Quantity("", "fraction of full throttle at each point")]
+    thrust: Annotated[Column, Quantity("N", "thrust of one motor")]
+    voltage: Annotated[Column, Quantity("V", "battery voltage")] = ()
+    current: Annotated[Column, Quantity("A", "current of one motor")] = ()
+    speed: Annotated[Column, Quantity("rad/s", "speed of the propeller")] = ()
+    torque: Annotated[Column, Quantity("N m", "torque of one motor")] = ()
 
     @model_validator(mode="after")
     def _even(self) -> "StandSection":
@@ -55,7 +56,9 @@ class StandSection(Section):
             if (column or name == "thrust") and len(column) != count:
                 raise ValueError(f"{name}: {len(column)} points, throttle has {count}")
         if max(self.throttle) > 1.0:
-            raise ValueError(f"throttle: {max(self.throttle):g} is above 1; it is a share of the full one, not per cent")
+            raise ValueError(
+                f"throttle: {max(self.throttle):g} is above 1; it is a fraction of full throttle, not a percentage"
+            )
         if max(self.thrust) <= 0.0:
             raise ValueError("thrust: no point has any")
         if max(self.thrust) > 1000.0:
@@ -66,18 +69,18 @@ class StandSection(Section):
 class Datasheet(Section):
     """A data sheet: what is known of a vehicle before it has flown."""
 
-    name: Annotated[Name, Quantity("", "of the vehicle")] = "My vehicle"
-    mass: Annotated[Positive, Quantity("kg", "with all that flies")]
-    wheelbase: Annotated[Positive, Quantity("m", "from motor to motor across")]
+    name: Annotated[Name, Quantity("", "name of the vehicle")] = "My vehicle"
+    mass: Annotated[Positive, Quantity("kg", "total mass in flight")]
+    wheelbase: Annotated[Positive, Quantity("m", "distance between diagonally opposite motors")]
     layout: Annotated[
-        Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"], Quantity("", "where the rotors are")
+        Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"], Quantity("", "arrangement of the rotors")
     ] = "x"
-    kv: Annotated[Positive, Quantity("rpm/V", "of the motors")]
-    cells: Annotated[int, Field(ge=1, le=24), Quantity("", "of the battery, in series")]
-    capacity: Annotated[Positive | None, Quantity("A h", "of the battery")] = None
-    motor_mass: Annotated[Positive | None, Quantity("kg", "of one motor")] = None
-    inertia: Annotated[PositiveTriple | None, Quantity("kg m^2", "where it was measured")] = None
-    rise_time: Annotated[Positive | None, Quantity("s", "of a rotor's speed, where it was measured")] = None
+    kv: Annotated[Positive, Quantity("rpm/V", "speed constant of the motors")]
+    cells: Annotated[int, Field(ge=1, le=24), Quantity("", "battery cells in series")]
+    capacity: Annotated[Positive | None, Quantity("A h", "capacity of the battery")] = None
+    motor_mass: Annotated[Positive | None, Quantity("kg", "mass of one motor")] = None
+    inertia: Annotated[PositiveTriple | None, Quantity("kg m^2", "moments of inertia, if measured")] = None
+    rise_time: Annotated[Positive | None, Quantity("s", "rise time of a rotor's speed, if measured")] = None
     propeller: PropellerSection
     stand: StandSection | None = None
 

@@ -38,7 +38,7 @@ def parse_axis(option: str, text: str, most: int) -> Axis:
     """An axis from what was typed after `option`, of at most so many values. Raises UserError."""
     key, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not KEY.fullmatch(key):
-        raise UserError(f"{option}: {text!r:.60} is not understood; {HOW}")
+        raise UserError(f"{option}: {text!r:.60} cannot be parsed; {HOW}")
     key = ".".join(str(int(part)) if part.isdecimal() else part for part in key.split("."))
     if key.partition(".")[0] in NOT_FLOWN:
         raise UserError(f"{option} {key}: {NOT_FLOWN[key.partition('.')[0]]}")
@@ -53,7 +53,7 @@ def spaced(where: str, given: str, most: int) -> tuple[float, ...]:
     """The numbers of a:b:n. Raises UserError."""
     parts = given.split(":")
     if len(parts) != 3:
-        raise UserError(f"{where}: {given!r:.60} is not understood; {HOW}")
+        raise UserError(f"{where}: {given!r:.60} cannot be parsed; {HOW}")
     low, high = (number(where, part) for part in parts[:2])
     if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", parts[2], re.ASCII):
         raise UserError(f"{where}: n in a:b:n should be a whole number, not {parts[2]!r:.60}")

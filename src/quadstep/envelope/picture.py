@@ -84,7 +84,7 @@ def draw_map(path: Path, asked: Request, cells: Cells, sheet: Sheet) -> None:
 
 def title(asked: Request, name: str) -> str:
     """Above the picture."""
-    return f"{name}, {asked.flights} flights a cell" if asked.flights > 1 else name
+    return f"{name}, {asked.flights} flights per cell" if asked.flights > 1 else name
 
 
 def scale(cells: Cells) -> LogNorm | None:

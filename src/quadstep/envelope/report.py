@@ -16,10 +16,10 @@ def write_report(path: Path, found: Envelope, figure: str) -> None:
         page.summary(answer(found), [fact(one) for one in found.panels], [page.figure(path.parent / figure, caption(found))]),
         page.heading("Panel by panel", "panels"),
         page.table(
-            ("panel", "cells", "flyable", "flights that succeed", "RMSE of flyable cells", "what ends the others"),
+            ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights"),
             [row(one) for one in found.panels],
         ),
-        page.heading("What was flown", "flown"),
+        page.heading("Settings", "flown"),
         page.table(
             ("", ""),
             [
@@ -28,7 +28,7 @@ def write_report(path: Path, found: Envelope, figure: str) -> None:
                     (axis.key, f"{len(axis.values)} values from {shown(axis.values[0])} to {shown(axis.values[-1])}")
                     for axis in reversed(asked.axes)
                 ),
-                ("flights a cell", str(asked.flights)),
+                ("flights per cell", str(asked.flights)),
                 (
                     "a flight fails",
                     "if it ends early"
@@ -38,7 +38,7 @@ def write_report(path: Path, found: Envelope, figure: str) -> None:
                     ),
                 ),
                 ("a cell counts as flyable", f"if at least {100 * FLYABLE:g} % of its flights succeed"),
-                ("every cell in numbers", "envelope.parquet"),
+                ("results of every cell", "envelope.parquet"),
             ],
             escape,
         ),
@@ -52,12 +52,12 @@ def answer(found: Envelope) -> str:
         found.asked,
         [f"{units.percent(one.flyable / one.cells)}{f' with {one.name}' if one.name else ''}" for one in found.panels],
     )
-    return f"Of the map over {asked.x.key} and {asked.y.key}, {', '.join(parts)} can be flown."
+    return f"In the map over {asked.x.key} and {asked.y.key}, {', '.join(parts)} is flyable."
 
 
 def caption(found: Envelope) -> str:
     """What the map shows."""
-    return f"{found.asked.y.key} over {found.asked.x.key}: where it can be flown, coloured by the median position RMSE"
+    return f"{found.asked.y.key} over {found.asked.x.key}: flyable region, coloured by the median position RMSE"
 
 
 def fact(one: Panel) -> page.Fact:

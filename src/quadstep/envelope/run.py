@@ -133,5 +133,5 @@ def sentence(found: Envelope) -> str:
     cell = (
         f" A cell counts if at least {100 * FLYABLE:g} % of its {asked.flights} flights succeed." if asked.flights > 1 else ""
     )
-    same = "" if asked.random or asked.flights == 1 else " Nothing in it is random: all flights of a cell are the same."
+    same = "" if asked.random or asked.flights == 1 else " Nothing is random here: all flights of a cell are identical."
     return f"Flyable of {asked.x.key} and {asked.y.key}: {', '.join(parts)}.{cell}{same}"

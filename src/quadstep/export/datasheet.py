@@ -14,8 +14,8 @@ CLOCKS = {"Cortex-M4F": (168e6, 0.7), "Cortex-M7": (216e6, 1.0)}
 
 LICENCE = (
     "The files that quadstep generates here are yours: its authors claim no rights in them, and its licence (MIT) does "
-    "not extend to them. What you link them with may bind the whole: the firmware of the Crazyflie and ArduPilot are under "
-    "the GPL, version 3, PX4 is under the BSD licence."
+    "not extend to them. Code that you link them with may impose its own licence: the firmware of the Crazyflie and ArduPilot "
+    "are under the GPL, version 3, PX4 is under the BSD licence."
 )
 
 
@@ -59,7 +59,7 @@ def datasheet(exported: Exported, facts: Facts, measured: Measured = NOTHING) ->
     parts = [
         f"# {exported.subject.controller.label or exported.name}: data sheet",
         origin(exported, facts),
-        "## What it takes",
+        "## Resources",
         memory(exported),
         *processors(exported, measured),
         *([closed_loop(measured.apart)] if measured.apart else []),
@@ -102,7 +102,7 @@ def memory(exported: Exported) -> str:
     leaves = flatten((exported.subject.gains, exported.code.vehicle))
     numbers = sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in leaves) + 1
     return (
-        f"RAM: {state_size(exported)} bytes of state, which the caller holds; no globals, no heap. "
+        f"RAM: {state_size(exported)} bytes of state, held by the caller; no globals, no heap. "
         f"Constant parameters: {size * numbers} bytes of flash."
     )
 
@@ -145,7 +145,7 @@ def instructions(exported: Exported, found: OnArm, clock: float, pace: float) ->
 def closed_loop(apart: tuple[float, float]) -> str:
     """How far f32 leads."""
     distance, seconds = apart
-    beside = f"at most {1e6 * distance:.3g} micrometres beside the flight in f64"
+    beside = f"at most {1e6 * distance:.3g} micrometres from the flight in f64"
     return f"In closed loop over {seconds:g} s, this code in f32 flies {beside}."
 
 
@@ -153,15 +153,15 @@ def calls(exported: Exported) -> str:
     """The order of calls."""
     name = exported.name
     given = f"&{name}_mission, &state, &measured, &reference, &clock"
-    slower = "".join(f"    {name}_{loop}({given});     /* where it is due */\n" for loop in loops(exported))
+    slower = "".join(f"    {name}_{loop}({given});     /* if due */\n" for loop in loops(exported))
     return (
         f"```c\n{name}_state state;\n{name}_reset(&state);\n"
-        f"{name}_start(&{name}_mission, &state, &measured);  /* when it takes over */\n"
+        f"{name}_start(&{name}_mission, &state, &measured);  /* when taking over */\n"
         "for each sample\n{\n"
         f"{slower}"
         f"    status = {name}_law(&{name}_mission, &state, &measured, &reference, &clock, &command);\n"
         f"    {name}_made(&{name}_mission, &command, &made);\n"
-        "    /* what the next sample is told, if the law measures them */\n"
+        "    /* inputs of the next sample, if the law measures them */\n"
         "    measured.thrust = made.thrust; measured.torque = made.torque;\n}\n```"
     )
 
@@ -170,10 +170,10 @@ def guarantees() -> str:
     """What the functions promise."""
     bits = "\n".join(f"- `{word}`: {said}" for word, said in STATUS)
     return (
-        "The command is defined whatever happens. Status bits:\n\n"
+        "The command is always defined. Status bits:\n\n"
         f"{bits}\n\nNo recursion, no I/O, no heap, no globals but the constant parameters; every loop has a constant number "
-        "of turns, so time is bounded. The bits are those of quadstep's flights where each operation is rounded by itself: "
-        f"compile with `{BITS[0]}` and without -ffast-math (the CMake file does; `test_*.c` finds out)."
+        "of turns, so time is bounded. The bits equal those of quadstep's flights if each operation is rounded separately: "
+        f"compile with `{BITS[0]}` and without -ffast-math (the CMake file does; `test_*.c` checks it)."
     )
 
 

@@ -24,13 +24,15 @@ def check_firmware(target: str, exported: Exported) -> None:
     """Refuses what the firmware cannot give. Raises UserError."""
     law = exported.subject.controller
     if not isinstance(exported.subject.plant, Multirotor) or not isinstance(exported.subject.measured, Measured):
-        raise UserError(f"--target {target}: needs a mission for a real vehicle (docs/vehicles.md); c99 takes any")
+        raise UserError(f"--target {target}: needs a mission for a real vehicle (docs/vehicles.md); c99 accepts any")
     if exported.precise:
-        raise UserError(f"--target {target}: computes in f32; --precision f64 goes with c99")
+        raise UserError(f"--target {target}: uses f32; --precision f64 requires --target c99")
     if law.also_measures:
-        raise UserError(f"--target {target}: the law measures {', '.join(law.also_measures)}, which the adapter does not have")
+        raise UserError(
+            f"--target {target}: the law measures {', '.join(law.also_measures)}, which the adapter does not provide"
+        )
     if law.preview:
-        raise UserError(f"--target {target}: the law looks ahead on the path; setpoints say only the present")
+        raise UserError(f"--target {target}: the law looks ahead on the path; setpoints describe only the present")
 
 
 def firmware_files(target: str, exported: Exported, files: dict[str, str]) -> dict[str, str]:

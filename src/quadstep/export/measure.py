@@ -24,14 +24,14 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
     lacking = arm.missing()
     if arm.COMPILER in lacking:
         absent.append(
-            f"code, stack and instructions: {arm.COMPILER} is not here (Debian: gcc-arm-none-eabi libnewlib-arm-none-eabi)"
+            f"code, stack and instructions: {arm.COMPILER} not found (Debian: gcc-arm-none-eabi libnewlib-arm-none-eabi)"
         )
     elif exported.precise:
         absent.append("code, stack and instructions: Cortex-M4F computes in f32")
     else:
         told("measuring on Cortex-M")
         if lacking:
-            absent.append(f"instructions: {arm.MACHINE} is not here (Debian: qemu-system-arm)")
+            absent.append(f"instructions: {arm.MACHINE} not found (Debian: qemu-system-arm)")
         with tempfile.TemporaryDirectory() as work:
             try:
                 on_arm = arm.measured(exported, folder, Path(work))
@@ -39,7 +39,7 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
                 absent.append(f"code, stack and instructions: {error}")
     found = None
     if misra.missing():
-        absent.append("MISRA: cppcheck is not here (Debian: cppcheck)")
+        absent.append("MISRA: cppcheck not found (Debian: cppcheck)")
     else:
         told("checking MISRA rules")
         found = misra.deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
@@ -58,7 +58,7 @@ def in_f32(plan: FlightPlan, absent: list[str], told: Callable[[str], None]) -> 
         return None
     double = fly(short)
     if single.outcome is not double.outcome or double.outcome is not Outcome.COMPLETED:
-        absent.append("the error of f32: the flight does not end well")
+        absent.append("the error of f32: the flight does not complete")
         return None
     axes = plan.loop.plant.axes
     apart = single.table(*axes) - double.table(*axes)

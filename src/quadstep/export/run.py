@@ -102,6 +102,6 @@ def summary(law: Exported, found: Measured) -> list[str]:
         said = f"; all loops due at once take at most {due} instructions" if due else ""
         lines.append(f"{processor}: {one.sizes.code} bytes of code, {max(one.sizes.stack.values())} of stack{said}.")
     if found.apart:
-        lines.append(f"f32 flies at most {1e6 * found.apart[0]:.3g} micrometres beside f64 over {found.apart[1]:g} s.")
+        lines.append(f"f32 deviates from f64 by at most {1e6 * found.apart[0]:.3g} micrometres over {found.apart[1]:g} s.")
     lines += [f"Not measured: {one}." for one in found.absent] if found.arm or found.misra else []
     return lines

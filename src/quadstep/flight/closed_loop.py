@@ -1,4 +1,4 @@
-"""What an engine flies: a closed loop as laws over numbers, and the clock that says when each of them is due.
+"""The interface of what an engine flies: a closed loop as laws over numbers, and the clock that says when each is due.
 
 The engines only decide which numbers, and count the ticks.
 """
@@ -22,7 +22,7 @@ class Outcome(IntEnum):
 
 
 class Clock(NamedTuple):
-    """What a law knows of time. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
+    """The time as a law sees it. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
 
     time: Number
     tick: Number
@@ -32,7 +32,7 @@ class Clock(NamedTuple):
 class Task(NamedTuple):
     """A part of a tick.
 
-    run(cycle, parameters, clock) gives the cycle after it, and the `Outcome` that ends the flight here (0: none).
+    run(cycle, parameters, clock) returns the new cycle, and the `Outcome` that ends the flight here (0: none).
     """
 
     name: str

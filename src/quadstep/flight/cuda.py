@@ -39,7 +39,7 @@ class Device:
         except CudaError as error:
             raise NoDeviceError(str(error)) from error
         if not count.value:
-            raise NoDeviceError("the NVIDIA driver knows of no graphics processor")
+            raise NoDeviceError("the NVIDIA driver finds no graphics processor")
         name = ctypes.create_string_buffer(256)
         self.call("cuDeviceGetName", name, len(name), self.number)
         self.name = name.value.decode()
@@ -111,7 +111,7 @@ class Module:
         address, size = ctypes.c_uint64(), ctypes.c_size_t()
         self.device.call("cuModuleGetGlobal_v2", ctypes.byref(address), ctypes.byref(size), self.handle, name.encode())
         if values.nbytes > size.value:
-            raise ValueError(f"{values.nbytes} bytes do not fit the {size.value} of {name}")
+            raise ValueError(f"{values.nbytes} bytes do not fit into the {size.value} of {name}")
         self.device.call("cuMemcpyHtoD_v2", address, values.ctypes.data, values.nbytes)
 
 

@@ -5,9 +5,9 @@ from enum import StrEnum
 
 class Engine(StrEnum):
     """What flies: lanes, compiled vector code, the default; python, the same laws on Python floats, no compiler; c, lanes
-    whose controller is what `quadstep export` writes in C, compiled by the C compiler of this machine.
+    whose controller is the C code of `quadstep export`, compiled by the C compiler of this machine.
 
-    All give the same bits. Where a function takes an engine, its name will do.
+    All give the same bits. Functions that take an engine also accept its name.
 
     >>> from quadstep import Engine
     >>> Engine("python") is Engine.PYTHON, list(map(str, Engine))

@@ -31,7 +31,7 @@ class FlightPlan(NamedTuple):
     def with_controller(self, controller: Controller, gains: object) -> "FlightPlan":
         """The same flight under another controller: a law and its gains, as described in `quadstep.control.controller`.
 
-        Raises UserError for one that has other loops, for which the plan has no sample times, or that measures more.
+        Raises UserError for one with other loops, for which the plan has no sample times, or with further measurements.
         """
         controller = self.loop.controller.instead(controller)
         loop = replace(self.loop, controller=controller)
@@ -72,7 +72,7 @@ def announce(loop: ClosedLoop, parameters: Structure, start: Structure) -> None:
 
 
 def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None) -> list[FlightLog]:
-    """The same, whatever its controllers may have raised."""
+    """The same, without raising exceptions of its controllers."""
     if engine is Engine.PYTHON:
         return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
     if engine is Engine.C:
@@ -96,7 +96,7 @@ def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None
 def flown_by_c(plan: FlightPlan, progress: Progress | None = None, precise: bool = True) -> FlightLog:
     """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
 
-    Raises UserError for a controller that cannot be written in C, and where there is no C compiler.
+    Raises UserError for a controller that cannot be written in C, and if there is no C compiler.
     """
     with through_c(plan, precise) as (law, gains):
         loop = replace(plan.loop, controller=law)

@@ -60,7 +60,7 @@ def library() -> ctypes.CDLL:
     try:
         driver = ctypes.CDLL(LIBRARY)
     except OSError as error:
-        raise NoDeviceError(f"no NVIDIA driver here ({LIBRARY} is not found)") from error
+        raise NoDeviceError(f"no NVIDIA driver on this machine ({LIBRARY} not found)") from error
     for name, kinds in FUNCTIONS.items():
         try:
             getattr(driver, name).argtypes = kinds

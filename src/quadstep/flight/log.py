@@ -1,4 +1,4 @@
-"""What is left of a flight: its rows, how it ended, and the cycle it ended with."""
+"""The log of a flight: its rows, its outcome, and its final cycle."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -15,17 +15,17 @@ REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
     Outcome.OFF_PATH: "farther from the path than limits.distance",
     Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
-    Outcome.SPINNING: "a rate above limits.rate",
+    Outcome.SPINNING: "a rate exceeded limits.rate",
     Outcome.CRASHED: "it hit the ground",
 }
 """What is said of a flight that ended early."""
 
 
 class FlightLog(NamedTuple):
-    """A flight as flown.
+    """The log of a finished flight.
 
-    columns: name and unit of each. rows: (samples, len(columns)), every value finite. outcome, and ended: when it came [s].
-    final: the cycle of floats at that moment (state, controller memory with the weights, command).
+    columns: name and unit of each. rows: (samples, len(columns)), every value finite. outcome, and ended: its time [s].
+    final: the cycle of floats at that time (state, controller memory with the weights, command).
     """
 
     columns: Mapping[str, str]
@@ -35,12 +35,12 @@ class FlightLog(NamedTuple):
     final: Any
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """One column by name. Raises KeyError naming those there are."""
+        """One column by name. Raises KeyError with the available columns."""
         column: NDArray[np.float64] = self.table(name)[:, 0]
         return column
 
     def table(self, *names: str) -> NDArray[np.float64]:
-        """Several columns by name, shape (samples, len(names)). Raises KeyError naming those there are."""
+        """Several columns by name, shape (samples, len(names)). Raises KeyError with the available columns."""
         known = list(self.columns)
         for name in names:
             if name not in self.columns:
@@ -54,7 +54,7 @@ def finished(
 ) -> FlightLog:
     """The log of a flight that ended at `tick` with outcome `code`; rows from that tick on, and broken ones, are cut.
 
-    An attitude that its law never said it wants has no columns.
+    There are no columns for a desired attitude that the law never reports.
     """
     outcome = Outcome(int(code))
     if outcome is not Outcome.COMPLETED:

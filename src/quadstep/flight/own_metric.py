@@ -1,8 +1,8 @@
-"""A metric in a file of one's own, which missions name.
+"""A metric in your own file, which missions name.
 
     metrics = ["my_metrics.py:Overshoot"]
 
-It is summed sample by sample, compiled where the flight is; of a log it is summed row by row.
+It is summed sample by sample, compiled with the flight; for a log it is summed row by row.
 """
 
 import math
@@ -20,7 +20,7 @@ from quadstep.numbers import Number
 class Metric(ABC):
     """One number of a flight; structure only, so it has no fields. name, unit: as in `metrics.json`.
 
-    A sample holds the columns of `flight.csv` by name, NaN for what a law does not say.
+    A sample holds the columns of `flight.csv` by name, NaN for columns that a law does not provide.
 
     >>> from quadstep.flight.own_metric import Metric
     >>> from quadstep.numbers import maximum

@@ -1,7 +1,7 @@
 """Where the vehicle should be: paths over time, from the paper's minimum jerk (Eqs 68-75) to recorded flights.
 
-A path is a `PathLaw`: for a time [s] and its parameters it gives a `Reference`, in the world's frame, z up. Missions name
-paths in `[path]`; here they are laws over numbers, to be evaluated, drawn, or flown by a plan of one's own.
+A path is a `PathLaw`: from a time [s] and its parameters it computes a `Reference` in the world frame, z up. Missions name
+paths in `[path]`; here they are laws over numbers, to evaluate, plot, or fly in your own plan.
 
 >>> from quadstep.guidance import MinimumJerk, MinimumJerkParameters
 >>> from quadstep.numbers import vector

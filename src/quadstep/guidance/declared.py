@@ -1,4 +1,4 @@
-"""A path in a file of one's own, which missions name: what its numbers are, it declares itself.
+"""A path in your own file, which missions name, with declared numbers.
 
     [path]
     type = "my_path.py:Lissajous"

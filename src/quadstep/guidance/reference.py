@@ -1,4 +1,4 @@
-"""What a path gives the controller at an instant."""
+"""The reference motion that a path gives the controller."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -6,13 +6,13 @@ from quadstep.numbers import Number, Vector, vector
 
 
 class Reference(NamedTuple):
-    """The wanted motion at an instant, in the world's frame, z up.
+    """The reference motion at an instant, in the world frame, z up.
 
     position: xi_d [m]. velocity: xi_d_dot [m/s]. acceleration: xi_d_dd [m/s^2].
-    yaw: psi_d [rad], any number of turns. yaw_rate: psi_d_dot [rad/s].
-    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; yaw_acceleration: psi_d_dd [rad/s^2]. Zero where a
-    path does not know them. Vectors have length 3. ahead: the wanted motion at the instants that a controller's `preview`
-    names; paths leave it out.
+    yaw: psi_d [rad], not wrapped. yaw_rate: psi_d_dot [rad/s].
+    jerk [m/s^3], snap [m/s^4]: third and fourth rate of the position; yaw_acceleration: psi_d_dd [rad/s^2]. Zero if a
+    path does not provide them. Vectors have length 3. ahead: the reference motion at the times of a controller's `preview`;
+    paths leave it empty.
 
     >>> from quadstep.guidance import Reference
     >>> from quadstep.numbers import vector
@@ -48,5 +48,5 @@ class PathLaw(Protocol):
     """
 
     def reference(self, t: Number, parameters: Any) -> Reference:
-        """The wanted motion at time t [s] after the start."""
+        """The reference motion at time t [s] after the start."""
         ...

@@ -30,7 +30,7 @@ def write(path: Path, found: Sequence[Beside], controller: str) -> None:
 def answer(found: Sequence[Beside]) -> str:
     """How alike they are, in a sentence."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
-    return f"Of {len(found)} flights, {near} are flown again with an RMSE within a factor of two of the real one."
+    return f"Of {len(found)} flights, {near} are reproduced with an RMSE within a factor of two of the real one."
 
 
 def facts(found: Sequence[Beside]) -> list[Fact]:
@@ -48,9 +48,9 @@ def facts(found: Sequence[Beside]) -> list[Fact]:
 
 def sections(found: Sequence[Beside], controller: str) -> list[str]:
     """Each flight with its figure and how it follows its setpoints."""
-    parts = [paragraph(f"Logged setpoints flown again under {controller}, from the measured state on.")]
+    parts = [paragraph(f"Logged setpoints simulated with {controller}, starting from the measured state.")]
     for place, one in enumerate(found):
-        parts.append(heading(f"{one.name}, flown again", f"{one.name}-again", escape))
+        parts.append(heading(f"{one.name}, simulated", f"{one.name}-again", escape))
         if one.lost:
             parts.append(paragraph(f"The simulated flight ended: {one.lost}."))
         rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]

@@ -56,7 +56,9 @@ def stretch(flight: FlightRecord) -> slice:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], given.astype(int), [0]])))
     best = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: one[1] - one[0], default=(0, 0))
     if (best[1] - best[0]) * flight.period < 4.0:
-        raise UserError(f"{flight.name}: no four seconds of flight with setpoints and without a gap; nothing to fly again")
+        raise UserError(
+            f"{flight.name}: less than four seconds of flight with setpoints and without a gap; nothing to simulate"
+        )
     return slice(int(best[0]), int(best[1]))
 
 

@@ -50,14 +50,14 @@ class Estimated(NamedTuple):
 def estimate(flight: FlightRecord) -> Estimated:
     """Run the filter over the longest stretch of a flight. Raises UserError where a sensor was not logged."""
     if "acceleration" not in flight.channels or "rates" in flight.derived:
-        raise UserError(f"{flight.name}: an estimator needs the gyro's and the accelerometer's samples; the log has not both")
+        raise UserError(f"{flight.name}: an estimator needs samples of gyro and accelerometer; the log does not have both")
     sure = flight.flying & flight.measured & np.isfinite(flight.channel("acceleration")).all(axis=1)
     sure[1:] &= flight.follows[1:] | ~sure[:-1]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], sure.astype(int), [0]])))
     first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda one: one[1] - one[0], default=(0, 0))
     last = min(last, first + round(LONGEST / flight.period))
     if (last - first) * flight.period < SETTLING + 2.0:
-        raise UserError(f"{flight.name}: too short a flight without a gap for an estimator")
+        raise UserError(f"{flight.name}: the flight without a gap is too short for an estimator")
     part = slice(first, last)
     truth = {name: flight.channel(name)[part] for name in ("position", "velocity", "attitude")}
     found = filtered(flight, part, truth)

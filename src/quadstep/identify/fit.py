@@ -99,7 +99,7 @@ def problem_of(
     starts: Starts = starts_at(flights, laid, chosen_starts(flights, max(horizons), MOST_STARTS))
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
-        raise UserError(f"{names}: {len(starts.row)} stretches of flight without a gap; at least 30 are needed for a fit")
+        raise UserError(f"{names}: {len(starts.row)} segments of flight without a gap; a fit needs at least 30")
     loop = Predictor(vehicle.geometry(), EFFECTS, horizons, flights[0].speeds)
     return Problem(loop, flights, laid, starts, p, free, by_flight=horizons == LONG)
 
@@ -110,7 +110,7 @@ def from_averages(
     """Numbers that averages tell, put into p; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
-        return p, {}, dict.fromkeys(FROM_AVERAGES, "too little flight without a gap"), None
+        return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough flight without a gap"), None
     return *averaged(block, p, vehicle.geometry(), flights[0].speeds), block
 
 
@@ -240,5 +240,5 @@ def told_numbers(
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
         if one.logarithmic and error > UNSURE:
-            kept[one.key] = f"the flights do not tell it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
+            kept[one.key] = f"the flights do not determine it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
     return fitted, kept

@@ -31,7 +31,7 @@ def ready(
         missing = [name for name in ("position", "velocity", "attitude", "rates") if name not in flight.channels]
         if missing:
             raise UserError(
-                f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction starts from the whole state"
+                f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction needs the complete initial state"
             )
         if abs(flight.period - flights[0].period) > 0.02 * flights[0].period:
             raise UserError(
@@ -69,11 +69,11 @@ def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArra
         unmeasured = [row for row in rows if not flight.measured[row]]
         if unmeasured:
             raise UserError(
-                f"{path}: {name}: row {unmeasured[0]}: the state was not measured there, so nothing starts from it"
+                f"{path}: {name}: row {unmeasured[0]}: the state was not measured there, so no prediction can start from it"
             )
         found[name] = np.array(rows, dtype=np.int64)
     if not found:
-        raise UserError(f"{path}: names none of the flights {', '.join(known)}")
+        raise UserError(f"{path}: does not name any of the flights {', '.join(known)}")
     return found
 
 

@@ -55,8 +55,9 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
         *compared(run),
         heading("What the model cannot explain", "left"),
         paragraph(
-            "While the laws follow a flight they are corrected by what was measured; what they need beside their own torque "
-            "and thrust is unexplained. Root mean squares and means over the flight, on the flights that were " + kind + "."
+            "While the model follows a flight it is corrected by the measurements; the corrections needed in addition "
+            "to its own "
+            "torque and thrust are unexplained. RMS and mean values over the flights that were " + kind + "."
         ),
         unexplained(followers, shown, vehicle),
     ]
@@ -68,12 +69,12 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
 
 def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
     """What was found, in a sentence."""
-    said = f"{len(run.found.fitted)} numbers of the vehicle were found from {counted(len(flights))}"
+    said = f"{len(run.found.fitted)} vehicle parameters were identified from {counted(len(flights))}"
     best = run.guided or run.commands
     if best is None:
-        return f"{said}; none was held out to say how well they predict others."
+        return f"{said}; no flight was held out to test predictions."
     ratio = best.ratio(AHEAD, "position").value
-    others = f"the error in position {AHEAD} samples ahead is {percent(ratio)} of what it is without a model"
+    others = f"the position error {AHEAD} samples ahead is {percent(ratio)} of that without a model"
     return f"{said}; on {counted(len(run.held_out))} held out, {others}."
 
 
@@ -87,7 +88,7 @@ def facts(run: Run) -> list[Fact]:
     best = run.guided or run.commands
     if best is None:
         return []
-    more = f"of the error of “stays what it is”, {AHEAD} samples ahead"
+    more = f"of the error of the constant baseline, {AHEAD} samples ahead"
     return [Fact(group, percent(best.ratio(AHEAD, group).value), more) for group in GROUPS]
 
 
@@ -98,16 +99,18 @@ def fitted(found: Identified) -> list[str]:
         for key, one in found.fitted.items()
     ]
     rows += [(key, "stays", "", "", reason) for key, reason in found.kept.items() if key not in found.fitted]
-    return [heading("What was found", "found"), table(("number", "value", "95 % interval", "unit", "from"), rows)]
+    return [heading("Identified parameters", "found"), table(("number", "value", "95 % interval", "unit", "from"), rows)]
 
 
 def compared(run: Run) -> list[str]:
     """Errors on held-out flights over those of "constant"."""
-    parts = [heading("How well it predicts flights that were not fitted", "held-out")]
+    parts = [heading("Prediction of held-out flights", "held-out")]
     if not run.held_out:
         return [*parts, paragraph("No flight was held out: fewer than four, or --no-hold-out.")]
     parts.append(
-        paragraph(f'{", ".join(run.held_out)}: mean error over that of "velocity and rates stay what they are".', escape)
+        paragraph(
+            f'{", ".join(run.held_out)}: mean error relative to the baseline "velocity and rates stay constant".', escape
+        )
     )
     for found, knows in ((run.commands, "commands alone"), (run.guided, "commands and setpoints")):
         if found:
@@ -132,8 +135,8 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
         mean = " / ".join(f"{value:+.2g}" for value in one.force.mean(axis=0))
         rows.append((one.name, measured, torque, force, mean, f"{thrust[one.name]:.3f}"))
     header = (
-        "flight, x / y / z", "angular acceleration [rad/s²]", "of it unexplained", "unexplained acceleration [m/s²]",
-        "its mean", "thrust over needed",
+        "flight, x / y / z", "angular acceleration [rad/s²]", "unexplained part", "unexplained acceleration [m/s²]",
+        "its mean", "thrust / needed",
     )  # fmt: skip
     return table(header, rows, escape)
 
@@ -144,7 +147,7 @@ def predictions(one: Followed, file: str, kind: str) -> str:
     measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
     panels = []
     for axis, name in enumerate(AXES):
-        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples before": predicted.rates[kept, axis]}
+        lines = {"measured": measured.rates[kept, axis], f"predicted {AHEAD} samples earlier": predicted.rates[kept, axis]}
         panels.append(Panel(f"{name} rate", "rad/s", lines))
     rest = {name: (predicted.rates - measured.rates)[kept, axis] for axis, name in enumerate(AXES)}
     panels.append(Panel("residual of the rates", "rad/s", rest))
@@ -154,7 +157,7 @@ def predictions(one: Followed, file: str, kind: str) -> str:
     rest = {name: (predicted.velocity - measured.velocity)[kept, axis] for axis, name in enumerate("xyz")}
     panels.append(Panel("residual of the velocity", "m/s", rest))
     job = FigureJob(file, "", one.time[kept], panels, 2)
-    return drawn(job, f"{one.name} ({kind}): measured, and predicted {AHEAD} samples before; what is left below")
+    return drawn(job, f"{one.name} ({kind}): measured, and predicted {AHEAD} samples earlier; residuals below")
 
 
 def spectra(one: Followed, file: str) -> str:
@@ -182,7 +185,7 @@ def spectra(one: Followed, file: str) -> str:
             else:
                 panel.tick_params(labelleft=False)
         write_figure(sheet, Path(folder) / file, SVG)
-        return figure(Path(folder) / f"{file}.svg", "Spectra of the rates and of what predictions leave of them")
+        return figure(Path(folder) / f"{file}.svg", "Spectra of the rates and of the prediction residuals")
 
 
 def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str]:
@@ -193,4 +196,4 @@ def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str
             found += fly_again([flight], vehicle, {"type": "pid"})
         except UserError:
             continue
-    return [heading("Real flights beside simulated ones", "again"), *sections(found, "pid")] if found else []
+    return [heading("Real and simulated flights", "again"), *sections(found, "pid")] if found else []

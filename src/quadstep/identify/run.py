@@ -74,7 +74,7 @@ def run(
     if not learn:
         return done
     if tested is None:
-        raise UserError("--residual: flights held out decide whether it helps; give four flights or more, and --hold-out")
+        raise UserError("--residual: held-out flights decide whether it helps; give four flights or more, and --hold-out")
     say("residual")
     return with_residual(done, flights, fitted, unseen, vehicle)
 
@@ -107,11 +107,11 @@ def with_residual(
 def check_alike(flights: Sequence[FlightRecord]) -> None:
     """Refuses flights that cannot be of one vehicle. Raises UserError."""
     if len({flight.speeds for flight in flights}) > 1:
-        raise UserError("some logs hold motor commands, some rotor speeds; fit them one by one")
+        raise UserError("some logs contain motor commands, others rotor speeds; fit them separately")
     levels = []
     for flight in flights:
         if not flight.flying.any():
-            raise UserError(f"{flight.name}: never flew: the rotors never turned off the ground; nothing can be fitted")
+            raise UserError(f"{flight.name}: never flew: the rotors never turned in the air; nothing can be fitted")
         volts = flight.channel("voltage")[:, 0] if "voltage" in flight.channels else np.ones(flight.rows)
         levels.append(float(np.nanmedian((flight.motors.mean(axis=1) * volts)[flight.flying])))
     middle = float(np.median(levels))

@@ -62,7 +62,7 @@ def compare(
     rows = [one[::stride] for one in rows]
     kept = [i for i, one in enumerate(rows) if len(one)]
     if not kept:
-        raise UserError(f"{', '.join(flight.name for flight in flights)}: no second of measured flight without a gap")
+        raise UserError(f"{', '.join(flight.name for flight in flights)}: less than a second of measured flight without a gap")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
     starts, states = predicted(flights, vehicle, p, rows, guided=guided)
     period, now = flights[0].period, logged(flights, starts, 0)

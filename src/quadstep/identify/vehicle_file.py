@@ -10,7 +10,7 @@ from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.vehicle_list import numbers
 from quadstep.numbers import Vector
 
-GIVEN = "given; a flight cannot tell it"
+GIVEN = "given; a flight cannot determine it"
 DIGITS = 6
 
 
@@ -86,13 +86,14 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
     result["rotors"] = "from the centre of gravity, which lies off their middle [m] by " + result["rotors"]
     result["rotor.fall_time"] = result["rotor.rise_time"]
     result["rotor.fastest"] = "command.speed at a full battery"
-    result["rotor.thrust_coefficient"] = "stays: rotor speeds were not logged; flights tell k_f times the speed squared. " + (
-        vehicle.sources.get("rotor.thrust_coefficient", "")
+    result["rotor.thrust_coefficient"] = (
+        "unchanged: rotor speeds were not logged; flights determine only k_f times the speed squared. "
+        + (vehicle.sources.get("rotor.thrust_coefficient", ""))
     )
     result["inertia"] += (
-        f"; z: in proportion to x and y (times {stretch:.3g}), as yaw tells only its ratio to the rotors' torque"
+        f"; z: in proportion to x and y (times {stretch:.3g}), as yaw determines only its ratio to the rotors' torque"
     )
-    result["command.nominal_voltage"] = "stays: where command.speed holds"
+    result["command.nominal_voltage"] = "unchanged: voltage at which command.speed holds"
     result["prediction"] = "fitted with predictions of up to 50 samples from commands alone"
     result["guided_prediction"] = "fitted with predictions of up to 50 samples that know the setpoints"
     return result

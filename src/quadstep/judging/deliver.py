@@ -20,13 +20,13 @@ def check_junit(path: Path) -> None:
     """Raises UserError at once where a JUnit file cannot or should not be written."""
     try:
         if path.is_dir():
-            raise UserError(f"--junit {path}: is a folder; name a file")
+            raise UserError(f"--junit {path}: is a folder; give a file")
         if path.exists() and not path.is_file():
             raise UserError(f"--junit {path}: is not a regular file")
         if path.is_file() and path.stat().st_size:
             with path.open(encoding="utf-8", errors="replace") as file:
                 if "<testsuite" not in file.read(START):
-                    raise UserError(f"--junit {path}: exists and is not a JUnit file; name another")
+                    raise UserError(f"--junit {path}: exists and is not a JUnit file; choose another")
         folder = next((one for one in path.absolute().parents if one.exists()), Path("/"))
         if not folder.is_dir() or not os.access(folder, os.W_OK):
             raise UserError(f"--junit {path}: cannot be written: {folder} is not writable")

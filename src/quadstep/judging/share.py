@@ -38,10 +38,10 @@ class Judged(NamedTuple):
     def case(self) -> Case:
         """For a report."""
         name = f"at least {self.least:.10g} of the flights succeed, with {100 * LEVEL:g} % confidence"
-        failure = f"success rate should be at least {self.least:.10g}, but is only known to be above {self.success.low:.10g}"
+        failure = f"success rate should be at least {self.least:.10g}, but is only shown to be above {self.success.low:.10g}"
         needed = flights_needed(self.least)
         if self.flights < needed:
-            failure += f"; {self.flights} flights cannot show more, {needed} could if none of them fails"
+            failure += f"; {self.flights} flights cannot show more; {needed} could, if none fails"
         return Case(name, None if self.met else failure)
 
     def as_json(self) -> dict[str, object]:

@@ -23,7 +23,7 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
     period = Loops(plans[0]).count
     last = plans[0].ticks.last // period - 1
     if last < 1:
-        raise UserError(f"the flight ends before its loops are due together again, after {period * plans[0].ticks.step:g} s")
+        raise UserError(f"the flight ends before the common period of its loops, {period * plans[0].ticks.step:g} s")
     for place in np.unique(np.linspace(1, last, instants).round().astype(int)):
         first = int(place) * period
         yield first * plans[0].ticks.step, at(plans, first)

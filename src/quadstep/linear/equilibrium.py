@@ -88,7 +88,7 @@ def at_rest(plan: FlightPlan) -> Rest:
         left = residual(period)
         size = float(np.abs(left / (1.0 + np.abs(period.period.values))).max())
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
-            raise NotLinearError("there is no state of rest: a state or a slope is no longer finite")
+            raise NotLinearError("there is no equilibrium: a state or a derivative is no longer finite")
         if size < AT_REST:
             outcome(loops, flown, first)
             return Rest(loops, flown, first, period)
@@ -101,7 +101,7 @@ def at_rest(plan: FlightPlan) -> Rest:
         flown = with_states(flown, values.tolist())
     worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
     raise NotLinearError(
-        f"there is no state of rest: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
+        f"there is no equilibrium: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
         f"{period.period.length:g} s after {len(sizes)} steps of Newton's method"
     )
 
@@ -119,4 +119,4 @@ def outcome(loops: Loops, flown: Flown, first: int) -> None:
     reference = loops.loop.wanted(first * loops.h, loops.p)
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
     if code:
-        raise NotLinearError(f"there is no state of rest that can be flown: it ends with {code}")
+        raise NotLinearError(f"the equilibrium cannot be flown: it ends with {code}")

@@ -47,7 +47,7 @@ def linearising() -> Iterator[None]:
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise NotLinearError(f"its numbers cannot be computed: {error}") from None
     except TypeError as error:
-        raise NotLinearError(f"a law cannot take numbers with slopes: {error}") from None
+        raise NotLinearError(f"a law cannot be evaluated with dual numbers: {error}") from None
 
 
 class Tick(NamedTuple):
@@ -124,8 +124,8 @@ class Loops:
         self.count = math.lcm(*due)
         if self.count > MOST_TICKS:
             raise NotLinearError(
-                f"the periods of sensors and controller meet only every {self.count * self.h:g} s, that is {self.count} "
-                f"steps; allowed are at most {MOST_TICKS}"
+                f"the common period of sensors and controller is {self.count * self.h:g} s, that is {self.count} "
+                f"steps; allowed: at most {MOST_TICKS}"
             )
 
     def due(self, k: int) -> tuple[bool, ...]:
@@ -279,9 +279,9 @@ def slopes(loops: Loops, k: int, count: int, names: Sequence[str], made: Callabl
     if not seeds.edges:
         return found
     others, other = checked(made, Seeds(count, -1.0), names)
-    for a, b, what in ((values, others, "jumps"), (found, other, "has a kink")):
+    for a, b, what in ((values, others, "jumps"), (found, other, "is not differentiable")):
         if apart(a, b) > SAME:
-            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the edge at {' or '.join(seeds.edges)}")
+            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the boundary at {' or '.join(seeds.edges)}")
     return found
 
 
@@ -293,5 +293,5 @@ def checked(made: Callable[[Seeds], Sequence[Number]], seeds: Seeds, names: Sequ
         raise NotLinearError(str(error)) from None
     for name, place in zip(names, lost, strict=True):
         if place:
-            raise NotLinearError(f"{name} has no slope: {place}")
+            raise NotLinearError(f"{name} has no derivative: {place}")
     return values, found

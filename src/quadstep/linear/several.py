@@ -107,7 +107,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
         draw_over(out / "figures" / "margins", done.name, label, np.array([at for at, _ in kept]), [one for _, one in kept],
                   sheet.with_svg())  # fmt: skip
         drawn.append(page.figure(out / "figures" / "margins.svg", f"Margins of each channel over {label}"))
-    body += [page.heading("Every loop: the least margins of its channels", "loops")]
+    body += [page.heading("Every loop: smallest margins over its channels", "loops")]
     body.append(page.table(worst.ROW_HEADER, worst.rows(done.found)))
     if done.refused:
         body += [page.heading("Not linearised", "refused"), page.listing(done.refused)]

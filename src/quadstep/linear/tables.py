@@ -9,11 +9,11 @@ from quadstep.linear.poles import Pole
 from quadstep.linear.step import Step
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [deg]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
-POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "how many")
-STEP_HEADER = ("step of 1", "overshoot [%]", "settled within 2 % [s]")
+POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
+STEP_HEADER = ("step of 1", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
-    "One loop is opened at a time, between the controller's command and the rotors: by how much that command can be scaled, "
-    "turned in phase, or come later before the sampled loop is no longer stable. S and T are the largest sensitivity and "
+    "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
+    "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest sensitivity and "
     "complementary sensitivity."
 )
 
@@ -93,14 +93,15 @@ def sentences(found: Analysis) -> list[str]:
     slowest = found.poles[0]
     if not found.stable:
         return [
-            f"The loop is not stable: a mode grows {math.e:.3g} times in {-slowest.time_constant:.3g} s. It has no margins."
+            f"The loop is unstable: a mode grows by a factor of {math.e:.3g} in {-slowest.time_constant:.3g} s. It has "
+            "no margins."
         ]
     period = found.loop.period
     said = f"The loop is stable: its slowest mode has a time constant of {number(slowest.time_constant, '.3g')} s."
     if slowest.time_constant == math.inf:
-        said = "The loop is stable, but for what it does not hold: a mode neither grows nor decays."
+        said = "The loop is marginally stable: a mode neither grows nor decays."
     sampled = (
-        f"Sampled: {len(period.names)} states, every loop at its own rate, together again every {1e3 * period.length:g} ms."
+        f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
     return [said, sampled]
 

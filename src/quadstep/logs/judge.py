@@ -65,7 +65,7 @@ def never_flew(flight: FlightRecord) -> str:
     high = flight.channel("position")[:, 2]
     span = float(np.nanmax(high) - np.nanmin(high)) if np.isfinite(high).any() else 0.0
     seconds = float(flight.flying.sum()) * flight.period
-    heights = f"heights within {span:.2g} m (are their units right?)"
+    heights = f"heights within {span:.2g} m (are their units correct?)"
     return f"never flew: {seconds:.1f} s in the air, {heights}; at least 3 s are needed"
 
 

@@ -42,19 +42,23 @@ class TimeSection(Section):
     """The column of the time, and its unit."""
 
     column: Annotated[str, Quantity("", "name of the column")]
-    unit: Annotated[Literal["s", "ms", "us", "ns"], Quantity("", "as logged")] = "s"
+    unit: Annotated[Literal["s", "ms", "us", "ns"], Quantity("", "logged unit")] = "s"
 
 
 class ChannelSection(Section):
     """A quantity of the log, of one or more columns."""
 
-    columns: Annotated[Names, Quantity("", "one for each number")]
-    unit: Annotated[str | None, Quantity("", "as logged; the channel's first unit if left out")] = None
+    columns: Annotated[Names, Quantity("", "columns, one for each component")]
+    unit: Annotated[str | None, Quantity("", "logged unit; default: the channel's first unit")] = None
     signs: Annotated[
-        tuple[Literal[1, -1], ...], BeforeValidator(as_tuple), Quantity("", "1 or -1 for each, to reach the axes said")
+        tuple[Literal[1, -1], ...],
+        BeforeValidator(as_tuple),
+        Quantity("", "1 or -1 for each component, to convert to the stated axes"),
     ] = ()
-    order: Annotated[Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"], Quantity("", "of an attitude")] = "wxyz"
-    axes: Annotated[Literal["world", "body"], Quantity("", "of a velocity")] = "world"
+    order: Annotated[
+        Literal["wxyz", "xyzw", "roll-pitch-yaw", "yaw-pitch-roll"], Quantity("", "order of the attitude's components")
+    ] = "wxyz"
+    axes: Annotated[Literal["world", "body"], Quantity("", "axes of the velocity")] = "world"
 
     @model_validator(mode="after")
     def _signs(self) -> "ChannelSection":
@@ -67,17 +71,17 @@ class MotorsSection(Section):
     """Commands to the rotors. A value above the full one (65535 for a 16-bit ratio) marks a row whose command was lost."""
 
     columns: Annotated[Names, Quantity("", "one for each rotor of the vehicle, in its order")]
-    unit: Annotated[Literal["share", "rad/s", "rpm"], Quantity("", "share of the full command, or speed")] = "share"
-    zero: Annotated[float, Quantity("", "what counts as no command, in the logged unit")] = 0.0
-    full: Annotated[Positive, Quantity("", "what counts as the full command, in the logged unit")] = 1.0
+    unit: Annotated[Literal["share", "rad/s", "rpm"], Quantity("", "share of the full command, or a speed")] = "share"
+    zero: Annotated[float, Quantity("", "value of a zero command, in the logged unit")] = 0.0
+    full: Annotated[Positive, Quantity("", "value of the full command, in the logged unit")] = 1.0
 
 
 class Mapping(Section):
     """A mapping file: which column of a log holds what."""
 
-    description: Annotated[str, Quantity("", "in one line")] = ""
-    world: Annotated[Literal["z-up", "z-down"], Quantity("", "z-down: north, east, down")] = "z-up"
-    body: Annotated[Literal["forward-left-up", "forward-right-down"], Quantity("", "axes of the body")] = "forward-left-up"
+    description: Annotated[str, Quantity("", "description in one line")] = ""
+    world: Annotated[Literal["z-up", "z-down"], Quantity("", "world axes; z-down: north, east, down")] = "z-up"
+    body: Annotated[Literal["forward-left-up", "forward-right-down"], Quantity("", "body axes")] = "forward-left-up"
     time: TimeSection
     motors: MotorsSection
     columns: Annotated[dict[str, ChannelSection], Quantity("", "channels by name")]

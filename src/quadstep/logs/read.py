@@ -33,7 +33,7 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
 def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     """A log of many topics by the first mapping whose motors it has. Raises UserError."""
     if not mappings:
-        raise UserError(f"{path}: topics have no fixed names; say with --mapping FILE which column holds what (docs/logs.md)")
+        raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
     columns = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
     return completed(gridded(path, columns, chosen))
@@ -44,7 +44,7 @@ def found_mapping(path: Path) -> Mapping:
     name = fitting(header_of(path))
     if name is None:
         raise UserError(
-            f"{path}: its columns fit none of the mappings {', '.join(mapping_names())}; say with --mapping FILE which "
+            f"{path}: its columns match none of the mappings {', '.join(mapping_names())}; give --mapping FILE which "
             "column holds what (docs/logs.md)"
         )
     return load_mapping(name)
@@ -87,7 +87,7 @@ def check_time(path: Path, time: Floats, column: str) -> float:
         raise UserError(f"{path}: column {column}: most rows repeat the time of the row before")
     if not 1e-4 <= period <= 0.1:
         raise UserError(
-            f"{path}: column {column}: {period:g} s from row to row; a log needs 0.0001 to 0.1 s (is the unit right?)"
+            f"{path}: column {column}: {period:g} s from row to row; a log needs 0.0001 to 0.1 s (is the unit correct?)"
         )
     return period
 
@@ -99,7 +99,7 @@ def check_motors(path: Path, logged: Floats, mapping: Mapping) -> None:
         if len(bad):
             raise UserError(f"{path}: row {bad[0] + 1}, column {name}: the motor's command is missing (NaN)")
         if (logged[:, place] < mapping.motors.zero - 1e-9).any():
-            raise UserError(f"{path}: column {name}: commands below {mapping.motors.zero:g}; is it the right column?")
+            raise UserError(f"{path}: column {name}: commands below {mapping.motors.zero:g}; is it the correct column?")
 
 
 def completed(record: FlightRecord) -> FlightRecord:

@@ -22,9 +22,9 @@ STILL = (0.0, 0.0, 0.0)
 class GustSection(Section):
     """A 1-cosine gust."""
 
-    velocity: Annotated[Triple, Quantity("m/s", "at the gust's peak")]
-    start: Annotated[NonNegative, Quantity("s", "when it begins")]
-    length: Annotated[Duration, Quantity("s", "how long it lasts")]
+    velocity: Annotated[Triple, Quantity("m/s", "velocity at the peak of the gust")]
+    start: Annotated[NonNegative, Quantity("s", "start of the gust")]
+    length: Annotated[Duration, Quantity("s", "duration of the gust")]
 
 
 class TurbulenceSection(Section):
@@ -35,11 +35,13 @@ class TurbulenceSection(Section):
     """
 
     wind_20: Annotated[NonNegative | None, Quantity("m/s", "wind speed at 20 ft, which sets the strength")] = None
-    intensity: Annotated[Literal["light", "moderate", "severe"] | None, Quantity("", "the same in words")] = None
+    intensity: Annotated[Literal["light", "moderate", "severe"] | None, Quantity("", "the strength in words instead")] = None
     height: Annotated[
-        float, Field(ge=3.0, le=305.0, allow_inf_nan=False), Quantity("m", "above the ground; sets the lengths of the gusts")
+        float,
+        Field(ge=3.0, le=305.0, allow_inf_nan=False),
+        Quantity("m", "height above ground; sets the length scale of the gusts"),
     ] = 6.096
-    airspeed: Annotated[Positive | None, Quantity("m/s", "how fast the gusts pass; the mean wind if left out")] = None
+    airspeed: Annotated[Positive | None, Quantity("m/s", "speed at which the gusts pass; default: the mean wind")] = None
 
     @model_validator(mode="after")
     def _one_strength(self) -> "TurbulenceSection":
@@ -56,9 +58,9 @@ class TurbulenceSection(Section):
 class WindSection(Section):
     """Wind in world axes: mean + swing * sin(swing_frequency t), a gust, turbulence."""
 
-    mean: Annotated[Triple, Quantity("m/s", "steady part")] = STILL
-    swing: Annotated[Triple, Quantity("m/s", "amplitude of a sine")] = STILL
-    swing_frequency: Annotated[NonNegative, Quantity("rad/s", "of the sine")] = 0.0
+    mean: Annotated[Triple, Quantity("m/s", "mean wind")] = STILL
+    swing: Annotated[Triple, Quantity("m/s", "amplitude of a sinusoidal wind")] = STILL
+    swing_frequency: Annotated[NonNegative, Quantity("rad/s", "frequency of the sinusoidal wind")] = 0.0
     gust: GustSection | None = None
     turbulence: TurbulenceSection | None = None
 

@@ -1,4 +1,4 @@
-"""The vehicle section of a mission that flies a real airframe: a preset or a file of one's own, and any key beside it."""
+"""The vehicle section of a mission that flies a real airframe: a preset or your own file, and keys that override it."""
 
 import math
 from pathlib import Path
@@ -55,9 +55,9 @@ LAYOUTS = {
 class MountSection(Section):
     """Where a rotor sits, which way it pushes and turns."""
 
-    position: Annotated[Triple, Quantity("m", "in body axes")]
-    axis: Annotated[Triple, Quantity("", "unit vector along which it pushes")] = (0.0, 0.0, 1.0)
-    spin: Annotated[Literal["ccw", "cw"], Quantity("", "seen from above")]
+    position: Annotated[Triple, Quantity("m", "position in body axes")]
+    axis: Annotated[Triple, Quantity("", "unit vector of its thrust")] = (0.0, 0.0, 1.0)
+    spin: Annotated[Literal["ccw", "cw"], Quantity("", "direction of spin, seen from above")]
 
     @model_validator(mode="after")
     def _unit(self) -> "MountSection":
@@ -77,12 +77,12 @@ class RotorSection(Section):
 
     thrust_coefficient: Annotated[PositiveCoefficient, Quantity("N s^2", "k_f, thrust over speed squared")]
     torque_coefficient: Annotated[Coefficient, Quantity("N m s^2", "k_m, torque over speed squared")]
-    inertia: Annotated[Coefficient, Quantity("kg m^2", "J_r, of rotor and motor bell about the axis")] = 0.0
-    rise_time: Annotated[Positive, Quantity("s", "time constant while the speed rises")]
-    fall_time: Annotated[Positive, Quantity("s", "time constant while it falls")]
-    slowest: Annotated[NonNegative, Quantity("rad/s", "least speed")] = 0.0
-    fastest: Annotated[Positive, Quantity("rad/s", "greatest speed")]
-    radius: Annotated[Positive, Quantity("m", "from axis to blade tip")]
+    inertia: Annotated[Coefficient, Quantity("kg m^2", "J_r, inertia of rotor and motor bell about the axis")] = 0.0
+    rise_time: Annotated[Positive, Quantity("s", "time constant of rising speed")]
+    fall_time: Annotated[Positive, Quantity("s", "time constant of falling speed")]
+    slowest: Annotated[NonNegative, Quantity("rad/s", "smallest speed")] = 0.0
+    fastest: Annotated[Positive, Quantity("rad/s", "largest speed")]
+    radius: Annotated[Positive, Quantity("m", "radius, from axis to blade tip")]
 
     @model_validator(mode="after")
     def _ordered(self) -> "RotorSection":
@@ -107,10 +107,12 @@ class RotorSection(Section):
 class DragSection(Section):
     """What air does to the vehicle, against its speed through the air in body axes."""
 
-    parasitic: Annotated[NonNegativeTriple, Quantity("N s^2/m^2", "of the body, on speed squared")] = (0.0, 0.0, 0.0)
-    rotor: Annotated[NonNegativeTriple, Quantity("N s^2/(m rad)", "at a hub, on rotor speed and airspeed")] = (0.0, 0.0, 0.0)
-    flapping: Annotated[Coefficient, Quantity("N m s^2/(m rad)", "moment at a hub on rotor speed and airspeed")] = 0.0
-    translational_lift: Annotated[Coefficient, Quantity("N s^2/m^2", "thrust gained on speed across the rotor squared")] = 0.0
+    parasitic: Annotated[NonNegativeTriple, Quantity("N s^2/m^2", "body drag per airspeed squared")] = (0.0, 0.0, 0.0)
+    rotor: Annotated[NonNegativeTriple, Quantity("N s^2/(m rad)", "rotor drag per rotor speed and airspeed")] = (0.0, 0.0, 0.0)
+    flapping: Annotated[Coefficient, Quantity("N m s^2/(m rad)", "hub moment per rotor speed and airspeed")] = 0.0
+    translational_lift: Annotated[Coefficient, Quantity("N s^2/m^2", "extra thrust per squared airspeed across the rotor")] = (
+        0.0
+    )
 
     @model_validator(mode="after")
     def _round(self) -> "DragSection":
@@ -131,8 +133,8 @@ class BatterySection(Section):
     full: Annotated[Positive, Quantity("V", "voltage when full")]
     empty: Annotated[Positive, Quantity("V", "voltage when empty")]
     capacity: Annotated[Positive, Quantity("C", "charge from full to empty")]
-    resistance: Annotated[NonNegative, Quantity("ohm", "of cells and wires")]
-    efficiency: Annotated[Share, Quantity("", "of motors and controllers")]
+    resistance: Annotated[NonNegative, Quantity("ohm", "resistance of cells and wires")]
+    efficiency: Annotated[Share, Quantity("", "efficiency of motors and speed controllers")]
 
     @model_validator(mode="after")
     def _ordered(self) -> "BatterySection":
@@ -150,11 +152,11 @@ class BatterySection(Section):
 class EffectsSection(Section):
     """Which effects act."""
 
-    battery: Annotated[bool, Quantity("", "sag and discharge")] = False
-    ground: Annotated[bool, Quantity("", "lift near the ground")] = False
-    gyroscopic: Annotated[bool, Quantity("", "of rotors, and their spin-up torque")] = True
-    drag: Annotated[bool, Quantity("", "everything in the table drag")] = True
-    residual: Annotated[bool, Quantity("", "what was learned beside the laws, if the vehicle has that")] = False
+    battery: Annotated[bool, Quantity("", "voltage sag and discharge")] = False
+    ground: Annotated[bool, Quantity("", "extra lift near the ground")] = False
+    gyroscopic: Annotated[bool, Quantity("", "gyroscopic and spin-up torque of the rotors")] = True
+    drag: Annotated[bool, Quantity("", "all effects in the table drag")] = True
+    residual: Annotated[bool, Quantity("", "the learned residual, if the vehicle has one")] = False
 
     def build(self) -> Effects:
         """The effects as structure."""
@@ -170,36 +172,36 @@ class CommandSection(Section):
     speed c^exponent (V / nominal_voltage)^voltage_exponent. Of these a flight has the delay.
     """
 
-    speed: Annotated[Positive, Quantity("rad/s", "of a rotor at the full command and the nominal voltage")]
-    exponent: Annotated[Positive, Quantity("", "of the command")] = 1.0
-    voltage_exponent: Annotated[NonNegative, Quantity("", "of the voltage")] = 1.0
-    nominal_voltage: Annotated[Positive, Quantity("V", "at which `speed` holds")] = 1.0
-    delay: Annotated[NonNegative, Quantity("s", "from a command to the rotors")] = 0.0
+    speed: Annotated[Positive, Quantity("rad/s", "rotor speed at full command and nominal voltage")]
+    exponent: Annotated[Positive, Quantity("", "exponent of the command")] = 1.0
+    voltage_exponent: Annotated[NonNegative, Quantity("", "exponent of the voltage")] = 1.0
+    nominal_voltage: Annotated[Positive, Quantity("V", "voltage at which `speed` holds")] = 1.0
+    delay: Annotated[NonNegative, Quantity("s", "delay from a command to the rotors")] = 0.0
 
 
 class ImuSection(Section):
     """How a log's axes lie to those of the rotors."""
 
-    tilt: Annotated[Pair, Quantity("rad", "turn about x and y from the measured axes to those of the rotors")] = (0.0, 0.0)
+    tilt: Annotated[Pair, Quantity("rad", "rotation about x and y from the measured axes to the rotor axes")] = (0.0, 0.0)
 
 
 class PredictionSection(Section):
     """How a prediction takes up a log and goes on without it (`quadstep replay`); pairs are for x and y alike, and for z."""
 
-    rates: Annotated[Pair, Quantity("", "share taken over of the difference in rates")]
-    attitude: Annotated[Pair, Quantity("", "share taken over of the difference in attitude")]
-    velocity: Annotated[Pair, Quantity("", "share taken over of the difference in velocity")]
-    torque: Annotated[Pair, Quantity("1/s", "gain of the angular acceleration that fades")]
-    torque_fade: Annotated[Pair, Quantity("1/s", "how it fades")]
-    trend: Annotated[Pair, Quantity("1/s", "gain of the angular acceleration that stays")]
-    force: Annotated[Pair, Quantity("1/s", "gain of the acceleration that fades")]
-    force_fade: Annotated[Pair, Quantity("1/s", "how it fades")]
-    authority: Annotated[Pair, Quantity("", "share of the commanded torque that is believed")] = (1.0, 1.0)
-    leak: Annotated[Pair, Quantity("1/s", "return of the rates to rest")] = (0.0, 0.0)
-    spring: Annotated[Finite, Quantity("1/s^2", "return to the tilt that the setpoint asks for")] = 0.0
-    path: Annotated[Finite, Quantity("1/s^2", "acceleration wanted a metre from the setpoint")] = 0.0
-    drift: Annotated[Finite, Quantity("1/s", "acceleration wanted against the velocity")] = 0.0
-    delay: Annotated[NonNegative, Quantity("s", "of the commands, beside that of the rotors")] = 0.0
+    rates: Annotated[Pair, Quantity("", "correction gain on the difference in rates")]
+    attitude: Annotated[Pair, Quantity("", "correction gain on the difference in attitude")]
+    velocity: Annotated[Pair, Quantity("", "correction gain on the difference in velocity")]
+    torque: Annotated[Pair, Quantity("1/s", "gain of the decaying angular acceleration")]
+    torque_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
+    trend: Annotated[Pair, Quantity("1/s", "gain of the constant angular acceleration")]
+    force: Annotated[Pair, Quantity("1/s", "gain of the decaying acceleration")]
+    force_fade: Annotated[Pair, Quantity("1/s", "its decay rate")]
+    authority: Annotated[Pair, Quantity("", "share of the commanded torque that is trusted")] = (1.0, 1.0)
+    leak: Annotated[Pair, Quantity("1/s", "feedback of the rates to zero")] = (0.0, 0.0)
+    spring: Annotated[Finite, Quantity("1/s^2", "feedback of the tilt to that of the setpoint")] = 0.0
+    path: Annotated[Finite, Quantity("1/s^2", "acceleration per metre of distance from the setpoint")] = 0.0
+    drift: Annotated[Finite, Quantity("1/s", "acceleration against the velocity")] = 0.0
+    delay: Annotated[NonNegative, Quantity("s", "delay of the commands, in addition to the rotor lag")] = 0.0
 
     def build(self) -> Observer:
         """The observer as numbers."""
@@ -219,15 +221,18 @@ class ResidualSection(Section):
     """
 
     inputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "weights from the inputs, a row a neuron")
+        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "input weights, one row per neuron")
     ]
     biases: Annotated[
-        tuple[Finite, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=64), Quantity("", "of the neurons")
+        tuple[Finite, ...],
+        BeforeValidator(as_tuple),
+        Field(min_length=1, max_length=64),
+        Quantity("", "biases of the neurons"),
     ]
     outputs: Annotated[
-        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "weights from the neurons, a row an output")
+        tuple[tuple[Finite, ...], ...], BeforeValidator(as_nested), Quantity("", "output weights, one row per output")
     ]
-    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "of the outputs")]
+    offsets: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple), Quantity("", "offsets of the outputs")]
 
     @model_validator(mode="after")
     def _shapes(self) -> "ResidualSection":
@@ -282,19 +287,19 @@ class AirframeSection(Section):
     Its rotors are placed by `layout` and `arm`, or one by one by `rotors`.
     """
 
-    preset: Annotated[str | None, Quantity("", "a vehicle of the package to start from; `quadstep vehicles` lists them")] = (
-        None
-    )
-    file: Annotated[str | None, Quantity("", "a vehicle file to start from")] = None
-    description: Annotated[str, Quantity("", "in one line")] = ""
-    mass: Annotated[Positive, Quantity("kg", "all of it")]
-    inertia: Annotated[PositiveTriple, Quantity("kg m^2", "about body x, y, z through the centre of gravity")]
-    gravity: Annotated[Positive, Quantity("m/s^2", "pull of the Earth")] = 9.81
+    preset: Annotated[str | None, Quantity("", "preset to start from; `quadstep vehicles` lists them")] = None
+    file: Annotated[str | None, Quantity("", "vehicle file to start from")] = None
+    description: Annotated[str, Quantity("", "description in one line")] = ""
+    mass: Annotated[Positive, Quantity("kg", "total mass")]
+    inertia: Annotated[
+        PositiveTriple, Quantity("kg m^2", "moments of inertia about body x, y, z through the centre of gravity")
+    ]
+    gravity: Annotated[Positive, Quantity("m/s^2", "gravitational acceleration")] = 9.81
     layout: Annotated[
         Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"] | None,
-        Quantity("", "where the rotors are, with arm; or a list of rotors"),
+        Quantity("", "arrangement of the rotors, with arm; or give a list of rotors"),
     ] = None
-    arm: Annotated[Positive | None, Quantity("m", "from the centre of gravity to each rotor")] = None
+    arm: Annotated[Positive | None, Quantity("m", "distance from the centre of gravity to each rotor")] = None
     rotors: Annotated[tuple[MountSection, ...], BeforeValidator(as_tuple)] = ()
     rotor: RotorSection
     drag: DragSection = DragSection()
@@ -304,9 +309,9 @@ class AirframeSection(Section):
     prediction: PredictionSection | None = None
     guided_prediction: PredictionSection | None = None
     residual: ResidualSection | None = None
-    ground: Annotated[Finite | None, Quantity("m", "height of the ground; none if left out")] = None
+    ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
     effects: EffectsSection = EffectsSection()
-    sources: Annotated[dict[str, str], Quantity("", "where numbers are from, by key")] = Field(default_factory=dict)
+    sources: Annotated[dict[str, str], Quantity("", "sources of the numbers, by key")] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -346,16 +351,16 @@ class AirframeSection(Section):
         geometry, rotor = self.geometry(), self.rotor.build()
         if rank(geometry, rotor.torque / rotor.thrust) < 4:
             if len({mount.spin for mount in geometry.mounts}) == 1:
-                raise ValueError("rotors: all turn the same way, so there is no yaw torque; some must turn the other way")
+                raise ValueError("rotors: all spin the same way, so there is no yaw torque; some must spin the other way")
             raise ValueError(
                 "rotors: these cannot produce thrust, roll, pitch and yaw torque independently; "
-                "place them elsewhere or change which way they turn"
+                "change their positions or directions of spin"
             )
         for number, share in enumerate(allocation(geometry, rotor).matrix, start=1):
             if share[0] < 1e-6:
                 raise ValueError(
-                    f"rotors: rotor {number} would carry nothing in hover, or push down; "
-                    "place the rotors around the centre of gravity, axes up"
+                    f"rotors: rotor {number} would carry no load in hover, or push down; "
+                    "place the rotors around the centre of gravity, with axes up"
                 )
 
     def geometry(self) -> Geometry:

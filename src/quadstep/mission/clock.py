@@ -19,11 +19,11 @@ MOST_STEPS = 200_000_000
 class ClockSection(Section):
     """Clock of the flight; every `..._period` is a whole multiple of step."""
 
-    duration: Annotated[Positive | None, Quantity("s", "of the flight; the path's own length if left out")] = None
-    step: Annotated[Positive, Quantity("s", "of the integrator (RK4); every period is a multiple of it")] = 0.002
-    log_period: Annotated[Positive, Quantity("s", "from row to row of the log")] = 0.01
+    duration: Annotated[Positive | None, Quantity("s", "duration of the flight; default: that of the path")] = None
+    step: Annotated[Positive, Quantity("s", "integrator step (RK4); every period is a multiple of it")] = 0.002
+    log_period: Annotated[Positive, Quantity("s", "sampling period of the log")] = 0.01
     loop_periods: Annotated[
-        dict[str, Positive], Quantity("s", "of a controller's further loops, by name; as it declares if left out")
+        dict[str, Positive], Quantity("s", "periods of a controller's further loops, by name; default: as declared")
     ] = Field(default={}, max_length=16)
 
     @model_validator(mode="after")

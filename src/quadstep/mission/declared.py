@@ -49,8 +49,8 @@ class OwnVehicleSection(NumbersSection):
 class DeclaredSimulation(ClockSection):
     """Clock of the flight [s]: of the controller's law and of its slower loop, if it has one."""
 
-    control_period: Annotated[Positive, Quantity("s", "of the controller's law")] = 0.002
-    guidance_period: Annotated[Positive, Quantity("s", "of its slower loop, if it has one")] = 0.01
+    control_period: Annotated[Positive, Quantity("s", "sampling period of the controller's law")] = 0.002
+    guidance_period: Annotated[Positive, Quantity("s", "sampling period of its slower loop, if it has one")] = 0.01
 
 
 class DeclaredMission(Mission):
@@ -89,7 +89,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     limits = numbers_section(f"{name}Limits", plant.Limits)
     first = controller(plant.measures, known[0]) if known else None
     usual: Any = section_of(first)(type=known[0]) if first else ...
-    called: Any = Annotated[Name, Quantity("", "of the flight, in its results")]
+    called: Any = Annotated[Name, Quantity("", "name of the flight, shown in its results")]
     made: Any = create_model(
         f"{name}Mission",
         __base__=DeclaredMission,

@@ -15,9 +15,9 @@ from quadstep.vehicle.own_disturbance import DeclaredDisturbance
 class DisturbanceSection(Section):
     """The paper's disturbance (Eq. 67), plus constant force and generalised torque."""
 
-    scale: Annotated[Finite, Quantity("times Eq. 67", "of the paper's disturbance; 0 for none")] = 1.0
-    force: Annotated[Triple, Quantity("N", "constant, in the world's axes")] = (0.0, 0.0, 0.0)
-    torque: Annotated[Triple, Quantity("N m", "constant, on psi, theta, phi")] = (0.0, 0.0, 0.0)
+    scale: Annotated[Finite, Quantity("times Eq. 67", "scale of the paper's disturbance; 0 for none")] = 1.0
+    force: Annotated[Triple, Quantity("N", "constant force in world axes")] = (0.0, 0.0, 0.0)
+    torque: Annotated[Triple, Quantity("N m", "constant torque on psi, theta, phi")] = (0.0, 0.0, 0.0)
 
     thing: ClassVar[None] = None
     """No law but the paper's."""

@@ -16,8 +16,8 @@ NEVER = 1e9
 class LastingSection(Section):
     """Something that lasts for a time."""
 
-    time: Annotated[NonNegative, Quantity("s", "when it begins")]
-    until: Annotated[Positive | None, Quantity("s", "when it ends; never if left out")] = None
+    time: Annotated[NonNegative, Quantity("s", "start of the event")]
+    until: Annotated[Positive | None, Quantity("s", "end of the event; default: never")] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "LastingSection":
@@ -35,8 +35,8 @@ class PayloadSection(LastingSection):
     """A point mass: it adds weight and inertia, and moves the centre of gravity."""
 
     type: Literal["payload"]
-    mass: Annotated[Positive, Quantity("kg", "of a point")]
-    position: Annotated[Triple, Quantity("m", "in body axes")] = (0.0, 0.0, 0.0)
+    mass: Annotated[Positive, Quantity("kg", "mass of the payload, a point mass")]
+    position: Annotated[Triple, Quantity("m", "position of the payload in body axes")] = (0.0, 0.0, 0.0)
 
     def payloads(self, mass: float) -> list[Payload]:
         """The payload, on a vehicle of `mass` [kg]."""
@@ -50,7 +50,7 @@ class CentreSection(LastingSection):
     """
 
     type: Literal["centre-of-gravity"]
-    shift: Annotated[Triple, Quantity("m", "of the centre of gravity, in body axes")]
+    shift: Annotated[Triple, Quantity("m", "shift of the centre of gravity in body axes")]
 
     def payloads(self, mass: float) -> list[Payload]:
         """Two payloads that move `mass` [kg]."""
@@ -64,9 +64,9 @@ class RotorFaultSection(Section):
     """A rotor that makes less thrust and torque than its speed should."""
 
     type: Literal["rotor"]
-    time: Annotated[NonNegative, Quantity("s", "from when on")]
-    rotor: Annotated[int, Field(ge=1), Quantity("", "which, counted from 1")]
-    efficiency: Annotated[Share, Quantity("", "thrust and torque left, as a share")]
+    time: Annotated[NonNegative, Quantity("s", "start of the event")]
+    rotor: Annotated[int, Field(ge=1), Quantity("", "number of the rotor, counted from 1")]
+    efficiency: Annotated[Share, Quantity("", "remaining share of thrust and torque")]
 
 
 AnyEvent = Annotated[PayloadSection | CentreSection | RotorFaultSection, Field(discriminator="type")]

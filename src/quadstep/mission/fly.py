@@ -118,7 +118,7 @@ def fly_planned(
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     summary = summarise(mission.name, log, metrics, warnings, judged)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
-    return summary._replace(ending=f"{lost}. The log up to then is kept.") if lost else summary
+    return summary._replace(ending=f"{lost}. The log up to that point is kept.") if lost else summary
 
 
 def write_results(
@@ -184,7 +184,7 @@ def planned(path: Path, flight: int | None, results: Path | None = None) -> tupl
     """A mission, its flight, and where the files are that it names. Raises UserError."""
     if flight is None:
         if results is not None:
-            raise UserError("--results: goes with --flight")
+            raise UserError("--results: requires --flight")
         mission = read_mission(path)
         return mission, plan_mission(mission, path), path.parent
     from quadstep.campaign.replay import replay_of  # noqa: PLC0415 (40 ms, only for --flight)
@@ -224,5 +224,5 @@ def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, 
     if completed:
         ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
     else:
-        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to then is kept."
+        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to that point is kept."
     return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

@@ -29,10 +29,10 @@ from quadstep.vehicle.state import State
 class StartSection(Section):
     """State at t = 0; what is left out follows the path (position, velocity, yaw) or is zero."""
 
-    position: Annotated[Triple | None, Quantity("m", "the path's if left out")] = None
-    velocity: Annotated[Triple | None, Quantity("m/s", "the path's if left out")] = None
-    attitude: Annotated[Triple | None, Quantity("rad", "psi, theta, phi; the path's yaw and level if left out")] = None
-    rates: Annotated[Triple, Quantity("rad/s", "of psi, theta, phi")] = (0.0, 0.0, 0.0)
+    position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
+    attitude: Annotated[Triple | None, Quantity("rad", "psi, theta, phi; default: the path's yaw, level")] = None
+    rates: Annotated[Triple, Quantity("rad/s", "rates of psi, theta, phi")] = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _upright(self) -> "StartSection":
@@ -44,21 +44,21 @@ class StartSection(Section):
 class SimulationSection(ClockSection):
     """Clock of the flight."""
 
-    control_period: Annotated[Positive, Quantity("s", "from sample to sample of the controller")] = 0.002
+    control_period: Annotated[Positive, Quantity("s", "sampling period of the controller")] = 0.002
 
 
 class LimitsSection(Section):
     """Beyond which a flight counts as diverged."""
 
-    distance: Annotated[Positive, Quantity("m", "from the path")] = 100.0
-    rate: Annotated[Positive, Quantity("rad/s", "of an Euler angle")] = 100.0
-    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0), Quantity("rad", "|theta|")] = 1.57
+    distance: Annotated[Positive, Quantity("m", "largest distance from the path")] = 100.0
+    rate: Annotated[Positive, Quantity("rad/s", "largest rate of an Euler angle")] = 100.0
+    pitch: Annotated[float, Field(gt=0.0, lt=math.pi / 2.0), Quantity("rad", "largest |theta|")] = 1.57
 
 
 class LagrangeMission(Mission):
     """A mission file for the paper's plant."""
 
-    name: Annotated[Name, Quantity("", "of the flight, in its results")] = "Flight"
+    name: Annotated[Name, Quantity("", "name of the flight, shown in its results")] = "Flight"
     vehicle: VehicleSection = VehicleSection()
     path: AnyPath
     controller: AnyController = USUAL_CONTROLLER

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 NEEDS = {
     REAL: (
-        'needs a real vehicle, and [vehicle] names none: give it preset = "x500" (`quadstep vehicles` lists the presets), '
+        'needs a real vehicle, but [vehicle] names none: give preset = "x500" (`quadstep vehicles` lists the presets), '
         'or file = "my.toml"'
     ),
-    PAPER: "needs the paper's plant, and [vehicle] describes a real vehicle: leave out its preset, file, layout and rotor",
+    PAPER: "needs the paper's plant, but [vehicle] describes a real vehicle: leave out preset, file, layout and rotor",
 }
 
 

@@ -35,33 +35,33 @@ from quadstep.plants.multirotor import AirframeLimits, AirframeParameters, Multi
 class AirframeStart(Section):
     """State at t = 0; what is left out follows the path or is zero. Angles are right-handed."""
 
-    position: Annotated[Triple | None, Quantity("m", "the path's if left out")] = None
-    velocity: Annotated[Triple | None, Quantity("m/s", "the path's if left out")] = None
-    attitude: Annotated[Triple | None, Quantity("rad", "yaw, pitch, roll; the path's heading and level if left out")] = None
-    rates: Annotated[Triple, Quantity("rad/s", "about the body's axes")] = (0.0, 0.0, 0.0)
-    hovering: Annotated[bool, Quantity("", "rotors turn as in hover; false: they idle")] = True
+    position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
+    velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
+    attitude: Annotated[Triple | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
+    rates: Annotated[Triple, Quantity("rad/s", "rates about the body axes")] = (0.0, 0.0, 0.0)
+    hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True
 
 
 class AirframeSimulation(ClockSection):
     """Clock of the flight."""
 
-    control_period: Annotated[Positive, Quantity("s", "of the attitude loop")] = 0.002
-    guidance_period: Annotated[Positive, Quantity("s", "of the position loop")] = 0.01
-    air_period: Annotated[Positive, Quantity("s", "of the turbulence")] = 0.01
+    control_period: Annotated[Positive, Quantity("s", "sampling period of the attitude loop")] = 0.002
+    guidance_period: Annotated[Positive, Quantity("s", "sampling period of the position loop")] = 0.01
+    air_period: Annotated[Positive, Quantity("s", "sampling period of the turbulence")] = 0.01
 
 
 class AirframeLimitsSection(Section):
     """Beyond which a flight counts as lost."""
 
-    distance: Annotated[Positive, Quantity("m", "from the path")] = 100.0
-    rate: Annotated[Positive, Quantity("rad/s", "about a body axis")] = 100.0
+    distance: Annotated[Positive, Quantity("m", "largest distance from the path")] = 100.0
+    rate: Annotated[Positive, Quantity("rad/s", "largest rate about a body axis")] = 100.0
 
 
 class MultirotorMission(Mission):
     """A mission file for a real vehicle: `vehicle` names a preset or a file."""
 
-    name: Annotated[Name, Quantity("", "of the flight, in its results")] = "Flight"
-    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of all noise and turbulence")] = 1
+    name: Annotated[Name, Quantity("", "name of the flight, shown in its results")] = "Flight"
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all noise and turbulence")] = 1
     vehicle: AirframeSection
     path: AnyPath
     controller: AnyAirframeController = USUAL_AIRFRAME_CONTROLLER
@@ -71,7 +71,7 @@ class MultirotorMission(Mission):
     events: Annotated[tuple[AnyEvent, ...], BeforeValidator(as_tuple), Field(max_length=16)] = ()
     simulation: AirframeSimulation = AirframeSimulation()
     limits: AirframeLimitsSection = AirframeLimitsSection()
-    score_from: Annotated[NonNegative, Quantity("s", "errors count from here on")] = 0.0
+    score_from: Annotated[NonNegative, Quantity("s", "time from which errors count")] = 0.0
     metrics: OwnMetrics = ()
     tune: TuneSection | None = None
 
@@ -109,9 +109,7 @@ class MultirotorMission(Mission):
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
         share = metrics.get("saturated_share", 0.0)
-        return metrics, [
-            f"the rotors' limits left less than was asked for in {100 * share:.3g} % of the log rows"
-        ] if share else []
+        return metrics, [f"the rotor limits reduced the command in {100 * share:.3g} % of the log rows"] if share else []
 
     def build(self, path: BuiltPath) -> Built:
         vehicle, simulation = self.modelled, self.simulation

@@ -15,11 +15,11 @@ from quadstep.numbers import Matrix, Vector
 class NetsSection(Section):
     """The neural nets of a controller, which adds a learning rate and a damping of each: F1, kappa1, F2, kappa2."""
 
-    enabled: Annotated[bool, Quantity("", "false: without nets")] = True
+    enabled: Annotated[bool, Quantity("", "false: no nets")] = True
     start: Annotated[NonNegative, Quantity("s", "when they switch on")] = 0.0
-    neurons: Annotated[int, Field(ge=1, le=64), Quantity("", "of each net")] = NEURONS
-    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "of the fixed input weights")] = SEED
-    weights: Annotated[str | None, Quantity("", "weights.json of an earlier flight to start from")] = None
+    neurons: Annotated[int, Field(ge=1, le=64), Quantity("", "neurons of each net")] = NEURONS
+    seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of the fixed input weights")] = SEED
+    weights: Annotated[str | None, Quantity("", "weights.json of an earlier flight, for a warm start")] = None
 
     def learning(self, folder: Path | None) -> Learning:
         """What is said of the nets. folder: where the file with weights is looked up, None not to. Raises UserError."""

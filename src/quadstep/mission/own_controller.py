@@ -63,7 +63,8 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
     law = as_controller(load(found, folder), found)
     if law.measures is not measures:
         raise UserError(
-            f"{kind}: is written for a vehicle that tells it a {law.measures.__name__}; this one tells a {measures.__name__}"
+            f"{kind}: is written for a vehicle that provides a {law.measures.__name__}; this one provides a "
+            f"{measures.__name__}"
         )
     try:
         check_declared(law)
@@ -80,7 +81,7 @@ def as_controller(thing: object, found: Place) -> type[Controller]:
         if thing.law is Controller.law:
             raise UserError(f"{found.text}: has no method `law`")
         if not hasattr(thing, "Gains"):
-            raise UserError(f"{found.text}: says no `Gains`, the NamedTuple of its declared gains")
+            raise UserError(f"{found.text}: has no `Gains`, the NamedTuple of its declared gains")
         return thing
     if callable(thing) and not inspect.isclass(thing):
         return opaque_law(thing, found.name)
@@ -111,14 +112,14 @@ def check_told(law: type[Controller]) -> None:
     real = law.measures is Measured
     for name in law.also_measures:
         if not real or name not in ALSO_MEASURED:
-            allowed = ", ".join(ALSO_MEASURED) if real else "nothing; only real vehicles have more to measure"
+            allowed = ", ".join(ALSO_MEASURED) if real else "nothing; only real vehicles have further measurements"
             raise ValueError(f"also_measures: {name!s:.60} is not known; allowed: {allowed}")
     if law.commands is not Command and (not real or law.commands not in COMMANDS):
         allowed = ", ".join(one.__name__ for one in (Command, *COMMANDS) if real or one is Command)
         raise TypeError(f"commands: should be one of {allowed}, not {law.commands!r:.60}")
     for later in law.preview:
         if not isinstance(later, Real) or not 0.0 <= later <= MOST_AHEAD:
-            raise ValueError(f"preview: should be made of times from 0 to {MOST_AHEAD:g} s, not {later!r:.60}")
+            raise ValueError(f"preview: should consist of times from 0 to {MOST_AHEAD:g} s, not {later!r:.60}")
     if len(law.preview) > MOST_PREVIEWED:
         raise ValueError(f"preview: at most {MOST_PREVIEWED} samples, not {len(law.preview)}")
 
@@ -130,7 +131,7 @@ def check_gain(one: Gain) -> None:
     if not KEY.fullmatch(one.key) or one.key in RESERVED:
         raise ValueError(f"a gain cannot have the key {one.key!r:.60}; give it another by key=...")
     if one.default is None:
-        raise ValueError(f"{one.key}: its default should be a number, or follow from the vehicle")
+        raise ValueError(f"{one.key}: its default should be a number or be computed from the vehicle")
     if one.scale not in (None, "log", "linear"):
         raise ValueError(f"{one.key}: scale should be 'log' or 'linear', not {one.scale!r:.60}")
     if one.low is not None and one.high is not None and not one.low < one.high:
@@ -142,7 +143,7 @@ def check_gain(one: Gain) -> None:
         raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
     for value in values:
         if not isinstance(value, Real) or not math.isfinite(value) or value < 0.0:
-            raise ValueError(f"{one.key}: its default should be made of finite numbers of at least 0, not {value!r:.60}")
+            raise ValueError(f"{one.key}: its default should consist of finite numbers of at least 0, not {value!r:.60}")
 
 
 def any_controller(measures: type) -> Any:

@@ -44,13 +44,13 @@ def own_metric(kind: str, folder: Path) -> Metric:
         return EFFORT[kind]()
     thing: type[Metric] | None = own_class(kind, Metric, METRICS, folder)
     if thing is None:
-        said = 'names no class of a Python file, such as "my_metrics.py:Overshoot"'
-        raise UserError(f"{kind!r:.60}: {said}, and is none of {', '.join(EFFORT)}")
+        said = 'does not name a class in a Python file, such as "my_metrics.py:Overshoot"'
+        raise UserError(f"{kind!r:.60}: {said}, and is not one of {', '.join(EFFORT)}")
     name, unit = getattr(thing, "name", None), thing.unit
     if not (isinstance(name, str) and NAMED.fullmatch(name)):
         raise UserError(f"{kind}: its `name` should be letters, digits and _, at most 60, not {name!r:.60}")
     if name in TAKEN:
-        raise UserError(f"{kind}: its `name` is {name}, which means something else in results")
+        raise UserError(f"{kind}: its `name` is {name}, which already has another meaning in results")
     if not (isinstance(unit, str) and unit.isprintable() and UNIT.fullmatch(unit)):
         raise UserError(f"{kind}: its `unit` should be a few printable characters without brackets, not {unit!r:.60}")
     found: Metric = the_only(thing)
@@ -65,7 +65,7 @@ def checked_metrics(named: tuple[str, ...], info: ValidationInfo) -> tuple[str, 
         raise ValueError(str(error)) from error
     twice = [name for name in names if names.count(name) > 1]
     if twice:
-        raise ValueError(f"two metrics have the name {twice[0]}")
+        raise ValueError(f"two metrics share the name {twice[0]}")
     return named
 
 

@@ -36,7 +36,7 @@ def own_class(kind: str, base: type, group: str, folder: Path) -> type | None:
         raise UserError(f"{kind}: should be a subclass of {wanted}")
     lacking = sorted(getattr(thing, "__abstractmethods__", ()))
     if lacking:
-        raise UserError(f"{kind}: has no {' and no '.join(f'`{name}`' for name in lacking)}, which {wanted} asks for")
+        raise UserError(f"{kind}: has no {' and no '.join(f'`{name}`' for name in lacking)}, which {wanted} requires")
     return thing
 
 
@@ -73,7 +73,7 @@ def own_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSe
 def new_section(kind: str, thing: type, section: type[OwnSection]) -> type[OwnSection]:
     """The same, made when first asked for."""
     if not hasattr(thing, "Numbers"):
-        raise TypeError("says no `Numbers`, the NamedTuple of its declared numbers")
+        raise TypeError("has no `Numbers`, the NamedTuple of its declared numbers")
     made: type[OwnSection] = numbers_section(f"{thing.__name__}Section", thing.Numbers, section, type=(Literal[kind], ...))
     made.thing = the_only(thing)
     return made

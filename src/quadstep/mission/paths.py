@@ -35,9 +35,9 @@ class MinimumJerkPath(Section):
     """From rest to rest along a straight line with the least jerk (Eqs 68-75)."""
 
     type: Literal["minimum-jerk"]
-    start: Annotated[Triple, Quantity("m", "where it begins")] = (0.0, 0.0, 0.0)
-    end: Annotated[Triple, Quantity("m", "where it ends")]
-    duration: Annotated[Duration, Quantity("s", "from start to end")]
+    start: Annotated[Triple, Quantity("m", "start point")] = (0.0, 0.0, 0.0)
+    end: Annotated[Triple, Quantity("m", "end point")]
+    duration: Annotated[Duration, Quantity("s", "time from start to end")]
     yaw_start: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
     yaw_end: Annotated[Finite, Quantity("rad", "yaw at the end")] = 0.0
 
@@ -49,9 +49,9 @@ class MinimumJerkPath(Section):
 class Waypoint(Section):
     """A place to be at a time [s]."""
 
-    t: Annotated[NonNegative, Quantity("s", "when")]
-    position: Annotated[Triple, Quantity("m", "where")]
-    yaw: Annotated[Finite, Quantity("rad", "yaw there")] = 0.0
+    t: Annotated[NonNegative, Quantity("s", "time of the waypoint")]
+    position: Annotated[Triple, Quantity("m", "position of the waypoint")]
+    yaw: Annotated[Finite, Quantity("rad", "yaw at the waypoint")] = 0.0
 
 
 class WaypointsPath(Section):
@@ -80,14 +80,14 @@ class CirclePath(Section):
     """A horizontal circle, entered from rest over `ramp` seconds."""
 
     type: Literal["circle"]
-    centre: Annotated[Triple, Quantity("m", "of the circle")] = (0.0, 0.0, 0.0)
-    radius: Annotated[Positive, Quantity("m", "of the circle")]
-    period: Annotated[Duration, Quantity("s", "of one turn")]
-    turns: Annotated[Positive, Quantity("", "how many")] = 2.0
-    clockwise: Annotated[bool, Quantity("", "seen from above")] = False
+    centre: Annotated[Triple, Quantity("m", "centre of the circle")] = (0.0, 0.0, 0.0)
+    radius: Annotated[Positive, Quantity("m", "radius of the circle")]
+    period: Annotated[Duration, Quantity("s", "time of one turn")]
+    turns: Annotated[Positive, Quantity("", "number of turns")] = 2.0
+    clockwise: Annotated[bool, Quantity("", "direction, seen from above")] = False
     yaw: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
-    yaw_rate: Annotated[Finite, Quantity("rad/s", "how fast the yaw turns")] = 0.0
-    ramp: Annotated[NonNegative, Quantity("s", "from rest to full speed")] = 3.0
+    yaw_rate: Annotated[Finite, Quantity("rad/s", "constant yaw rate")] = 0.0
+    ramp: Annotated[NonNegative, Quantity("s", "time from rest to full speed")] = 3.0
 
     def build(self, folder: Path) -> BuiltPath:
         rate = 2.0 * math.pi / self.period
@@ -107,15 +107,15 @@ class FigureEightPath(Section):
     """A figure eight, the second axis at twice the frequency of the first, entered from rest over `ramp` seconds."""
 
     type: Literal["figure-eight"]
-    centre: Annotated[Triple, Quantity("m", "where the eight crosses itself")] = (0.0, 0.0, 0.0)
-    length: Annotated[Positive, Quantity("m", "along x")]
-    width: Annotated[Positive, Quantity("m", "along y, or z if vertical")]
-    period: Annotated[Duration, Quantity("s", "of one turn")]
-    turns: Annotated[Positive, Quantity("", "how many")] = 2.0
-    plane: Annotated[Literal["horizontal", "vertical"], Quantity("", "in which it lies")] = "horizontal"
+    centre: Annotated[Triple, Quantity("m", "crossing point of the eight")] = (0.0, 0.0, 0.0)
+    length: Annotated[Positive, Quantity("m", "size along x")]
+    width: Annotated[Positive, Quantity("m", "size along y, or z if vertical")]
+    period: Annotated[Duration, Quantity("s", "time of one turn")]
+    turns: Annotated[Positive, Quantity("", "number of turns")] = 2.0
+    plane: Annotated[Literal["horizontal", "vertical"], Quantity("", "plane of the eight")] = "horizontal"
     yaw: Annotated[Finite, Quantity("rad", "yaw at the start")] = 0.0
-    yaw_rate: Annotated[Finite, Quantity("rad/s", "how fast the yaw turns")] = 0.0
-    ramp: Annotated[NonNegative, Quantity("s", "from rest to full speed")] = 3.0
+    yaw_rate: Annotated[Finite, Quantity("rad/s", "constant yaw rate")] = 0.0
+    ramp: Annotated[NonNegative, Quantity("s", "time from rest to full speed")] = 3.0
 
     def build(self, folder: Path) -> BuiltPath:
         rate, second = 2.0 * math.pi / self.period, 0.5 * self.width
@@ -136,11 +136,11 @@ class StepPath(Section):
     """A jump from start to end at `time`, held until `duration`."""
 
     type: Literal["step"]
-    start: Annotated[Triple, Quantity("m", "before the jump")] = (0.0, 0.0, 0.0)
-    end: Annotated[Triple, Quantity("m", "after it")]
-    time: Annotated[NonNegative, Quantity("s", "of the jump")] = 1.0
-    duration: Annotated[Duration, Quantity("s", "of the whole")] = 10.0
-    yaw: Annotated[Finite, Quantity("rad", "throughout")] = 0.0
+    start: Annotated[Triple, Quantity("m", "position before the step")] = (0.0, 0.0, 0.0)
+    end: Annotated[Triple, Quantity("m", "position after the step")]
+    time: Annotated[NonNegative, Quantity("s", "time of the step")] = 1.0
+    duration: Annotated[Duration, Quantity("s", "duration of the whole path")] = 10.0
+    yaw: Annotated[Finite, Quantity("rad", "constant yaw")] = 0.0
 
     @model_validator(mode="after")
     def _within(self) -> "StepPath":
@@ -155,21 +155,21 @@ class StepPath(Section):
 class Columns(Section):
     """Which columns of the recording hold what."""
 
-    t: Annotated[str, Quantity("", "name of the column with the time")] = "t"
-    x: Annotated[str, Quantity("", "of x")] = "x"
-    y: Annotated[str, Quantity("", "of y")] = "y"
-    z: Annotated[str, Quantity("", "of z")] = "z"
-    psi: Annotated[str | None, Quantity("", "of the yaw, if there is one")] = None
+    t: Annotated[str, Quantity("", "name of the time column")] = "t"
+    x: Annotated[str, Quantity("", "name of the x column")] = "x"
+    y: Annotated[str, Quantity("", "name of the y column")] = "y"
+    z: Annotated[str, Quantity("", "name of the z column")] = "z"
+    psi: Annotated[str | None, Quantity("", "name of the yaw column, if there is one")] = None
 
 
 class RecordedPath(Section):
     """Positions as recorded, smoothed to the least jerk near them, at rest at both ends."""
 
     type: Literal["recorded"]
-    file: Annotated[str, Field(min_length=1), Quantity("", "a CSV, looked up from the mission's folder")]
+    file: Annotated[str, Field(min_length=1), Quantity("", "a CSV file, relative to the mission's folder")]
     columns: Columns = Columns()
-    psi_unit: Annotated[Literal["rad", "deg"], Quantity("", "of the recorded yaw")] = "rad"
-    smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "faster motion is taken for noise")] = 0.15
+    psi_unit: Annotated[Literal["rad", "deg"], Quantity("", "unit of the recorded yaw")] = "rad"
+    smoothing: Annotated[float, Field(ge=0.01, le=10.0), Quantity("s", "motion faster than this is treated as noise")] = 0.15
 
     def build(self, folder: Path) -> BuiltPath:
         try:

@@ -77,7 +77,7 @@ def completed(table: dict[str, object], folder: Path, depth: int = 0) -> dict[st
     if file is not None:
         path = named_file(table, folder)
         if depth == DEEPEST:
-            raise UserError(f"{path}: more than {DEEPEST} files start from one another")
+            raise UserError(f"{path}: more than {DEEPEST} files build on one another")
         own = read_toml(path)
         try:
             base = completed(own, path.parent, depth + 1)

@@ -12,8 +12,8 @@ from quadstep.mission.schema import Mission
 
 
 def read_mission(path: Path | str) -> Mission:
-    """The mission in a TOML file. Files that it names are looked up beside it. Raises UserError naming file, key and what is
-    allowed.
+    """The mission in a TOML file. Files that it names are relative to its folder. Raises UserError naming file, key and what
+    is allowed.
 
     >>> from quadstep import read_mission
     >>> read_mission("examples/figure_eight.toml").path.type

@@ -38,8 +38,8 @@ def write_report(
         body += [page.heading("More signals", "signals"), *drawn[IN_SUMMARY:]]
     content = escape(LIST.sub(lambda one: re.sub(r"\s+", " ", one[0]), mission.model_dump_json(indent=2)))
     body += [
-        page.heading("What was flown", "flown"),
-        f"<details><summary>the mission, every key</summary><pre>{content}</pre></details>",
+        page.heading("Mission", "flown"),
+        f"<details><summary>all keys of the mission</summary><pre>{content}</pre></details>",
     ]
     page.write_page(path, mission.name, body, "Flight")
 
@@ -50,7 +50,7 @@ def answer(log: FlightLog, metrics: Metrics) -> str:
         return f"The flight diverged at {log.ended:.4g} s: {REASONS[log.outcome]}."
     off = metrics.get("position_rmse[m]")
     return f"The flight completed {log.ended:g} s" + (
-        f" and was off its path by {units.quantity(off, 'm')} (RMSE)." if off is not None else "."
+        f" with a position RMSE of {units.quantity(off, 'm')}." if off is not None else "."
     )
 
 
@@ -63,14 +63,14 @@ def facts(metrics: Metrics) -> list[page.Fact]:
         found.append(page.Fact("largest error", units.quantity(largest, "m"), along))
     if "largest_tilt[rad]" in metrics:
         found.append(
-            page.Fact("largest tilt", f"{math.degrees(metrics['largest_tilt[rad]']):.3g}°", "of the thrust from vertical")
+            page.Fact("largest tilt", f"{math.degrees(metrics['largest_tilt[rad]']):.3g}°", "between thrust and vertical")
         )
     if "largest_thrust_share" in metrics:
         share = metrics["largest_thrust_share"]
         more = f"at most {units.percent(share)} of the rotors' thrust was used"
         found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        found.append(page.Fact("rotors at their limits", units.percent(metrics["saturated_share"]), "of the log's rows"))
+        found.append(page.Fact("rotors at their limits", units.percent(metrics["saturated_share"]), "of the log rows"))
     return found
 
 

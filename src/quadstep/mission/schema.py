@@ -1,7 +1,7 @@
 """A mission: everything a flight needs, as a user writes it. Every key but the path has a default.
 
-What a mission can say depends on what it flies: `Mission` has the keys that all have in common, and the plan they make. Its
-subclasses, one a plant, add theirs; `Mission(...)` and `Mission.model_validate` give the one that the vehicle asks for.
+The keys of a mission depend on the plant: `Mission` has the keys that all have in common, and makes the plan. Its
+subclasses, one per plant, add theirs; `Mission(...)` and `Mission.model_validate` return the one for the given vehicle.
 """
 
 from abc import abstractmethod
@@ -67,15 +67,15 @@ class Built(NamedTuple):
 
 
 class Mission(Section):
-    """A flight as a user describes it: what flies, along which path, under which controller, in what conditions.
+    """A flight as a user describes it: vehicle, path, controller and conditions.
 
     Every key of a mission file is an argument, every table of it a dict: `path` is needed, all else has a default. Lists,
-    tuples and NumPy arrays are taken alike; files are looked up from the working directory. Units are SI, angles in radians;
-    positions are in the world's frame, z up. `quadstep new` writes a file with every key explained.
+    tuples and NumPy arrays are accepted; files are relative to the working directory. SI units, angles in radians;
+    positions are in the world frame, z up. `quadstep new` writes a file with every key explained.
 
-    `Mission(...)` gives the mission of the plant that `vehicle` asks for: the paper's (`LagrangeMission`), or with a preset,
-    file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that says
-    which key is wrong, and what is allowed.
+    `Mission(...)` returns the mission for the plant that `vehicle` describes: the paper's (`LagrangeMission`), or with a
+    preset, file, layout or rotor a real vehicle's (`MultirotorMission`). Missions are frozen. Raises UserError: one line that
+    says which key is wrong, and what is allowed.
 
     >>> from quadstep import Mission
     >>> circle = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 2.0, "period": 8.0}
@@ -187,7 +187,7 @@ class Mission(Section):
         half = 0.5 * self.simulation.step
         own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - half)
         for name in own.keys() & found.keys():
-            raise UserError(f"metrics: {name}: every flight has a metric of this name")
+            raise UserError(f"metrics: {name}: every flight already has a metric of this name")
         return {**found, **own}, warnings
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
@@ -207,9 +207,9 @@ class Mission(Section):
     def _names_its_metrics_apart(self) -> Self:
         for one in own_metrics(self.metrics, self.folder):
             if one.name in EFFORT and not self.with_rotors:
-                raise ValueError(f"metrics: {one.name}: only of real vehicles; name one in [vehicle]")
+                raise ValueError(f"metrics: {one.name}: only for real vehicles; name one in [vehicle]")
             if one.name in bare(score_names(self.plant)):
-                raise ValueError(f"metrics: {one.name}: every flight has a metric of this name")
+                raise ValueError(f"metrics: {one.name}: every flight already has a metric of this name")
         return self
 
     @model_validator(mode="after")
@@ -221,7 +221,9 @@ class Mission(Section):
                 raise ValueError(f"tune: {table}.{unknown[0]}: unknown metric; allowed: {allowed}")
             if table == "objective" and any(map(is_margin, names)):
                 margin = next(filter(is_margin, names))
-                raise ValueError(f"tune: objective.{margin}: more is better; make it a constraint, or weigh sensitivity_peak")
+                raise ValueError(
+                    f"tune: objective.{margin}: larger is better; make it a constraint, or weight sensitivity_peak"
+                )
         return self
 
     @model_validator(mode="wrap")
@@ -243,8 +245,8 @@ class Mission(Section):
     def plan(self, folder: Path | None = None, warn: bool = True) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.
 
-        folder: where files that it names are looked up, if not where the mission's are. warn: whether to look for what speaks
-        against it.
+        folder: where to look for files that it names, if not in the mission's folder. warn: whether to look for
+        warnings.
 
         >>> from quadstep import Mission
         >>> plan = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}).plan()

@@ -39,21 +39,21 @@ class SensorsSection(Section):
     samples of the IMU. Any controller can be given the predictor.
     """
 
-    gyro_noise: Annotated[NonNegative, Quantity("rad/s/sqrt(Hz)", "density of white noise")] = 0.0
-    gyro_bias: Annotated[NonNegative, Quantity("rad/s", "standard deviation of the bias at the start")] = 0.0
-    gyro_walk: Annotated[NonNegative, Quantity("rad/s^2/sqrt(Hz)", "how the bias wanders")] = 0.0
+    gyro_noise: Annotated[NonNegative, Quantity("rad/s/sqrt(Hz)", "density of the gyro's white noise")] = 0.0
+    gyro_bias: Annotated[NonNegative, Quantity("rad/s", "standard deviation of the initial bias")] = 0.0
+    gyro_walk: Annotated[NonNegative, Quantity("rad/s^2/sqrt(Hz)", "random walk of the bias")] = 0.0
     accelerometer_noise: Annotated[NonNegative, Quantity("m/s^2/sqrt(Hz)", "density of white noise")] = 0.0
-    accelerometer_bias: Annotated[NonNegative, Quantity("m/s^2", "standard deviation of the bias at the start")] = 0.0
-    accelerometer_walk: Annotated[NonNegative, Quantity("m/s^3/sqrt(Hz)", "how the bias wanders")] = 0.0
-    position_noise: Annotated[NonNegative, Quantity("m", "standard deviation in one fix")] = 0.0
-    velocity_noise: Annotated[NonNegative, Quantity("m/s", "standard deviation in one fix")] = 0.0
-    attitude_noise: Annotated[NonNegative, Quantity("rad", "standard deviation in one fix")] = 0.0
-    imu_period: Annotated[Positive | None, Quantity("s", "between samples on board; the control period if left out")] = None
-    fix_period: Annotated[Positive | None, Quantity("s", "between fixes; imu_period if left out")] = None
-    latency: Annotated[NonNegative, Quantity("s", "how old a fix is when it arrives")] = 0.0
-    imu_latency: Annotated[NonNegative, Quantity("s", "how late the controller gets what is on board")] = 0.0
-    estimator: Annotated[bool, Quantity("", "an error-state Kalman filter puts the sensors together")] = False
-    predictor: Annotated[bool, Quantity("", "late fixes are carried forward to now by gyro and accelerometer")] = False
+    accelerometer_bias: Annotated[NonNegative, Quantity("m/s^2", "standard deviation of the initial bias")] = 0.0
+    accelerometer_walk: Annotated[NonNegative, Quantity("m/s^3/sqrt(Hz)", "random walk of the bias")] = 0.0
+    position_noise: Annotated[NonNegative, Quantity("m", "standard deviation per fix")] = 0.0
+    velocity_noise: Annotated[NonNegative, Quantity("m/s", "standard deviation per fix")] = 0.0
+    attitude_noise: Annotated[NonNegative, Quantity("rad", "standard deviation per fix")] = 0.0
+    imu_period: Annotated[Positive | None, Quantity("s", "sampling period of the IMU; default: the control period")] = None
+    fix_period: Annotated[Positive | None, Quantity("s", "time between fixes; default: imu_period")] = None
+    latency: Annotated[NonNegative, Quantity("s", "age of a fix when it arrives")] = 0.0
+    imu_latency: Annotated[NonNegative, Quantity("s", "delay of the IMU's samples")] = 0.0
+    estimator: Annotated[bool, Quantity("", "fuse the sensors in an error-state Kalman filter")] = False
+    predictor: Annotated[bool, Quantity("", "propagate late fixes to the present with gyro and accelerometer")] = False
 
     @model_validator(mode="after")
     def _whole(self) -> "SensorsSection":
@@ -127,8 +127,8 @@ class SensorsSection(Section):
         count = math.ceil(spans[0] - 1e-6) + (1 if between and spans[0] > 0.0 else 0)
         if count > MOST_PREDICTED:
             raise UserError(
-                f"sensors.predictor: a fix can be {oldest:g} s old, which is {count} samples of the controller; "
-                f"allowed are at most {MOST_PREDICTED}"
+                f"sensors.predictor: a fix can be {oldest:g} s old, which is {count} controller samples; "
+                f"allowed: at most {MOST_PREDICTED}"
             )
         return predicting(type(law))(law, count, board_late, gravity)
 

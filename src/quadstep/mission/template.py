@@ -53,24 +53,24 @@ duration = 10.0             # s
 # type = "figure-eight"     # centre, length, width [m], period [s], turns, plane = "horizontal" or "vertical",
 #                           # yaw, yaw_rate [rad/s], ramp [s]
 #
-# type = "recorded"         # a CSV of t, x, y, z and perhaps psi, smoothed
-# file = "flight.csv"       # beside this file
+# type = "recorded"         # a CSV of t, x, y, z and optionally psi, smoothed
+# file = "flight.csv"       # relative to this file's folder
 # columns = { t = "t", x = "x", y = "y", z = "z" }   # header names; psi = "..." for yaw
 # psi_unit = "rad"          # or "deg"
-# smoothing = 0.15          # s; faster motion is taken for noise
+# smoothing = 0.15          # s; faster motion is treated as noise
 
-[vehicle]                   # the paper's numbers. Nobody builds 1 kg with this inertia (2.2 m of radius of gyration); for a
-                            # vehicle that flies: quadstep new
+[vehicle]                   # the paper's numbers. No real vehicle of 1 kg has this inertia (radius of gyration 2.2 m);
+                            # for a real vehicle: quadstep new
 # mass = 1.0                # kg
 # inertia = [5.0, 5.0, 5.0] # kg m^2
 # gravity = 9.81            # m/s^2
 # kinematics = "standard"   # T_eta of Newton-Euler; "printed" is the paper's; "rigid" fits its thrust
 # rotors.arm = 0.25         # l [m]
 # rotors.moment = 0.05      # c, torque per thrust [m]
-# rotors.limits = [0.0, 80.0] # example: least and greatest thrust of one rotor [N]; none by default
+# rotors.limits = [0.0, 80.0] # example: smallest and largest thrust of one rotor [N]; default: none
 
 CONTROLLER
-[start]                     # what is left out follows the path, or is zero
+[start]                     # missing keys follow the path, or are zero
 # position = [0.0, 0.0, 0.0]   # m
 # velocity = [0.0, 0.0, 0.0]   # m/s
 # attitude = [0.0, 0.0, 0.0]   # psi, theta, phi [rad]
@@ -82,13 +82,13 @@ CONTROLLER
 # torque = [0.0, 0.0, 0.0]  # constant, on psi, theta, phi [N m]
 
 [simulation]
-# duration = 10.0           # s; the path's own length if left out
+# duration = 10.0           # s; default: that of the path
 # step = 0.002              # of the integrator (RK4) [s]
 # control_period = 0.002    # of the sampled controller [s], a multiple of step
 LOOPS# log_period = 0.01         # s, a multiple of step
 
 [limits]                    # when a flight counts as diverged
-# distance = 100.0          # off the path [m]
+# distance = 100.0          # from the path [m]
 # rate = 100.0              # of an Euler angle [rad/s]
 # pitch = 1.57              # |theta| [rad], below pi/2
 """
@@ -104,7 +104,7 @@ name = "My first flight"
 
 [vehicle]
 preset = "PRESET"           # `quadstep vehicles` lists them; or file = "my.toml", see docs/vehicles.md
-# mass = 2.0                # example: any key beside it replaces one of the preset's [kg]
+# mass = 2.0                # example: further keys override the preset [kg]
 # ground = 0.0              # example: height of the ground [m]; the vehicle crashes on it
 # effects = { drag = true, gyroscopic = true, ground = false, battery = false }
 
@@ -117,12 +117,12 @@ width = 3.0                 # m
 period = 8.0                # s
 
 CONTROLLER
-[start]                     # what is left out follows the path, or is zero
+[start]                     # missing keys follow the path, or are zero
 # position = [0.0, 0.0, 3.0]   # m
 # velocity = [0.0, 0.0, 0.0]   # m/s
 # attitude = [0.0, 0.0, 0.0]   # yaw, pitch, roll [rad]
-# rates = [0.0, 0.0, 0.0]      # about the body's axes [rad/s]
-# hovering = true              # rotors turn as in hover; false: they idle
+# rates = [0.0, 0.0, 0.0]      # about the body axes [rad/s]
+# hovering = true              # rotors start at hover speed; false: at idle
 
 [wind]                      # world axes [m/s]
 # mean = [0.0, 0.0, 0.0]
@@ -131,13 +131,13 @@ CONTROLLER
 # gust = { velocity = [5.0, 0.0, 0.0], start = 3.0, length = 1.0 }          # example
 # turbulence = { wind_20 = 5.0, height = 6.0, airspeed = 5.0 }              # example; or intensity = "light"
 
-[sensors]                   # without noise and latency the controller knows the truth
+[sensors]                   # without noise and latency the controller knows the true state
 # gyro_noise = 0.0          # rad/s/sqrt(Hz); gyro_bias [rad/s], gyro_walk; accelerometer_noise, _bias, _walk
-# position_noise = 0.0      # m, of one fix; velocity_noise [m/s], attitude_noise [rad]
-# imu_period = 0.002        # s; fix_period likewise: what is left out is as the control period
+# position_noise = 0.0      # m, per fix; velocity_noise [m/s], attitude_noise [rad]
+# imu_period = 0.002        # s; fix_period likewise; default: the control period
 # latency = 0.0             # of a fix [s]; imu_latency of the gyro
 # estimator = false         # true: an error-state Kalman filter
-# predictor = false         # true: a late fix is carried forward to now by gyro and accelerometer
+# predictor = false         # true: propagate a late fix to the present with gyro and accelerometer
 
 # [[events]]                # examples
 # type = "payload"          # a point mass; or "centre-of-gravity" with shift = [m]
@@ -151,7 +151,7 @@ CONTROLLER
 # efficiency = 0.8
 
 [simulation]
-# duration = 17.5           # s; the path's own length if left out
+# duration = 17.5           # s; default: that of the path
 # step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
 # control_period = 0.002    # of the attitude loop [s]
 # guidance_period = 0.01    # of the position loop [s]
@@ -159,7 +159,7 @@ LOOPS# air_period = 0.01         # of the turbulence [s]
 # log_period = 0.01         # s
 
 [limits]                    # when a flight counts as lost
-# distance = 100.0          # off the path [m]
+# distance = 100.0          # from the path [m]
 # rate = 100.0              # about a body axis [rad/s]
 """
 
@@ -182,7 +182,7 @@ duration = 4.0              # s
 
 {controller}
 [simulation]
-# duration = 4.0            # s; the path's own length if left out
+# duration = 4.0            # s; default: that of the path
 # step = 0.002              # of the integrator (RK4) [s]; all periods are multiples of it
 # control_period = 0.002    # of the controller's law [s]
 # guidance_period = 0.01    # of its slower loop, if it has one [s]
@@ -201,7 +201,7 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     text = template(preset, controller, path.parent)
     try:
         if path.exists():
-            raise UserError(f"{path}: exists already; `quadstep new` writes new files only")
+            raise UserError(f"{path}: already exists; `quadstep new` never overwrites a file")
     except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror}") from None
     write_beside(path, text)

@@ -21,16 +21,16 @@ MOST_SEEDS = 100_000
 class Range(Section):
     """Search interval and scale of a gain."""
 
-    low: Annotated[Finite, Quantity("", "least value; the unit is the gain's")]
-    high: Annotated[Finite, Quantity("", "greatest value")]
-    scale: Annotated[Literal["log", "linear"], Quantity("", "in which it is searched")] = "log"
+    low: Annotated[Finite, Quantity("", "lower bound, in the gain's unit")]
+    high: Annotated[Finite, Quantity("", "upper bound")]
+    scale: Annotated[Literal["log", "linear"], Quantity("", "scale of the search")] = "log"
 
     @model_validator(mode="after")
     def _ordered(self) -> "Range":
         if self.low >= self.high:
             raise ValueError(f"low = {self.low:g} must be below high = {self.high:g}")
         if self.scale == "log" and self.low <= 0.0:
-            raise ValueError(f'low = {self.low:g}: a logarithm needs low above 0; or say scale = "linear"')
+            raise ValueError(f'low = {self.low:g}: a logarithmic scale needs low above 0; or set scale = "linear"')
         return self
 
     def value(self, place: float) -> float:
@@ -49,9 +49,9 @@ class Range(Section):
 class Constraint(Section):
     """A metric must be at most this, or at least this, in a share of the flights."""
 
-    most: Annotated[Positive | None, Quantity("", "of the metric, in its unit")] = None
-    least: Annotated[Positive | None, Quantity("", "or: least value, of a margin")] = None
-    share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "of the flights in which it must hold")] = 1.0
+    most: Annotated[Positive | None, Quantity("", "upper limit of a metric, in its unit")] = None
+    least: Annotated[Positive | None, Quantity("", "or: lower limit of a margin")] = None
+    share: Annotated[float, Field(gt=0.0, le=1.0), Quantity("", "share of the flights in which it must hold")] = 1.0
 
     @model_validator(mode="after")
     def _one_limit(self) -> "Constraint":
@@ -113,28 +113,26 @@ class TuneSection(Section):
         BeforeValidator(ranges_by_key),
         Field(min_length=1, max_length=64),
         AfterValidator(as_ranges),
-        Quantity("", "keys of the controller and their ranges; {} for the declared one"),
+        Quantity("", "keys of the controller and their ranges; {} for the declared range"),
     ]
     vary: Varied = Field(default_factory=dict)
     correlated: Together = ()
-    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS), Quantity("", "flights of each candidate")] = 16
-    unseen: Annotated[
-        int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights of each set of gains in the comparison at the end")
-    ] = 200
+    seeds: Annotated[int, Field(ge=1, le=MOST_SEEDS), Quantity("", "flights per candidate")] = 16
+    unseen: Annotated[int, Field(ge=2, le=MOST_SEEDS), Quantity("", "flights per set of gains in the final comparison")] = 200
     objective: Annotated[
         dict[str, Positive], Field(min_length=1), Quantity("", "weight of each metric in the cost of a flight")
     ] = Field(default_factory=lambda: {"position_rmse": 1.0})
-    aggregate: Annotated[Literal["mean", "p95", "worst"], Quantity("", "of the flights' costs, minimised")] = "mean"
+    aggregate: Annotated[
+        Literal["mean", "p95", "worst"], Quantity("", "aggregate of the flights' costs that is minimised")
+    ] = "mean"
     constraints: Annotated[
         dict[str, Any],
         AfterValidator(as_constraints),
         Quantity("", "limits of metrics and margins: a number, or most or least, and share"),
     ] = Field(default_factory=dict)
     theorem: Annotated[bool, Quantity("", "whether the controller's gain conditions must hold")] = True
-    precision: Annotated[Literal["f32", "f64"], Quantity("", "of the flights")] = "f64"
-    score_period: Annotated[
-        Positive | None, Quantity("s", "from sample to sample of the metrics; the log period if left out")
-    ] = None
+    precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
+    score_period: Annotated[Positive | None, Quantity("s", "sampling period of the metrics; default: the log period")] = None
 
     @property
     def margins(self) -> list[str]:

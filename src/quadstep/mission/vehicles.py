@@ -20,25 +20,25 @@ class RotorsSection(Section):
     moment: Annotated[Positive, Quantity("m", "c, torque per thrust")] = 0.05
     limits: Annotated[
         Annotated[tuple[NonNegative, Positive], BeforeValidator(as_tuple)] | None,
-        Quantity("N", "least and greatest thrust of one rotor; none if left out"),
+        Quantity("N", "smallest and largest thrust of one rotor; default: no limits"),
     ] = None
 
     @model_validator(mode="after")
     def _ordered(self) -> "RotorsSection":
         if self.limits and self.limits[0] >= self.limits[1]:
-            raise ValueError(f"limits must be [least, greatest] thrust of one rotor, not {list(self.limits)}")
+            raise ValueError(f"limits must be [smallest, largest] thrust of one rotor, not {list(self.limits)}")
         return self
 
 
 class VehicleSection(Section):
     """The paper's vehicle."""
 
-    mass: Annotated[Positive, Quantity("kg", "m")] = 1.0
+    mass: Annotated[Positive, Quantity("kg", "mass m")] = 1.0
     inertia: Annotated[PositiveDiagonal, Quantity("kg m^2", "diagonal of Sigma")] = (5.0, 5.0, 5.0)
-    gravity: Annotated[Positive, Quantity("m/s^2", "g")] = 9.81
+    gravity: Annotated[Positive, Quantity("m/s^2", "gravity g")] = 9.81
     kinematics: Annotated[
         Literal["standard", "printed", "rigid"],
-        Quantity("", "which T_eta: of Newton-Euler, the paper's, or the one that fits its thrust"),
+        Quantity("", "which T_eta: that of Newton-Euler, the paper's, or the one consistent with its thrust"),
     ] = "standard"
     rotors: RotorsSection = RotorsSection()
 

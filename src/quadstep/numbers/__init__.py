@@ -1,4 +1,4 @@
-"""What a number can be.
+"""Kinds of numbers.
 
 Every law of the package is a pure function over numbers, and a number is anything that adds, multiplies and has a sine:
 a Python float, a NumPy array (a batch by broadcasting) or a lane (an instruction of a compiled program).

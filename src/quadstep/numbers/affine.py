@@ -171,7 +171,7 @@ class Enclosure:
             return self * inverse(other)
         if isinstance(other, PLAIN):
             if np.any(np.asarray(other) == 0.0):
-                raise UndefinedError(f"a quotient by zero ({place()})")
+                raise UndefinedError(f"a division by zero ({place()})")
             size, centre = np.abs(other), self.centre / other
             reach = self.reach / size
             parts = None if self.parts is None else self.parts / other
@@ -285,7 +285,7 @@ def inverse(x: Enclosure) -> Enclosure:
     """1 / x: off its tangent by d^2 / (c^2 (c + d))."""
     size, width = np.abs(x.centre), x.tight
     if np.any(size <= width * CLEAR + TINY):
-        raise UndefinedError(f"a quotient by what may be zero ({place()})")
+        raise UndefinedError(f"a division by a number that may be zero ({place()})")
     value = 1.0 / x.centre
     square = value * value
     bend = width * width * square / (size - width) * (1.0 + 1e-12)
@@ -312,7 +312,7 @@ def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array, a
 def finite(x: Operand) -> Operand:
     """The same. Raises UndefinedError."""
     if not np.all(np.isfinite(x)):
-        raise UndefinedError(f"an angle or exponent beyond all bounds ({place()})")
+        raise UndefinedError(f"an unbounded angle or exponent ({place()})")
     return x
 
 

@@ -164,7 +164,7 @@ class Dual:
 
 def lost(x: Dual, where: str) -> Dual:
     """What is left of a quotient by zero."""
-    return Dual(FLOATS.sqrt(-1.0), np.zeros_like(x.slopes), x.seeds, f"a quotient by zero ({where})")
+    return Dual(FLOATS.sqrt(-1.0), np.zeros_like(x.slopes), x.seeds, f"a division by zero ({where})")
 
 
 def value_of(x: Dual | float) -> float:
@@ -196,7 +196,7 @@ class Duals:
         value = FLOATS.sqrt(x.value)
         if value > CLOSE:
             return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
-        broken = x.lost or f"a square root or length at zero ({place()})"
+        broken = x.lost or f"a square root or norm at zero ({place()})"
         return Dual(value, np.zeros_like(x.slopes), x.seeds, broken)
 
     def atan2(self, y: Dual | float, x: Dual | float) -> Dual:
@@ -218,7 +218,7 @@ class Duals:
         return yes if condition else no
 
     def word(self, x: Dual) -> int:
-        raise NotDifferentiableError(f"the law works on the bits of a number ({place()})")
+        raise NotDifferentiableError(f"the law manipulates the bits of a number ({place()})")
 
     def number(self, word: int) -> float:
         return float(word)

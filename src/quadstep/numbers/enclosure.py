@@ -79,14 +79,14 @@ class Enclosures:
     def log(self, x: Enclosure) -> Enclosure:
         low = x.low
         if np.any(low <= 1e-300):
-            raise UndefinedError(f"a logarithm of what may be zero or less ({place()})")
+            raise UndefinedError(f"a logarithm of a number that may be zero or negative ({place()})")
         return without_fresh_error(x, ARRAYS.log(x.centre), 1.0 / x.centre, 0.5 * x.tight * x.tight / (low * low))
 
     def sqrt(self, x: Enclosure) -> Enclosure:
         """Where the radicand is a sum of squares that may vanish: anything between zero and its largest value."""
         low, high = x.low, x.high
         if np.any(low <= 0.0) and not x.square:
-            raise UndefinedError(f"a square root of what may be below zero ({place()})")
+            raise UndefinedError(f"a square root of a number that may be negative ({place()})")
         far = low > 0.25 * high
         centre = np.where(far, x.centre, 1.0)
         value = np.sqrt(centre)
@@ -180,7 +180,7 @@ class Enclosures:
         return Vector(found)  # type: ignore[arg-type]
 
     def word(self, x: Enclosure) -> Operand:
-        raise UndefinedError(f"the law works on the bits of a number ({place()})")
+        raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
 
     number = word
 

@@ -1,7 +1,7 @@
 """The functions of a number, dispatched on the kind of number.
 
-A law calls these and never `math` or `numpy`, and it never branches on a number: `where` chooses between two values.
-A kind of number joins in by carrying a class attribute `functions` with the methods of `Functions`.
+Laws call these functions, never `math` or `numpy`, and never branch on a number: `where` chooses between two values.
+A new kind of number needs a class attribute `functions` with the methods of `Functions`.
 """
 
 import math
@@ -33,7 +33,7 @@ W = TypeVar("W")
 
 
 class Functions(Protocol[N, C_contra, W]):
-    """What a kind of number N must provide; comparing such numbers gives C, their bits are W."""
+    """The functions that a kind of number N must provide; comparisons of such numbers return C, their bits are W."""
 
     def sin(self, x: N) -> N: ...
     def cos(self, x: N) -> N: ...
@@ -100,7 +100,7 @@ class Floats(Elementary):
 
 
 class Arrays(Elementary):
-    """NumPy arrays: one flight an element."""
+    """NumPy arrays: one flight per element."""
 
     sqrt = staticmethod(np.sqrt)
     where = staticmethod(np.where)
@@ -152,7 +152,7 @@ def foreign_functions(value: object) -> OfLaw:
         from quadstep.numbers.symbols import SYMBOLS  # noqa: PLC0415 (loaded only where it is used)
 
         return cast(OfLaw, SYMBOLS)
-    raise TypeError(f"{type(value).__name__} is not a number that a law can take")
+    raise TypeError(f"{type(value).__name__} is not a number that a law can use")
 
 
 def sin(x: Number) -> Number:
@@ -200,7 +200,7 @@ def sigmoid(x: Number) -> Number:
 
 
 def log(x: Number) -> Number:
-    """Natural logarithm; -inf at zero, NaN below. It stops falling below the smallest normal number.
+    """Natural logarithm; -inf at zero, NaN below. It is constant below the smallest normal number.
 
     >>> from quadstep.numbers import log
     >>> log(1.0), log(-1.0)
@@ -233,7 +233,7 @@ def atan2(y: Number, x: Number) -> Number:
 
 
 def where(condition: Condition, yes: Number, no: Number) -> Number:
-    """`yes` where the condition holds, else `no`. Both are computed: this is how a law chooses, as it cannot use `if`.
+    """`yes` where the condition holds, else `no`. Both are computed; laws use it instead of `if`.
 
     >>> from quadstep.numbers import where
     >>> where(2.0 > 1.0, 3.0, 4.0)
@@ -289,7 +289,7 @@ def largest(values: Iterable[Number]) -> Number:
 
 
 def clip(x: Number, low: Number, high: Number) -> Number:
-    """`x` held between `low` and `high`.
+    """`x` clipped to `low` and `high`.
 
     >>> from quadstep.numbers import clip
     >>> clip(5.0, -1.0, 1.0)
@@ -309,7 +309,7 @@ def absolute(x: Number) -> Number:
 
 
 def sinc(x: Number) -> Number:
-    """sin(x) / x, 1 at zero; a kind of number that knows it better may have its own.
+    """sin(x) / x, 1 at zero; a kind of number may provide a better one.
 
     >>> from quadstep.numbers.functions import sinc
     >>> sinc(0.0), sinc(1.0)

@@ -1,6 +1,6 @@
 """Vectors and matrices of numbers.
 
-One form everywhere: frozen containers whose entries are any kind of number. A diagonal matrix (a gain, the inertia) is
+The same form everywhere: frozen containers whose entries are any kind of number. A diagonal matrix (a gain, the inertia) is
 kept as the vector of its diagonal and acts by `*`, entry by entry; `@` is the inner, matrix-vector or matrix product.
 """
 
@@ -17,7 +17,7 @@ Summand = TypeVar("Summand", float, "Vector", "Matrix")
 def total(values: Iterable[Summand]) -> Summand:
     """Sum of numbers, vectors or matrices, without a leading zero, in the order given. Raises StopIteration for none.
 
-    Python's `sum` adds floats in another way from version 3.12 on, so laws use this.
+    Python's `sum` adds floats differently from version 3.12 on, so laws use this function.
 
     >>> from quadstep.numbers import total, vector
     >>> total([vector(1.0, 2.0), vector(3.0, 4.0)])
@@ -33,7 +33,7 @@ def total(values: Iterable[Summand]) -> Summand:
 class Vector:
     """A column of numbers; `+`, `-`, `*` and `/` act entry by entry or with a scalar, `@` is the inner product.
 
-    It unpacks and has an index like a tuple. Raises ValueError where lengths differ.
+    It unpacks and can be indexed like a tuple. Raises ValueError if lengths differ.
 
     >>> from quadstep.numbers import Vector
     >>> v = Vector([3.0, 4.0])
@@ -196,7 +196,7 @@ def outer(a: Vector, b: Vector) -> Matrix:
 def solve_symmetric(m: Matrix, b: Vector) -> Vector:
     """x of M x = b for a symmetric 3x3 M, by cofactors. A singular M gives non-finite entries, as any number would.
 
-    A kind of number that solves it in a better way may have its own.
+    A kind of number may provide a better method.
 
     >>> from quadstep.numbers import matrix, solve_symmetric, vector
     >>> solve_symmetric(matrix((2.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 8.0)), vector(2.0, 2.0, 2.0))

@@ -1,6 +1,6 @@
-"""Random numbers from a counter: seed, flight, stream and tick decide each of them, and nothing is kept between draws.
+"""Random numbers from a counter: each depends on seed, flight, stream and tick, and no state is kept between draws.
 
-So a flight meets the same noise whatever batch, engine, thread or order it is flown in. The generator is Threefry-2x32 with 20
+So a flight has the same noise in any batch, engine, thread or order. The generator is Threefry-2x32 with 20
 rounds (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", 2011). Its 32-bit words are the same on
 every kind of number, and so is what is made of them in f64.
 """
@@ -23,7 +23,7 @@ Words: TypeAlias = tuple[Word, Word]
 
 
 class Key(NamedTuple):
-    """What sets one flight's noise apart. words: 64 bits as four whole numbers below 65536, exact in every kind of number."""
+    """The key of one flight's noise. words: 64 bits as four whole numbers below 65536, exact in every kind of number."""
 
     words: Vector
 

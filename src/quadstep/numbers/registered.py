@@ -59,7 +59,7 @@ def answer(handle: float, inputs: NDArray[np.float64], outputs: int) -> list[flo
             result = np.asarray(given)
             if result.shape == (outputs,) and result.dtype.kind in "fiu":
                 return cast(list[float], result.astype(np.float64, copy=False).tolist())
-            raise TypeError(f"an opaque function is to give {outputs} numbers and gave {reprlib.repr(given)}")  # noqa: TRY301
+            raise TypeError(f"an opaque function should return {outputs} numbers and returned {reprlib.repr(given)}")  # noqa: TRY301
         except BaseException as error:  # none may pass through compiled code
             PENDING[handle] = error
     return [math.nan] * outputs

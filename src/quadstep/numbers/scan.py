@@ -1,8 +1,8 @@
 """A loop in a law: one step, written once, that runs a fixed number of times.
 
-On floats and arrays it runs as it stands. Where a law is compiled (lanes, PTX, JavaScript) the step is traced once and a real
-loop is written around it, so that the code's length does not grow with the number of turns. SymPy's symbols and code of other
-kinds get the turns one after the other. The bits are the same everywhere.
+On floats and arrays it runs as written. Where a law is compiled (lanes, PTX, JavaScript) the step is traced once and a real
+loop is emitted around it, so that the code does not grow with the number of turns. For SymPy symbols and other kinds of
+code the turns are unrolled. The bits are the same everywhere.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,14 +21,14 @@ Step: TypeAlias = Callable[[C, Rows], tuple[C, Rows]]
 
 
 def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, backwards: bool = False) -> tuple[C, Rows]:
-    """`carry, made = step(carry, row)` for each row in turn: the last carry, and what was made as matrices, a row a turn.
+    """`carry, made = step(carry, row)` for each row in turn: the last carry, and the outputs as matrices, one row per turn.
 
-    carry: a structure of numbers, whose shape stays. rows: what a turn is given a row of. times: how many turns there are
-    where no rows say it. backwards: from the last row to the first; what is made for a row stands in that row either way.
+    carry: a structure of numbers of constant shape. rows: matrices whose rows are passed turn by turn. times: number of turns
+    if there are no rows. backwards: from the last row to the first; the output for a row is in that row either way.
 
-    A loop is written where a number in `carry` or `rows` is traced; on Python numbers alone the turns are computed at once. A
-    step may take any number from around it and may scan itself. It has no other effect. Raises ValueError where rows differ in
-    number, TypeError where the carry changes its shape.
+    A loop is emitted if a number in `carry` or `rows` is traced; with Python numbers alone the turns are computed directly. A
+    step may use any number of its surroundings and may scan itself. It has no side effects. Raises ValueError if rows differ
+    in number, TypeError if the carry changes its shape.
 
     >>> from quadstep.numbers import matrix, scan, vector
     >>> scan(lambda last, row: (last + row[0], vector(last)), 0.0, matrix((1.0,), (2.0,), (3.0,)))

@@ -21,7 +21,7 @@ def part(name: str) -> str:
 def list_page(root: Path, found: list[Result], share: str = "") -> str:
     """The list of results as HTML, every text escaped. share: markup that says how others open it."""
     if not found:
-        body = ["<p>No results yet. `quadstep fly` and `quadstep reproduce` write some.</p>"]
+        body = ["<p>No results yet. `quadstep fly` and `quadstep reproduce` produce them.</p>"]
     else:
         cards = "".join(card(result) for result in sorted(found, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden>Compare the two</a>'

@@ -35,10 +35,12 @@ def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metri
     ]
     if all("flight.csv" in one.files for one in results):
         places = urlencode({"a": results[0].place.as_posix(), "b": results[1].place.as_posix()})
-        body.append(page.links([(f"/both?{places}", "Both flights in one page")]))
-    body += [page.heading("Number by number", "numbers")]
+        body.append(page.links([(f"/both?{places}", "Both flights on one page")]))
+    body += [page.heading("All numbers", "numbers")]
     body += [
-        page.table(("", *names, "second / first"), rows, escape) if rows else page.paragraph("Neither has numbers to compare.")
+        page.table(("", *names, "second / first"), rows, escape)
+        if rows
+        else page.paragraph("Neither result has numbers to compare.")
     ]
     return page.page_text(
         f"{names[0]} and {names[1]}", [*body, page.links([("/", "All results")])], "Comparison of two", STYLE
@@ -59,9 +61,9 @@ def answer(names: list[str], first: dict[str, float], second: dict[str, float]) 
     """Which is closer to its path, as far as that is known."""
     errors = [one.get(RMSE) for one in (first, second)]
     if errors[0] is None or errors[1] is None:
-        return f"{names[0]} beside {names[1]}: only their numbers can be compared."
+        return f"{names[0]} and {names[1]}: only their numbers can be compared."
     if errors[0] == errors[1]:
-        return "Both are equally far from their paths."
+        return "Both are equally close to their paths."
     near, far = (0, 1) if errors[0] < errors[1] else (1, 0)
     ratio = errors[far] / errors[near] if errors[near] else math.inf  # type: ignore[operator]
     times = f"{units.number(ratio, 2)} times closer" if math.isfinite(ratio) else "closer"

@@ -19,7 +19,7 @@ from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 from quadstep.vehicle.disturbance import Disturbance
 
-BELIEVES = "The vehicle's; the controller goes on believing its own."
+BELIEVES = "The vehicle's; the controller keeps its own value."
 
 LONGEST_TICKS = 300_000
 """Steps of the longest flight that the page flies."""
@@ -163,7 +163,7 @@ def wind_controls(wind: object) -> list[Control]:
 def moved_start(axes: Sequence[str] = AXES) -> Control:
     """Where the flight starts."""
     offset = [Component(axis, 0.0, (Effect("start", f"position.{place}", add=True),)) for place, axis in enumerate(axes)]
-    return control("start", "start, moved by", "m", offset, (-5.0, 5.0), "Off the place that the file says.")
+    return control("start", "offset of the start", "m", offset, (-5.0, 5.0), "Offset from the start in the file.")
 
 
 def path_controls(mission: Mission, ticks: Ticks) -> list[Control]:
@@ -182,7 +182,7 @@ def jerk_controls(path: MinimumJerkPath, ticks: Ticks) -> list[Control]:
     stretch = Effect("duration", "", 1.0, 1, -path.duration, add=True)
     longest = LONGEST_TICKS * ticks.step - (ticks.last * ticks.step - path.duration)
     time = one(path.duration, parameter("path.duration"), stretch)
-    haste = "Seconds from start to target; the faster the way, the stronger the disturbance."
+    haste = "Seconds from start to target; the faster the path, the stronger the disturbance."
     yaw = one(path.yaw_end, parameter("path.yaw_end"))
     return [
         control("t_f", "time t_f", "s", time, (2.0, 60.0), haste, "log", (0.5, max(longest, path.duration))),
@@ -237,10 +237,10 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
         return number_sliders(disturbance, "disturbance")
     weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
-    hint = "1 is the paper's, which its own cases hardly excite."
+    hint = "1 is the paper's, which is hardly excited in its own cases."
     force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")
     return [
         control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),
-        control("wind", "wind: a steady force", "N", force, (-0.5 * weight, 0.5 * weight)),
+        control("wind", "wind, as a steady force", "N", force, (-0.5 * weight, 0.5 * weight)),
         control("torque", "steady torque", "N m", torque, (-5.0, 5.0)),
     ]

@@ -75,13 +75,13 @@ def ending(outcome: Outcome, ended: float) -> dict[str, object]:
 def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
     """One flight of the page. share: numbers its recording may hold, if it needs one."""
     plan, log = flown.plan, flown.log
-    live, reason = Live((), ()), flown.why_not or "only its recording is here"
+    live, reason = Live((), ()), flown.why_not or "only its recording is available"
     if plan is not None:
         try:
             live, reason = fliers(flown, plan, laws), ""
         except UserError as error:
             reason = str(error)
-    why_not = f"This flight is shown as it was recorded; it cannot be flown in the page: {reason}." if reason else ""
+    why_not = f"This flight is a recording; it cannot be flown in the page: {reason}." if reason else ""
     return Flight(
         id=flown.id,
         name=flown.name,

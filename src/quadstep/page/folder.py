@@ -133,7 +133,7 @@ def manifest(folder: Path) -> dict[str, Any]:
 
 def read_log(path: Path, outcome: Outcome, ended: float) -> FlightLog:
     """A log from the CSV that `quadstep fly` writes. Links are not followed. Raises UserError for anything else."""
-    other = UserError(f"{path}: is not a flight.csv as `quadstep fly` writes it")
+    other = UserError(f"{path}: is not a flight.csv written by `quadstep fly`")
     with files.table(path, files.LOG, links=False) as lines, warnings.catch_warnings(action="ignore"):  # a log without rows
         try:
             header = next(csv.reader(lines), [])

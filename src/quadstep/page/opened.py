@@ -64,7 +64,7 @@ def plan_again(content: object) -> Planned:
     except UserError as error:
         return Planned(None, None, str(error).rstrip("."))
     except (ArithmeticError, ValueError, RecursionError):
-        return Planned(None, None, "its metrics.json describes no flight")
+        return Planned(None, None, "its metrics.json does not describe a flight")
 
 
 def names_files(content: object) -> bool:

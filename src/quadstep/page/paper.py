@@ -25,18 +25,18 @@ from quadstep.study.study import Study, StudyPlans, fly_study, plan_study
 TITLE = "The paper, flown"
 INTRO = (
     "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009). Its "
-    "flights, flown here and now by the same laws that the package flies: move a slider and look."
+    "flights, flown live by the same laws as in the package: move a slider and watch."
 )
 CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
 VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 NOTES = {
-    "case1": "To (20, 5, 10) m in 40 s. Its disturbance never exceeds 0.0003 N: raise it, or shorten t_f, to test the nets.",
-    "case2": "x moves alone; y, z and roll should not notice.",
-    "case2-y": "y moves alone.",
-    "case2-z": "z moves alone.",
-    "case3-adaptive": "Up by 10 m from a start half a metre off and tilted. Fly nested saturations as a ghost beside it.",
-    "case3-nested": "The same with the controller of reference [11].",
+    "case1": "To (20, 5, 10) m in 40 s. The disturbance never exceeds 0.0003 N: raise it, or shorten t_f, to test the nets.",
+    "case2": "Only x moves; y, z and roll should stay unaffected.",
+    "case2-y": "Only y moves.",
+    "case2-z": "Only z moves.",
+    "case3-adaptive": "Up by 10 m, starting half a metre off and tilted. Fly nested saturations as a ghost to compare.",
+    "case3-nested": "The same flight with the controller of reference [11].",
     "case1-without-nets": "Case 1 with both nets off: 20 times the error, still 72 micrometres.",
     "case3-without-nets": "Case 3 with both nets off: the torque peak is still there.",
 }
@@ -61,23 +61,23 @@ BOTH_3 = ("case3-adaptive", "case3-nested")
 TURN_NEURONS = "Set the neurons of each net to 8, 10 and 12 and compare the position error; the verdict takes eight seeds."
 
 LOOKS = {
-    "rest at the end point": Look(("case1",), ("position", "thrust"), "The end: speed and acceleration go to zero."),
+    "rest at the end point": Look(("case1",), ("position", "thrust"), "The end: velocity and acceleration go to zero."),
     "near-perfect tracking": Look(("case1",), ("position", "position-error"), "The position error: micrometres."),
     "nonlinearities compensated by the nets": Look(
         ("case1", "case1-without-nets", *STRESS_1), ("position-error", "weights"),
         "Switch the nets off: Case 1 hardly changes. In the stress flights at scale 1 it does."),
     "angles match their commands": Look(("case1",), ("attitude", "attitude-error"), "The attitude error."),
     "inputs realisable": Look(("case1",), ("thrust", "torque", "rotors"), "Thrust, torques and the rotor forces."),
-    "tau_psi = 0": Look(("case1",), ("torque",), "tau_psi beside tau_theta: small, but not zero."),
+    "tau_psi = 0": Look(("case1",), ("torque",), "tau_psi compared with tau_theta: small, but not zero."),
     "decoupling in x": Look(("case2",), ("position-error", "attitude", "torque"), "y, z, phi and tau_phi stay silent."),
-    "decoupling in y and z": Look(("case2-y", "case2-z"), ("position-error", "torque"), "The axes not asked to move."),
+    "decoupling in y and z": Look(("case2-y", "case2-z"), ("position-error", "torque"), "The axes that should not move."),
     "better z tracking than [11]": Look(BOTH_3, ("position", "position-error"), "z_d - z of both controllers."),
     "smaller x and y error than [11]": Look(BOTH_3, ("position-error",), "x and y, from half a metre off."),
     "faster attitude settling than [11]": Look(BOTH_3, ("attitude",), "When roll and pitch become level. Move the start."),
     "smoother thrust than [11]": Look(BOTH_3, ("thrust",), "u of both. Move the start and the gains a_z."),
     "larger early transients": Look(BOTH_3, ("attitude", "torque"), "The first second."),
     "transients caused by the nets": Look(
-        ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second with and without nets."),
+        ("case3-adaptive", "case3-without-nets"), ("torque", "weights"), "The first second, with and without nets."),
     "a wide range of nonlinearities": Look(STRESS_NETS, ("position", "weights"), "When each flight diverges, and why."),
     "8 neurons are worse than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),
     "12 neurons are no better than 10": Look(("case1", stress_id(6.0, 1.0, True)), ("position-error",), TURN_NEURONS),

@@ -168,7 +168,9 @@ class Handler(BaseHTTPRequestHandler):
         hosts = {f"{name}:{port}" for name in (LOCAL, "localhost")} | ({LOCAL, "localhost"} if port == 80 else set())
         if self.headers.get_all("Host") is None or any(host.lower() not in hosts for host in self.headers.get_all("Host", [])):
             return Answer(
-                HTTPStatus.MISDIRECTED_REQUEST, KINDS[".txt"], "This server answers to 127.0.0.1 and localhost only.\n"
+                HTTPStatus.MISDIRECTED_REQUEST,
+                KINDS[".txt"],
+                "This server answers requests for 127.0.0.1 and localhost only.\n",
             )
         return answer(self.root, self.path)
 
@@ -184,7 +186,7 @@ class Handler(BaseHTTPRequestHandler):
             return Answer(HTTPStatus.SEE_OTHER, KINDS[".txt"], headers={"Location": "/", "Set-Cookie": cookie})
         kept = [part.strip().partition("=") for part in self.headers.get("Cookie", "").split(";")]
         if not any(key == name and self.access.opens(value) for key, _, value in kept):
-            return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], "This needs the whole link, with its token.\n")
+            return Answer(HTTPStatus.FORBIDDEN, KINDS[".txt"], "This page needs the complete link, including its token.\n")
         drawing = qr_drawing(self.access.link(port))
         said = "Everyone who has the link, and can reach this machine, sees these results."
         return answer(self.root, self.path, f'<div class="qr">{drawing}<p>{said}</p></div>' if drawing else f"<p>{said}</p>")

@@ -52,7 +52,7 @@ def access(host: str) -> Access:
             host = str(socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
         except (OSError, UnicodeError):
             allowed = "an address of this machine, 0.0.0.0 for all of them, or 127.0.0.1"
-            raise UserError(f"--host: {host!r:.60} is no address; allowed: {allowed}") from None
+            raise UserError(f"--host: {host!r:.60} is not an address; allowed: {allowed}") from None
     return Access(host, secrets.token_urlsafe(TOKEN_BYTES))
 
 

@@ -79,7 +79,7 @@ def read_story(path: Path) -> Story:
     head, *parts = re.split(r"^##[ \t]+(?=\S)", text, flags=re.MULTILINE)
     title = re.match(r"\s*#[ \t]+(.*\S)", head)
     if not title:
-        raise UserError(f"{path}: should begin with a title: # Title of the walk")
+        raise UserError(f"{path}: should start with a title: # Title of the walk")
     if not 1 <= len(parts) <= MOST_STEPS:
         raise UserError(f"{path}: has {len(parts)} steps; 1 to {MOST_STEPS} are allowed, each under a heading: ## Title")
     return Story(title[1], path, tuple(step(part, place, path) for place, part in enumerate(parts, 1)))
@@ -91,16 +91,16 @@ def step(part: str, place: int, path: Path) -> Step:
     where = f"{path}: step {place} ({title.strip():.40})"
     fences = re.findall(r"^```toml[ \t]*\n(.*?)^```[ \t]*$", body, flags=re.MULTILINE | re.DOTALL)
     if len(fences) != 1:
-        raise UserError(f"{where}: has {len(fences)} settings; each step has one block that begins with ```toml")
+        raise UserError(f"{where}: has {len(fences)} settings; each step needs exactly one block that starts with ```toml")
     settings = check(Settings, parse_toml(fences[0], where), where, path.parent)
     if (settings.flight is None) == (settings.mission is None):
-        raise UserError(f"{where}: give either flight (one of the page's) or mission (a file beside this one)")
+        raise UserError(f"{where}: give either flight (one of the page's) or mission (a file in the same folder)")
     if settings.mission is not None and not (path.parent / settings.mission).is_file():
-        raise UserError(f"{where}: mission: {settings.mission!r:.60}: there is no such file beside {path.name}")
+        raise UserError(f"{where}: mission: {settings.mission!r:.60}: no such file next to {path.name}")
     prose = re.sub(r"^```.*?^```[ \t]*$", "", body, flags=re.MULTILINE | re.DOTALL)
     text = tuple(" ".join(one.split()) for one in re.split(r"\n\s*\n", prose) if one.strip())
     if not text:
-        raise UserError(f"{where}: says nothing; write two or three sentences below its settings")
+        raise UserError(f"{where}: has no text; write two or three sentences below its settings")
     return Step(title.strip(), text, settings)
 
 

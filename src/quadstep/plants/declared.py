@@ -1,4 +1,4 @@
-"""A plant in one file, the package's or a user's: what is known of it, it declares itself.
+"""A plant in one file, the package's or a user's, with all its declarations.
 
 Its numbers and limits are `NamedTuple`s of declarations (`control/gain.py`), from which the tables `[vehicle]` and `[limits]`
 of its missions follow, and the page's sliders. `planar.py` is an example. There is no air and there are no sensors: its

@@ -76,10 +76,10 @@ def read_certificate(path: Path) -> Certificate:
         dense = int(content["dense_blocks"])
         mission = str(content["mission"])
     except (KeyError, TypeError, ValueError, zlib.error, binascii.Error) as error:
-        raise UserError(f"{path}: no certificate of `quadstep prove`: {error}") from None
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
     blocks = -(-(len(flown) - 1) // size) if size > 0 else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
     numbers = (flown, spread, boxes, position, np.array(unknown))
     if not shapes or blocks < 1 or not all(np.isfinite(one).all() for one in numbers):
-        raise UserError(f"{path}: no certificate of `quadstep prove`: its tables do not fit each other")
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
     return Certificate(mission, unknown, states, flown, size, dense, spread, boxes, position)

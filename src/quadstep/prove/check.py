@@ -63,12 +63,12 @@ class Loop:
         self.start = [float(leaf) for leaf in flatten(self.like)]
         moving = len(flatten(self.like.state))
         if len(set(states)) != len(states) or set(states) - set(names) or set(names[:moving]) - set(states):
-            raise UserError("its states are not those of its mission")
+            raise UserError("its states do not match its mission")
         self.places = [names.index(name) for name in states]
         self.dead: set[int] | None = None
         self.span = max(plan.ticks.every)
         if any(self.span % every for every in plan.ticks.every):
-            raise UserError("the check knows only loops whose periods divide the slowest one")
+            raise UserError("the check supports only loops whose periods divide the slowest one")
 
     def after(self, x: list[Enclosure], ticks: Array, p: Operand) -> list[Operand]:
         """The states a sample later. Leaves that the loop writes before it reads them begin as no number at all.
@@ -85,7 +85,7 @@ class Loop:
         for i, leaf in enumerate(found):
             held = isinstance(leaf, float) and leaf == self.start[i]
             if i not in self.dead and i not in self.places and not held:
-                raise UserError("something that is no state of the certificate changes the flight")
+                raise UserError("a number that is not a state of the certificate affects the flight")
         return [found[i] for i in self.places]
 
     def filled(self, x: list[Enclosure], others: dict[int, Enclosure]) -> list[Operand]:
@@ -153,7 +153,7 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
     for i, number in enumerate(after):
         if not isinstance(number, Enclosure) or number.parts is None or not np.all(np.isfinite(number.centre)):
-            raise UserError(f"{found.states[i]} does not come out of the loop as a state does")
+            raise UserError(f"{found.states[i]} is not returned by the loop as a state is")
         linear[:, i] = number.parts.T
         rest[:, i] = number.rest + np.abs(number.centre - found.flown[begin + 1 : end + 1, i]) * UP
     into = 2.0 * np.eye(n) - found.spread
@@ -242,11 +242,11 @@ def check_certificate(path: Path) -> Checked:
     shear = found.spread - np.eye(n)
     moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
     if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
-        raise UserError(f"{path}: its coordinates are no shear that leaves the position alone")
+        raise UserError(f"{path}: its coordinates are not a shear that keeps the position")
     if (len(found.flown) - 1) * loop.span != plan.ticks.last // loop.span * loop.span or found.block % STRIDE:
-        raise UserError(f"{path}: its samples are not those of its mission")
+        raise UserError(f"{path}: its samples do not match its mission")
     if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
-        raise UserError(f"{path}: its flight does not begin where its mission does")
+        raise UserError(f"{path}: its flight does not start where its mission does")
     into = 2.0 * np.eye(n) - found.spread
     blocks, seconds = [], loop.span * plan.ticks.step
     failed, position = "", np.zeros((len(found.flown), axes))
@@ -269,7 +269,7 @@ def check_certificate(path: Path) -> Checked:
                 break
     most = position.max(axis=0)
     if not failed and np.any(most > found.position):
-        failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within what the file claims"
+        failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
     time = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
     off = [np.abs(found.flown[:, i] - wanted[i]) + found.position[i] for i in range(axes)]

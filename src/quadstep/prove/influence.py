@@ -62,7 +62,7 @@ class Influences:
         return Influence(frozenset()).with_(condition, yes, no)
 
     def word(self, x: Operand) -> Operand:
-        raise TypeError("the law works on the bits of a number")
+        raise TypeError("the law manipulates the bits of a number")
 
     def opaque(self, *_: object) -> Operand:
         raise TypeError("it calls an opaque function")

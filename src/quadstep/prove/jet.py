@@ -121,7 +121,7 @@ class Jets:
             return Jet(value, x.slopes * (0.5 * inverse(value)), x.kinked)
         if zero(x.value) and x.value.square:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
-        raise UndefinedError(f"a square root that may be zero has no slope ({place()})")
+        raise UndefinedError(f"a square root that may be zero has no derivative ({place()})")
 
     def atan2(self, y: Operand, x: Operand) -> Jet:
         like = y if isinstance(y, Jet) else x
@@ -134,12 +134,12 @@ class Jets:
     def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
         if isinstance(condition, Truth):
             if np.any(condition.holds & condition.fails):
-                raise UndefinedError(f"a choice on its edge ({place()})")
+                raise UndefinedError(f"a `where` exactly on its boundary ({place()})")
             condition = condition.holds
         return yes if np.all(condition) else no
 
     def word(self, x: Jet) -> Operand:
-        raise UndefinedError(f"the law works on the bits of a number ({place()})")
+        raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
 
     def opaque(self, *_: object) -> Operand:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")

@@ -126,7 +126,7 @@ class Knowns:
         return condition if isinstance(condition, Known) else yes if condition else no
 
     def word(self, x: Known) -> Operand:
-        raise TypeError("the law works on the bits of a number")
+        raise TypeError("the law manipulates the bits of a number")
 
     def opaque(self, *_: object) -> Operand:
         raise TypeError("it calls an opaque function")

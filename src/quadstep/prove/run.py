@@ -113,7 +113,7 @@ def prove_mission(
             for axis, p, o, q in zip(plan.loop.plant.axes, position, off.T, 1.001 * result.position.T, strict=True)
         ],
         [
-            f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays as near as this at all "
+            f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays within these bounds at all "
             f"{len(flown)} samples."
         ],
         out,
@@ -127,7 +127,7 @@ def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, c
     try:
         block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into) @ start, 1e-12), 0, 1)
     except UndefinedError as error:
-        raise UserError(f"{path}: nothing bounds the first sample over the starts and unknowns: {error}") from None
+        raise UserError(f"{path}: no bound of the first sample over the starts and unknowns: {error}") from None
 
 
 def check(path: Path) -> Verdict:
@@ -140,7 +140,9 @@ def check(path: Path) -> Verdict:
         [axis, "proved", f"{millimetres(p)} mm", f"{millimetres(o)} mm"]
         for axis, p, o in zip(found.axes, found.position, found.off_path, strict=True)
     ]
-    says = f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays as near as this at all its samples."
+    says = (
+        f"confirmed: every flight of {found.seconds:g} s {under(found.unknown)} stays within these bounds at all its samples."
+    )
     return Verdict(found.name, Kind.PROVED, rows, [says])
 
 
@@ -172,7 +174,7 @@ def under(unknown: Unknown) -> str:
     """The unknowns in words."""
     said = [
         f"any force within {unknown.force:g} N" if unknown.force else "",
-        f"any torque within {unknown.torque:g} N m an axis, new at every sample" if unknown.torque else "",
+        f"any torque within {unknown.torque:g} N m per axis, new at every sample" if unknown.torque else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
         f"a start within {1e3 * unknown.start:g} mm of the mission's on each axis" if unknown.start else "",
@@ -190,7 +192,7 @@ def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, res
         for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
     ]
     return Verdict(
-        name, Kind.OPEN, rows, [f"open: {under(unknown)} the tube is closed until {seconds:g} s, not beyond: {result.why}."]
+        name, Kind.OPEN, rows, [f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}."]
     )
 
 

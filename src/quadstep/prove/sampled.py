@@ -68,7 +68,7 @@ class Sampled:
         try:
             after = self.run([Influence(frozenset((i,))) for i in range(count)], np.arange(self.samples) * float(self.span))
         except TypeError as error:
-            raise UserError(f"controller: nothing can be proved of it: {error}") from None
+            raise UserError(f"controller: nothing can be proved about it: {error}") from None
         reasons = [of(leaf) for leaf in after]
         found = set(range(len(flatten(self.like.state))))
         found = set().union(*(reasons[i] for i in found))
@@ -107,7 +107,7 @@ class Sampled:
         loop = Recorded(**own, leaves=len(self.start))
         log = fly(self.plan._replace(loop=loop, ticks=self.ticks._replace(log=1)))
         if not len(log.rows):
-            raise UserError("the flight has no first sample: a number of it is not finite at t = 0 s")
+            raise UserError("the flight has no first sample: a number is not finite at t = 0 s")
         moving = len(flatten(self.like.state))
         before = np.vstack([[self.start], log.rows[:-1]])  # what is sampled stays until the next sample
         before[:, :moving] = log.rows[:, :moving]
@@ -123,15 +123,15 @@ def refuse_unprovable(plan: FlightPlan) -> None:
     """Raises UserError where a flight is more than equations from sample to sample."""
     loop = plan.loop
     if not isinstance(loop, Loop):
-        raise UserError("nothing can be proved of this kind of flight")
+        raise UserError("nothing can be proved about this kind of flight")
     if isinstance(loop.controller.alone, Opaque):
         raise UserError(
             f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved of it"
         )
     if loop.sensing is not None and loop.sensing.noisy:
-        raise UserError("sensors: nothing can be proved under noise without bounds; set every noise, bias and walk to 0")
+        raise UserError("sensors: nothing can be proved with unbounded noise; set every noise, bias and walk to 0")
     if loop.air is not None and loop.air.stirs:
-        raise UserError("wind: a proof needs air without turbulence; leave it out")
+        raise UserError("wind: nothing can be proved with turbulence; leave it out")
     if max(plan.ticks.every) > plan.ticks.last:
         raise UserError("simulation: a loop of the controller is slower than the whole flight")
 

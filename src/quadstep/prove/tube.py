@@ -182,7 +182,10 @@ def tube(
                 break
             if not np.all(found.inside < MOST):
                 return Open(
-                    first, f"{loop.names[int(np.argmax(found.inside))]} grew without end", boxes[:place], position[: first + 1]
+                    first,
+                    f"{loop.names[int(np.argmax(found.inside))]} grew without bound",
+                    boxes[:place],
+                    position[: first + 1],
                 )
             box = np.maximum(box, found.inside * LARGER)
         else:

@@ -47,7 +47,7 @@ def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
     given = [name for name, value in zip(Unknown._fields[:4], unknown, strict=False) if value]
     paper = isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance)
     if given and not paper:
-        raise UserError(f"--{given[0]}: only on the paper's plant with its own disturbance; leave it out")
+        raise UserError(f"--{given[0]}: supported only on the paper's plant with its own disturbance; leave it out")
 
 
 def with_unknown(p: Structure, unknown: Unknown, first: int, total: int, samples: int) -> Structure:

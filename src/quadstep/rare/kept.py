@@ -86,10 +86,10 @@ def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) ->
     found = read_manifest(folder)
     if found is None:
         if resume:
-            raise UserError(f"{folder}: there is nothing to resume; leave out --resume to start")
+            raise UserError(f"{folder}: nothing to resume; leave out --resume to start")
         strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING)]
         if strange:
-            raise UserError(f"{folder}: holds files of another kind ({min(strange)}); choose another --out")
+            raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
         kept = Kept(folder, mine)
         kept.save()
         return kept
@@ -143,4 +143,4 @@ def read_manifest(folder: Path) -> Manifest | None:
     try:
         return Manifest.model_validate(read_json(path))
     except (UserError, ValidationError):
-        raise UserError(f"{path}: is not one of ours, or damaged; choose another --out") from None
+        raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None

@@ -18,15 +18,15 @@ from quadstep.report.sheet import Sheet
 REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
 
 READING = (
-    "A replicate leads flights towards failure in steps: each keeps those that came closest by the score and flies more like "
-    "them. Subset simulation multiplies the shares that the steps keep; cross-entropy fits a distribution to the failures, "
-    "draws from it and weighs each flight by how likely the campaign would have drawn it. All replicates do this anew, with "
-    "other random numbers, and what differs between them makes the interval.",
-    "The interval takes the replicates as log-normal (Cox's interval of the mean, Student's quantile). It knows of no way "
-    "to fail that no replicate found: that is what the crude flights and the second opinions are for. Nor does it "
-    "know whether the keys are distributed as the campaign says, and a small probability is made of the tails.",
-    "Noise is drawn anew: in subset simulation half of the candidates meet noise of their own and the others keep their "
-    "predecessor's; by cross-entropy every flight has its own. It is not led towards failure as the keys are.",
+    "A replicate steers flights towards failure in steps: each keeps the flights with the highest scores and flies more like "
+    "them. Subset simulation multiplies the shares kept at each step; cross-entropy fits a distribution to the failures, "
+    "draws from it and weights each flight by its likelihood under the campaign. All replicates repeat this with "
+    "different random numbers, and the interval comes from their scatter.",
+    "The interval assumes log-normal replicates (Cox's interval for the mean, Student's quantile). It does not account for a "
+    "failure mode that no replicate found: that is what the plain Monte Carlo flights and second opinions are for. Nor "
+    "does it say whether the keys are distributed as in the campaign, and a small probability depends on the tails.",
+    "Noise is redrawn: in subset simulation half of the candidates get new noise and the others keep their "
+    "predecessor's; with cross-entropy every flight has its own. Unlike the keys, it is not steered towards failure.",
 )
 
 
@@ -58,7 +58,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         ("campaign", f"{file.name}, {path}"),
         ("mission", f"{campaign.content.get('name', 'Flight')}, {campaign.source}"),
         ("a flight fails", f"if it ends early{f', or {limits}' if limits else ''}"),
-        ("method", f"{file.rare.method.words}, {file.rare.flights} flights in each level"),
+        ("method", f"{file.rare.method.words}, {file.rare.flights} flights per level"),
         ("seed, precision", f"{file.seed}, {file.precision}"),
         ("quadstep", kept.manifest.version),
     ]
@@ -69,16 +69,16 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         page.Fact("flights", f"{summary.flights}", "in all"),
     ]
     if summary.one_by_one:
-        facts.append(page.Fact("one by one", units.number(summary.one_by_one, 2), "flights for the same certainty"))
+        facts.append(page.Fact("plain Monte Carlo", units.number(summary.one_by_one, 2), "flights for the same accuracy"))
     return [
-        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", "The way to failure: probability over score")]),
+        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", "Path to failure: probability over score")]),
         *(page.paragraph(line) for line in more),
         *(page.paragraph(f"Warning: {line}") for line in summary.warnings),
         page.heading("Replicates", "replicates"),
         page.table(("", "method", "probability", "by failure and score", "flights"), replicate_rows(kept.pieces)),
         page.heading("The most likely failure found", "nearest"),
         *nearest(summary),
-        page.heading("What was flown", "flown"),
+        page.heading("Settings", "flown"),
         page.table(("", ""), flown),
         page.table(("what varies", "how"), [(key, told(file, key)) for key in file.keys]),
         page.heading("How to read this", "reading"),
@@ -105,7 +105,7 @@ def nearest(summary: Summary) -> list[str]:
     if summary.nearest is None:
         return [page.paragraph("No failure was found.")]
     return [
-        page.paragraph(f"{summary.nearest.deviations:.3g} deviations from the middle of what was drawn."),
+        page.paragraph(f"{summary.nearest.deviations:.3g} standard deviations from the median of the distributions."),
         page.table(("key", "value", "deviations from the median"), nearest_rows(summary)),
     ]
 

@@ -20,11 +20,9 @@ def check_space(file: CampaignFile, path: Path) -> None:
     """Refuses a campaign of which nothing is drawn, or not everything. Raises UserError."""
     grids = [name for name, one in file.vary.items() if isinstance(one, Grid)]
     if grids:
-        raise UserError(
-            f"{path}: vary.{grids[0]}: a grid is flown value by value and has no probabilities; use a choice or a distribution"
-        )
+        raise UserError(f"{path}: vary.{grids[0]}: a grid has no probabilities; use a choice or a distribution")
     if not file.keys:
-        raise UserError(f"{path}: vary: is empty; --rare needs keys whose values are drawn, --until does not")
+        raise UserError(f"{path}: vary: empty; --rare needs keys with distributions, --until does not")
 
 
 def values(file: CampaignFile, latent: Floats) -> dict[str, Drawn]:

@@ -110,29 +110,29 @@ def warnings(found: Summary) -> list[str]:
     none = int((own == 0.0).sum())
     if none:
         said.append(
-            f"{none} of {len(own)} replicates reached no failure: the score does not lead there, or hardly any flight fails. "
-            "Name another score (rare.score), or fly more flights in each level (rare.flights)."
+            f"{none} of {len(own)} replicates found no failure: the score does not lead there, or hardly any flight fails. "
+            "Use another score (rare.score) or more flights per level (rare.flights)."
         )
     elif own.max() > APART * own.min():
         said.append(
-            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Fly more flights in "
-            "each level (rare.flights), or name another score (rare.score)."
+            f"The replicates disagree: the largest is {own.max() / own.min():.3g} times the smallest. Use more flights "
+            "per level (rare.flights) or another score (rare.score)."
         )
     if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
         said.append(
-            f"Crude flights disagree: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+            f"Plain Monte Carlo flights disagree: {found.crude.failures} of {found.crude.flights} failed, a probability from "
             f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
         )
     for what, probability in found.opinions.items():
         if probability > max(MORE * found.probability.value, found.probability.high):
             said.append(
-                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a way to "
-                "fail; name the metrics that announce it (rare.score)."
+                f"A second opinion finds more failures: {probability:.3g} ({what}). The estimate may have missed a failure "
+                "mode; name the metrics that predict it (rare.score)."
             )
     if found.again is not None and found.again < FEW_AGAIN:
         said.append(
-            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with other noise, which is drawn anew "
-            "and not led towards failure. Expect an estimate no better than crude flights."
+            f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with different noise, which is redrawn "
+            "and not steered towards failure. Expect an estimate no better than plain Monte Carlo flights."
         )
     return said
 
@@ -164,13 +164,13 @@ def sentences(found: Summary, method: Method) -> list[str]:
     if found.one_by_one:
         times = found.one_by_one / found.flights
         lines.append(
-            f"{found.flights} flights in all; one by one it would take {found.one_by_one:.2g} to be as sure, "
+            f"{found.flights} flights in all; plain Monte Carlo would need {found.one_by_one:.2g} for the same accuracy, "
             f"{times:.2g} times as many."
         )
     lines.append(
-        f"Crude flights: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+        f"Plain Monte Carlo flights: {found.crude.failures} of {found.crude.flights} failed, a probability from "
         f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
     )
     if found.again is not None:
-        lines.append(f"{100 * found.again:.3g} % of the failures fail again with other noise.")
+        lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
     return lines

@@ -24,9 +24,9 @@ def verdict(found: Found, file: Path, least: float | None) -> Verdict:
     if least is not None:
         failure = None
         if success.low < least:
-            failure = f"success rate should be at least {least:.10g}, but is only known to be above {success.low:.10g}"
+            failure = f"success rate should be at least {least:.10g}, but is only shown to be above {success.low:.10g}"
         elif summary.warnings:
-            failure = f"the estimate is not to be relied on: {summary.warnings[0]}"
+            failure = f"the estimate is not reliable: {summary.warnings[0]}"
         cases.append(Case(f"at least {least:.10g} of the flights succeed, with 95 % confidence", failure))
     content = {
         "version": __version__,

@@ -73,7 +73,7 @@ def sheet(figures: str = USUAL, width: float | None = None, style: str = SCREEN)
     formats = tuple(dict.fromkeys(name.strip().lower() for name in figures.split(",")))
     for name in formats:
         if name not in FORMATS:
-            raise UserError(f"--figures: {name!r:.40} is not known; allowed: {', '.join(FORMATS)}, with commas between")
+            raise UserError(f"--figures: {name!r:.40} is not known; allowed: {', '.join(FORMATS)}, separated by commas")
     if width is not None and not (math.isfinite(width) and NARROWEST <= width <= WIDEST):
         raise UserError(f"--width: should be from {NARROWEST:g} to {WIDEST:g} mm, not {width:g}")
     if style == SCREEN:

@@ -127,8 +127,8 @@ def answer(claims: list[Claim]) -> str:
     """What came of the paper's claims, in a sentence."""
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
     return (
-        f"Of {len(claims)} claims that the paper makes of its simulations, {count[Verdict.HOLDS]} hold when they are flown "
-        f"again, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
+        f"Of {len(claims)} claims that the paper makes of its simulations, {count[Verdict.HOLDS]} hold when "
+        f"reproduced, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
     )
 
 
@@ -142,7 +142,7 @@ def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
         page.Fact(
             "Case 1, position RMSE",
             units.quantity(case["position_rmse[m]"], "m"),
-            f"at most {units.quantity(off, 'm')} off along an axis",
+            f"largest error along an axis {units.quantity(off, 'm')}",
         ),
         page.Fact(
             "stress flights with nets that complete",
@@ -163,7 +163,7 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
         page.paragraph(
             "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009), "
             f"Section 6, replayed by quadstep {__version__}. Numbers in full: metrics.json, claims.json and the CSV files "
-            "beside this page."
+            "next to this page."
         ),
         page.heading("What the paper claims, and what was measured", "claims"),
         page.table(
@@ -181,7 +181,7 @@ def report_sections(out: Path, study: Study, claims: list[Claim], flying: bool =
             rich,
         ),
         page.heading("Case 3 from other starts and with other gains of [11]", "starts"),
-        page.paragraph("Whether each sentence is true of the flight; the paper gives neither the start nor the gains."),
+        page.paragraph("Whether each claim holds for the flight; the paper gives neither the start nor the gains."),
         page.table(start_header, start_rows, rich),
         page.heading("Stress flights: Case 1's path in less time, under more disturbance", "stress"),
         page.paragraph("Position RMSE and largest tilt, or the time and reason of divergence."),

@@ -107,7 +107,7 @@ def shares(values: tuple[float, ...], said: str) -> list[float]:
     if not any(values):
         return [1.0] * len(values)
     if values[0] == 0.0:
-        raise UserError(f"{said}: the first entry is 0, and the others cannot keep their proportion to it; name each entry")
+        raise UserError(f"{said}: the first entry is 0, so the others cannot be scaled with it; name each entry")
     return [value / values[0] for value in values]
 
 
@@ -123,7 +123,7 @@ def looked_up(mission: Mission, names: Sequence[str], said: str) -> object:
         else:
             raise UserError(f"{said}: unknown key; allowed: {', '.join(tunable(mission))}")
         if value is None:
-            raise UserError(f"{said}: is left out, and follows from other numbers; give it in the mission first")
+            raise UserError(f"{said}: is not in the mission, and is derived from other numbers; give it in the mission first")
     return value
 
 

@@ -33,7 +33,7 @@ from quadstep.tuning.theorem import Conditions
 UNSEEN = 2**20
 """The first flight of those that no gain is tuned on."""
 
-ASK = '[tune] is missing; say what may change, as in gains = { "controller.K_r1" = { low = 1.0, high = 30.0 } }'
+ASK = '[tune] is missing; list the gains to tune, as in gains = { "controller.K_r1" = { low = 1.0, high = 30.0 } }'
 
 Numbers = Mapping[str, float]
 

@@ -26,12 +26,12 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
         page.summary(compared.verdict, facts(compared), [drawn]),
         page.heading("The gains", "gains"),
         page.table(("gain", "present", "tuned"), gains, escape),
-        page.heading("On flights that no gain was tuned on", "unseen"),
+        page.heading("On unseen flights", "unseen"),
         page.paragraph(
-            f"{compared.flights} flights with each, the same for both; intervals at 95 %. The difference is taken flight by "
+            f"{compared.flights} flights with each set of gains, the same for both; 95 % intervals. Differences are paired by "
             "flight."
         ),
-        page.table(("", "present", "tuned", "tuned less present"), measured),
+        page.table(("", "present", "tuned", "tuned - present"), measured),
         page.heading("The search", "search"),
         page.paragraph(
             f"Objective over the flights tuned on, their {AGGREGATES[asked.section.aggregate]}: {units.number(before)} "
@@ -59,7 +59,7 @@ def facts(compared: Compared) -> list[page.Fact]:
         size = max(abs(one) for one in (low, value, high) if math.isfinite(one))
         more = f"95 % interval: {low:+.3g} to {high:+.3g} %".replace("-", "−") if math.isfinite(low) else ""
         span = page.Span("", low, value, high, -1.2 * size, 1.2 * size) if math.isfinite(low) and size else None
-        found.append(page.Fact("objective, tuned less present", f"{value:+.3g} %".replace("-", "−"), more, span))
+        found.append(page.Fact("objective, tuned - present", f"{value:+.3g} %".replace("-", "−"), more, span))
     return found
 
 

@@ -78,7 +78,7 @@ def check_budget(wanted: Asked, budget: int) -> None:
     least, count = least_budget(wanted), population(len(wanted.gains), wanted.seeds)
     if budget < least:
         raise UserError(
-            f"--budget: {budget} flights are too few; needed are at least {least}: the present gains and one generation of "
+            f"--budget: {budget} flights are too few; at least {least} are needed: the present gains and one generation of "
             f"{count} candidates, {wanted.seeds} flights each (tune.seeds), and for the comparison 2 x {wanted.unseen} "
             "(tune.unseen)"
         )

@@ -1,6 +1,6 @@
 """A TOML file with a few values changed and all else left as it is: comments, order, blank lines.
 
-Where that does not give the wanted content, the file is written anew.
+If that does not give the desired content, the file is rewritten.
 """
 
 import tomllib

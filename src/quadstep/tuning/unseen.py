@@ -41,7 +41,7 @@ class Compared(NamedTuple):
 BETTER = "The tuned gains are better{where}."
 WORSE = "The tuned gains are WORSE{where}: do not use them."
 SAME = "The tuned gains are NOT shown to be better{where}; more flights (tune.seeds, --budget) or wider ranges may help."
-UNCHANGED = "Nothing better than the present gains was found: tuned.toml has the same."
+UNCHANGED = "No better gains were found: tuned.toml has the present ones."
 NEGLIGIBLE = 1e-3
 """Share of the present objective below which a change is negligible."""
 

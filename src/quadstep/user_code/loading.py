@@ -30,7 +30,7 @@ def refuse(reason: str) -> None:
 def load(found: Place, folder: Path) -> object:
     """The class or function that a mission names. folder: the mission's. Raises UserError."""
     if refused:
-        raise UserError(f"{found.text}: code of users is not run: {refused}")
+        raise UserError(f"{found.text}: user code is not run: {refused}")
     path = found.file(folder)
     if path is None and found.text not in NAMED:
         with contextlib.suppress(UserError):  # too many files

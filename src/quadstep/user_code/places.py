@@ -42,9 +42,7 @@ class Place(NamedTuple):
         if files.is_file(beside) and not self.entry:
             return resolved(beside)
         if PathFinder.find_spec(self.where.partition(".")[0]) is None:
-            raise UserError(
-                f"{self.text}: there is no {beside.name} in {beside.parent}, and no module {self.where} is installed"
-            )
+            raise UserError(f"{self.text}: there is no {beside.name} in {beside.parent} and no installed module {self.where}")
         return None
 
 
