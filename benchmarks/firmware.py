@@ -7,13 +7,13 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import Mission
 from quadstep.c99.interface import loops
 from quadstep.c99.subject import exported
 from quadstep.errors import UserError
 from quadstep.export.arm import measured, section
 from quadstep.export.c99 import c99_files
 from quadstep.flight.engines import FlightPlan
+from quadstep.mission.multirotor import MultirotorMission
 
 LAWS = ("rotation-backstepping", "backstepping", "pid", "geometric", "lqr", "raptor", "mpc", "mppi")
 
@@ -27,7 +27,8 @@ APART = r"\.(text|rodata)(?!\S*_(made|start|reset)\b)\S*"
 def plan(law: str) -> FlightPlan:
     """The flight whose controller is exported."""
     path = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
-    return Mission(vehicle={"preset": "crazyflie"}, path=path, controller={"type": law}).plan()
+    mission = {"vehicle": {"preset": "crazyflie"}, "path": path, "controller": {"type": law}}
+    return MultirotorMission.model_validate(mission).plan()
 
 
 class Cells(NamedTuple):
