@@ -30,7 +30,12 @@ def write(path: Path, found: Sequence[Beside], controller: str) -> None:
 def answer(found: Sequence[Beside]) -> str:
     """How alike they are, in a sentence."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
-    return f"Of {len(found)} flights, {near} are reproduced with an RMSE within a factor of two of the real one."
+    return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found))}."
+
+
+def counted(flights: int) -> str:
+    """So many flights."""
+    return f"{flights} flight{'s' * (flights != 1)}"
 
 
 def facts(found: Sequence[Beside]) -> list[Fact]:

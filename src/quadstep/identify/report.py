@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from quadstep.atomic import write_beside
 from quadstep.errors import UserError
-from quadstep.identify.beside_page import SVG, drawn, sections
+from quadstep.identify.beside_page import SVG, counted, drawn, sections
 from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
@@ -76,11 +76,6 @@ def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
     ratio = best.ratio(AHEAD, "position").value
     others = f"the position error {AHEAD} samples ahead is {percent(ratio)} of that without a model"
     return f"{said}; on {counted(len(run.held_out))} held out, {others}."
-
-
-def counted(flights: int) -> str:
-    """So many flights."""
-    return f"{flights} flight{'s' * (flights != 1)}"
 
 
 def facts(run: Run) -> list[Fact]:

@@ -66,7 +66,7 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
     value, low, high = (units.number(part) for part in summary.probability)
     facts = [
         page.Fact("probability of failure", value, f"95 %: {low} to {high}"),
-        page.Fact("flights", f"{summary.flights}", "in all"),
+        page.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one:
         facts.append(page.Fact("plain Monte Carlo", units.number(summary.one_by_one, 2), "flights for the same accuracy"))
@@ -94,7 +94,7 @@ def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
             one.method.value,
             f"{one.probability:.3g}",
             "; ".join(f"{event.failure}: {event.probability:.3g}, {', '.join(event.score)}" for event in one.events),
-            str(one.flights),
+            f"{one.flights:,}",
         )
         for one in pieces
     ]

@@ -120,8 +120,8 @@ def warnings(found: Summary) -> list[str]:
         )
     if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
         said.append(
-            f"Plain Monte Carlo flights disagree: {found.crude.failures} of {found.crude.flights} failed, a probability from "
-            f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
+            f"Plain Monte Carlo flights disagree: {found.crude.failures:,} of {found.crude.flights:,} failed, a probability "
+            f"from {found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
         )
     for what, probability in found.opinions.items():
         if probability > max(MORE * found.probability.value, found.probability.high):
@@ -164,11 +164,11 @@ def sentences(found: Summary, method: Method) -> list[str]:
     if found.one_by_one:
         times = found.one_by_one / found.flights
         lines.append(
-            f"{found.flights} flights in all; plain Monte Carlo would need {found.one_by_one:.2g} for the same accuracy, "
+            f"{found.flights:,} flights in all; plain Monte Carlo would need {found.one_by_one:.2g} for the same accuracy, "
             f"{times:.2g} times as many."
         )
     lines.append(
-        f"Plain Monte Carlo flights: {found.crude.failures} of {found.crude.flights} failed, a probability from "
+        f"Plain Monte Carlo flights: {found.crude.failures:,} of {found.crude.flights:,} failed, a probability from "
         f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
     )
     if found.again is not None:
