@@ -99,23 +99,24 @@ def rest(loop: Sampled) -> Rest:
             slopes[:, other] += slopes[:, place]
             left[place] = 0.0
         inner = slopes[np.ix_(live, live)]
-        idle = [loop.names[place] for i, place in enumerate(live) if np.all(np.abs(inner[i] - np.eye(len(live))[i]) < SAME)]
-        if idle:
-            raise UserError(
-                f"{', '.join(idle)}: to first order these stay where they are put, and do not return by themselves"
-            )
-        try:
-            change = np.linalg.solve(np.eye(len(live)) - inner, left[live])
-        except np.linalg.LinAlgError:
-            break
+        change = np.linalg.lstsq(np.eye(len(live)) - inner, left[live], rcond=1e-12)[0]
         if not np.all(np.isfinite(change)):
             break
         state[live] += change
         for place, other in twins.items():
             state[place] = state[other]
         if np.all(np.abs(change) <= AT_REST * (1.0 + np.abs(state[live]))):
+            refuse_idle([loop.names[place] for place in live], inner)
             return reduced(loop, Rest(state, tuple(map(int, live)), twins, -1, inner))
     raise UserError("no state was found in which the loop rests")
+
+
+def refuse_idle(names: list[str], slopes: Array) -> None:
+    """Raises UserError for numbers that stay where they are put."""
+    unit = np.eye(len(names))
+    idle = [name for name, row, one in zip(names, slopes, unit, strict=True) if np.all(np.abs(row - one) < SAME)]
+    if idle:
+        raise UserError(f"{', '.join(idle)}: to first order these stay where they are put, and do not return by themselves")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:
