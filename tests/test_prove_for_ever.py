@@ -2,11 +2,13 @@
 
 import itertools
 import json
+from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 
+from benchmarks.hover_boxes import row
 from quadstep import Mission, exit_codes
 from quadstep import numbers as n
 from quadstep.numbers.enclosure import Enclosure, Fresh
@@ -17,6 +19,8 @@ from quadstep.prove.sampled import Sampled
 from quadstep.prove.set_certificate import read_set
 from quadstep.prove.unknown import Unknown
 from tests.commands import quadstep, write
+
+PAGE = Path(__file__).parent.parent / "docs" / "prove.md"
 
 HOVER = """\
 [vehicle]
@@ -239,3 +243,13 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
     for entry, by, part in zip(back, plain, axis, strict=True):
         assert abs(by - float(entry.centre[0])) <= entry.rest[0] + 1e-300
         assert abs(angle * part - by) < 1e-12
+
+
+# The table of docs/prove.md
+
+
+@pytest.mark.parametrize("law", ["geometric", "lqr"])
+def test_rows_of_the_table_are_those_of_the_page(law):
+    page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))
+    said, found = (float(line.split("|")[2].split()[0]) for line in (page, row(law)))
+    assert 0.97 * said < found < 1.03 * said
