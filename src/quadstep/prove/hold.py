@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.errors import UserError
+from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.invariant import Held, Set, largest
 from quadstep.prove.modes import Modes, modes
@@ -69,8 +70,10 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
 def described(loop: Sampled, one: Hold) -> list[tuple[str, str]]:
     """What the set holds beside the position: quantity, and how far it may be from its rest."""
     groups: dict[str, list[float]] = {}
-    for name, reach in zip(loop.names, one.reach, strict=True):
-        groups.setdefault(name.partition(".")[0], []).append(float(reach))
+    moving = len(flatten(loop.like.state))
+    for place, name, reach in zip(loop.places, loop.names, one.reach, strict=True):
+        if place < moving:
+            groups.setdefault(name.partition(".")[0], []).append(float(reach))
     rows = []
     if "attitude" in groups:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.errors import UserError
 from quadstep.numbers import Structure, sqrt, total
@@ -99,7 +100,11 @@ def rest(loop: Sampled) -> Rest:
             slopes[:, other] += slopes[:, place]
             left[place] = 0.0
         inner = slopes[np.ix_(live, live)]
-        change = np.linalg.lstsq(np.eye(len(live)) - inner, left[live], rcond=1e-12)[0]
+        change, rows = np.zeros(len(live)), np.flatnonzero(~idle(inner))
+        try:
+            change[rows] = np.linalg.solve((np.eye(len(live)) - inner)[np.ix_(rows, rows)], left[live][rows])
+        except np.linalg.LinAlgError:
+            break
         if not np.all(np.isfinite(change)):
             break
         state[live] += change
@@ -111,12 +116,17 @@ def rest(loop: Sampled) -> Rest:
     raise UserError("no state was found in which the loop rests")
 
 
+def idle(slopes: Array) -> NDArray[np.bool_]:
+    """Which numbers stay where they are put, to first order."""
+    found: NDArray[np.bool_] = np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
+    return found
+
+
 def refuse_idle(names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that stay where they are put."""
-    unit = np.eye(len(names))
-    idle = [name for name, row, one in zip(names, slopes, unit, strict=True) if np.all(np.abs(row - one) < SAME)]
-    if idle:
-        raise UserError(f"{', '.join(idle)}: to first order these stay where they are put, and do not return by themselves")
+    found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
+    if found:
+        raise UserError(f"{', '.join(found)}: to first order these stay where they are put, and do not return by themselves")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:
