@@ -57,7 +57,7 @@ class Hover:
 class FakeArduPilot(threading.Thread):
     """Sends pulse widths and reads JSON, in lockstep. silent_after: samples after which it says nothing more."""
 
-    def __init__(self, port, hover, silent_after=math.inf, garbage=False):
+    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
         super().__init__(daemon=True)
         self.port, self.hover, self.silent_after, self.garbage = port, hover, silent_after, garbage
         self.seen = []
@@ -83,17 +83,25 @@ class FakeArduPilot(threading.Thread):
 
 
 class FakePx4(threading.Thread):
-    """Connects over TCP, reads HIL_SENSOR and answers HIL_ACTUATOR_CONTROLS. It has no attitude but the one it integrates."""
+    """Connects over TCP, reads HIL_SENSOR and answers HIL_ACTUATOR_CONTROLS. It has no attitude but the one it integrates.
 
-    def __init__(self, port, hover, silent_after=math.inf, garbage=False):
+    flights: how often it is started anew.
+    """
+
+    def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
         super().__init__(daemon=True)
-        self.port, self.hover, self.silent_after, self.garbage = port, hover, silent_after, garbage
+        self.port, self.hover, self.silent_after, self.garbage, self.flights = port, hover, silent_after, garbage, flights
         self.seen, self.fixes = [], []
         self.stop = threading.Event()
 
     def run(self):
+        for _ in range(self.flights):
+            self.fly()
+
+    def fly(self):
         from pymavlink.dialects.v20 import common
 
+        self.hover.height = None
         with self._connected() as link:
             if self.garbage:
                 link.sendall(b"GET / HTTP/1.1\r\n" * 40)
@@ -128,7 +136,7 @@ class FakePx4(threading.Thread):
                     link.sendall(answer.pack(mav))
 
     def _connected(self):
-        for _ in range(200):
+        for _ in range(2000):
             try:
                 return socket.create_connection(("127.0.0.1", self.port), timeout=5.0)
             except OSError:

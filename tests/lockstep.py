@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from quadstep.autopilot.flight import meet, opened, under
+from quadstep.autopilot.controller import CONNECTIONS
 from quadstep.flight.engines import fly
 from quadstep.mission.read import plan_mission, read_mission
 from tests.autopilots import FAKES, HOVERING, Hover, free_port
@@ -21,28 +21,33 @@ TIMES = {"ardupilot": (0.001, 0.001), "px4": (0.004, 0.002)}
 def lockstep(name, folder):
     """Seconds flown by a second of computing, once everything is compiled."""
     (fake, kind), (period, step) = FAKES[name], TIMES[name]
-    path = folder / f"{name}.toml"
-    path.write_text(HOVERING.format(duration=5.0, period=period) + f"step = {step}\n", encoding="utf-8")
-    mission, port = read_mission(path), free_port(kind)
-    link = opened(name, str(port))
-    pilot = fake(port, Hover(plan_mission(mission, path)))
+    path, port = folder / f"{name}.toml", free_port(kind)
+    text = HOVERING.format(duration=5.0, period=period) + f"step = {step}\n"
+    path.write_text(f'{text}[controller]\ntype = "{name}"\nconnect = "{port}"\n', encoding="utf-8")
+    plan = plan_mission(read_mission(path), path)
+    pilot = fake(port, Hover(plan))
     other = multiprocessing.get_context("fork").Process(target=pilot.run, daemon=True)
     other.start()
     try:
-        with under(link, mission) as piloted:
-            plan = plan_mission(piloted.mission, path)
-            began = []
+        began = []
+        piloted = CONNECTIONS[int(plan.parameters.gains.handle)]
+        connect = piloted.connect
+
+        def timed():
+            link = connect()
             exchange = link.exchange
 
-            def timed(sample):
-                if not began:
-                    began.append(time.process_time())
+            def first(sample):
+                link.exchange = exchange
+                began.append(time.process_time())
                 return exchange(sample)
 
-            link.exchange = timed
-            meet(link, plan)
-            fly(plan)
-            taken = time.process_time() - began[0]
+            link.exchange = first
+            return link
+
+        piloted.connect = timed
+        fly(plan)
+        taken = time.process_time() - began[0]
     finally:
         other.terminate()
     return plan.ticks.last * plan.ticks.step / taken

@@ -4,9 +4,10 @@ import socket
 import threading
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
-from quadstep.autopilot import flight as autopilot_flight
+from quadstep.autopilot import controller as autopilots
 from quadstep.autopilot.address import address
 from quadstep.autopilot.ardupilot import ArduPilot
 from quadstep.autopilot.px4 import Px4
@@ -57,13 +58,35 @@ def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
 
 
 @pytest.mark.parametrize("name", FAKES)
+def test_an_autopilot_is_compared_with_our_own_laws(tmp_path, monkeypatch, name):
+    without_figures(monkeypatch)
+    monkeypatch.setattr("quadstep.comparison.cost.SAMPLES", 100)
+    gusty = '[wind]\nturbulence = {intensity = "moderate"}'
+    short = HOVERING.format(duration=1.5, period=0.004).replace("[wind]", gusty)
+    ours = write(tmp_path, f'{short}[controller]\ntype = "pid"\n', "ours.toml")
+    pilot = fake(name, ours, flights=3)
+    theirs = write(tmp_path, f'{short}[controller]\ntype = "{name}"\nconnect = "{pilot.port}"\n', "theirs.toml")
+    run = quadstep("compare", ours, theirs, "--seeds", "3", "--out", tmp_path / "out")
+    pilot.stop.set()
+    assert run.code == 0, run.err
+    tables = [pq.read_table(path) for path in (tmp_path / "out" / "flights").iterdir()]
+    flights = sorted((one for table in tables for one in table.to_pylist()), key=lambda one: one["controller"])
+    assert [one["controller"] for one in flights] == ["ours"] * 3 + ["theirs"] * 3
+    assert {one["outcome"] for one in flights} == {"completed"}
+    assert len({one["position_rmse[m]"] for one in flights if one["controller"] == "theirs"}) == 3
+    said = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "rotor speeds" in said  # what it commands
+    assert (tmp_path / "out" / "page.html").exists()  # of ours
+
+
+@pytest.mark.parametrize("name", FAKES)
 def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
     monkeypatch.setattr(f"quadstep.autopilot.{name}.WAIT", 0.3)
     mission = write(tmp_path, MISSION)
     pilot = fake(name, mission, silent_after=300)
     link = {"ardupilot": ArduPilot, "px4": Px4}[name]
-    monkeypatch.setattr(autopilot_flight, "opened", lambda *_: link(address(str(pilot.port), 1), wait=0.3))
+    monkeypatch.setitem(autopilots.KINDS, name, autopilots.Kind(lambda where: link(where, wait=0.3), 1))
     run = quadstep("fly", mission, "--autopilot", name, "--connect", pilot.port, "--out", tmp_path / "out")
     pilot.stop.set()
     assert run.code == 3, run.err

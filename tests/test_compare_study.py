@@ -94,6 +94,11 @@ def test_gains_of_unlike_parts_are_tuned_each_by_itself():
     mission = one.nominal(VEHICLE, {"type": "rotation-backstepping", "nets": {"enabled": False}})
     keys = list(training.ranges(one.file.controllers["firm"].model_copy(update={"frozen": None}), mission))
     assert not [key for key in keys if key.startswith("nets")]
+    mission = one.nominal(VEHICLE, one.knowing(VEHICLE, {"type": "rotation-backstepping", "nets": {"kappa1": 0.02}}))
+    keys = list(training.ranges(one.file.controllers["firm"].model_copy(update={"frozen": None}), mission))
+    assert [key for key in keys if key.startswith("nets")] == ["nets.F1", "nets.F2", "nets.kappa1", "nets.kappa2"]
+    assert mission.controller.nets.kappa1 == 0.02
+    assert mission.controller.nets.F1 > 0.0
 
 
 def test_what_keeps_the_adaptive_law_from_indi_is_asked_with_the_gains_of_the_study_that_ships():

@@ -10,9 +10,11 @@ from pydantic import AfterValidator, BaseModel
 from pydantic.fields import FieldInfo
 
 from docs.site.reference.markdown import code, plain, prose, table
+from quadstep.autopilot.controller import AutopilotSection
 from quadstep.campaign.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.campaign.schema import CampaignFile
 from quadstep.comparison.schema import StudyFile
+from quadstep.control.controller import Measured
 from quadstep.control.registry import controllers
 from quadstep.datasheet.sheet import Datasheet
 from quadstep.logs.mapping import Mapping
@@ -106,7 +108,8 @@ def tables_in(model: Model, field: FieldInfo) -> list[Model]:
     """Every table that a key may hold; of a mission's controller, those of the package that its vehicle can have."""
     found = models_in(field.annotation)
     if found == [ControllerSection] and issubclass(model, Mission):
-        return [section_of(law) for law in controllers(model.measures).values()]
+        found = [section_of(law) for law in controllers(model.measures).values()]
+        return [*found, AutopilotSection] if model.measures is Measured else found
     return found
 
 

@@ -21,5 +21,5 @@ def address(text: str, usual: int) -> Address:
     """The address that a text means. usual: the port where none is said. Raises UserError."""
     host, _, port = text.rpartition(":") if ":" in text else ("", "", text) if text.isdigit() else (text, "", "")
     if port and not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
-        raise UserError(f"--connect {text}: the port should be a number from 1 to 65535; allowed: PORT or HOST:PORT")
+        raise UserError(f"{text}: the port should be a number from 1 to 65535; allowed: PORT or HOST:PORT")
     return Address(host or HERE, int(port) if port else usual)

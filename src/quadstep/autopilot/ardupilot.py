@@ -38,7 +38,7 @@ class ArduPilot:
             self.socket.bind(where)
         except OSError as error:
             self.socket.close()
-            raise UserError(f"--connect {where}: cannot be listened on: {error.strerror or error}") from None
+            raise UserError(f"{where}: cannot be listened on: {error.strerror or error}") from None
 
     def meet(self, sample: Sample) -> None:
         try:

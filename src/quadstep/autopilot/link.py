@@ -1,6 +1,7 @@
 """What flies a vehicle through a socket: it is told the sensors of a sample and says how fast the rotors should turn."""
 
 import math
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -57,12 +58,32 @@ class Link(Protocol):
 
 
 class Piloted:
-    """The function that a flight asks: 17 numbers of a sample in, a speed for each rotor out. lost: why the flight ended."""
+    """The function that a flight asks: 17 numbers of a sample in, a share of full speed for each rotor out.
 
-    def __init__(self, link: Link, rotors: int, fastest: float) -> None:
-        self.link, self.rotors, self.fastest = link, rotors, fastest
-        self.lost = ""
+    connect: makes a new link for each flight. lost: why the last flight ended before its time; empty where it did not.
+    """
+
+    def __init__(self, connect: Callable[[], Link]) -> None:
+        self.connect, self.rotors, self.lost = connect, 0, ""
+        self.link: Link | None = None
         self._asked, self._answer = b"", [0.0]
+
+    def begin(self, sample: Sample, rotors: int) -> None:
+        """Before a flight: wait until the autopilot is there. Raises UserError."""
+        self.end()
+        self.rotors, self.lost, self._asked = rotors, "", b""
+        self.link = self.connect()
+        try:
+            self.link.meet(sample)
+        except BaseException:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """After a flight: hang up."""
+        if self.link:
+            self.link.close()
+        self.link = None
 
     def __call__(self, inputs: NDArray[np.float64]) -> list[float]:
         question = inputs.tobytes()
@@ -71,15 +92,15 @@ class Piloted:
         sample = sample_of(inputs)
         self._asked = question
         try:
-            outputs = [] if self.lost else self.link.exchange(sample)
+            outputs = [] if self.lost or not self.link else self.link.exchange(sample)
         except Lost as error:
             self.lost, outputs = f"{error} at {sample.time:g} s", []
-        speeds = [self.fastest * min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
-        self._answer = speeds if len(speeds) == self.rotors else [math.nan] * self.rotors
+        shares = [min(max(one, 0.0), 1.0) for one in outputs[: self.rotors]]
+        self._answer = shares if len(shares) == self.rotors else [math.nan] * self.rotors
         return self._answer
 
 
-def sample_of(inputs: NDArray[np.float64]) -> Sample:
+def sample_of(inputs: Iterable[float]) -> Sample:
     """A sample from our axes, z up and front, left, up."""
     t, px, py, pz, vx, vy, vz, w, x, y, z, p, q, r, fx, fy, fz = (float(one) for one in inputs)
     return Sample(t, (px, -py, -pz), (vx, -vy, -vz), (w, x, -y, -z), (p, -q, -r), (fx, -fy, -fz))

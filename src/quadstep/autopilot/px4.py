@@ -43,7 +43,7 @@ class Px4:
     """A link to PX4. Raises UserError where the port is in use, and where pymavlink is not installed."""
 
     def __init__(self, where: Address, first_wait: float = FIRST_WAIT, wait: float = WAIT) -> None:
-        common = optional("`quadstep fly --autopilot px4`", "pymavlink.dialects.v20.common")
+        common = optional("flying under PX4", "pymavlink.dialects.v20.common")
         self.where, self.first_wait, self.wait = where, first_wait, wait
         self.mav = common.MAVLink(self, srcSystem=1, srcComponent=51)
         self.mav.robust_parsing = True
@@ -57,7 +57,7 @@ class Px4:
             self.server.listen(1)
         except OSError as error:
             self.server.close()
-            raise UserError(f"--connect {where}: cannot be listened on: {error.strerror or error}") from None
+            raise UserError(f"{where}: cannot be listened on: {error.strerror or error}") from None
 
     def write(self, data: bytes) -> None:
         """What pymavlink packs is sent."""
@@ -74,6 +74,7 @@ class Px4:
             self.peer, _ = self.server.accept()
         except TimeoutError:
             raise UserError(f"no PX4 connected to {self.where} in {self.first_wait:g} s; start its simulation") from None
+        self.server.close()  # whoever connects while this flight lasts is refused, and not kept for after it
         self.peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for number in range(round(self.first_wait / STILL_EVERY)):
             self.behind = number * STILL_EVERY

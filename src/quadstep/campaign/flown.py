@@ -11,7 +11,8 @@ from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.planner import TYPICAL, Batch, planner
 from quadstep.campaign.schema import Campaign
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.sweep import Sweep, Swept
+from quadstep.flight.engines import announce, one_at_a_time
+from quadstep.flight.sweep import Sweep, Swept, joined
 from quadstep.numbers import Table, flatten
 
 MOST_SWEEPS = 256
@@ -56,9 +57,18 @@ class Flyer:
 
     def swept(self, batch: Batch, progress: Progress | None) -> Swept:
         """The flights of a batch. Raises what a controller that is no law over numbers raised."""
-        found = self.sweep(batch).fly(batch.rows, progress=progress)
-        batch.loop.loop.controller.landed(batch.parameters.gains)
-        return found
+        sweep, loop = self.sweep(batch), batch.loop.loop
+        if not one_at_a_time(loop):
+            found = sweep.fly(batch.rows, progress=progress)
+            loop.controller.landed(batch.parameters.gains)
+            return found
+        flights = []
+        for row in batch.rows:
+            start, parameters = batch.flight(row)
+            announce(loop, parameters, start)
+            flights.append(sweep.fly(row[None], progress=progress))
+            loop.controller.landed(parameters.gains)
+        return joined(flights)
 
     def rehearse(self) -> None:
         """Build the first flights, so that impossible flights are refused before anything is written. Raises UserError."""

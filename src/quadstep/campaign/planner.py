@@ -25,7 +25,7 @@ from quadstep.flight.loop import Loop
 from quadstep.flight.scored import Scored, scored
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.numbers import Table, flatten, leaf_names, rebuild
+from quadstep.numbers import Structure, Table, flatten, leaf_names, rebuild
 
 TYPICAL = 256
 """Flights from which the planner learns what can be built in one go: the first of the campaign, always the same."""
@@ -53,6 +53,14 @@ class Batch(NamedTuple):
     parameters: Any
     places: tuple[int, ...]
     rows: NDArray[np.float64]
+
+    def flight(self, row: NDArray[np.float64]) -> tuple[Structure, Structure]:
+        """Start and parameters of the flight of a row."""
+        leaves = flatten((self.start, self.parameters))
+        for place, value in zip(self.places, row, strict=True):
+            leaves[place] = float(value)
+        start, parameters = rebuild((self.start, self.parameters), iter(leaves))
+        return start, parameters
 
 
 class Planner:

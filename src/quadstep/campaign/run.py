@@ -67,7 +67,8 @@ def fly_campaign(
 
 
 def interrupted(store: Store) -> InterruptedRun:
-    """What is said on Ctrl-C."""
+    """What is said on Ctrl-C, once the manifest names every file: it may have come while the last one was written."""
+    store.save()
     kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
     return InterruptedRun(f"{kept} of {wanted} files of flights are kept in {store.folder}; continue with --resume")
 

@@ -2,7 +2,6 @@
 
 import os
 import time
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -89,17 +88,13 @@ def fly(
     with bar("loading") as shown:
         from quadstep.mission.fly import fly_mission
 
-        link = None
-        if autopilot is not None:
-            from quadstep.autopilot.flight import opened
-
-            link = partial(opened, autopilot, connect)
-
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)
             shown.to(done, total)
 
-        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on, link)
+        result = fly_mission(
+            mission, folder, engine, overwrite, told, flight, required, results, drawn_on, autopilot, connect or ""
+        )
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:

@@ -10,6 +10,7 @@ from quadstep.campaign.flown import Flyer
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.jobs import Fly
 from quadstep.comparison.study import FIRST, Situation
+from quadstep.errors import UserError
 from quadstep.flight.engines import fly
 from quadstep.mission.derived import ControllerSection
 from quadstep.page.build import build_page
@@ -27,19 +28,26 @@ class Shown(NamedTuple):
 
 
 def ghosts(found: Comparison, flights: Sequence[Fly]) -> Shown:
-    """The page, and what it shows: for each vehicle the situation that is hardest for the best. Raises UserError."""
+    """The page, and what it shows: for each vehicle the situation that is hardest for the best, and in it the best that can be
+    flown again without an autopilot. Raises UserError.
+    """
     shown: list[Flown] = []
     links: list[tuple[str, str, str]] = []
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         situation = hardest(found, vehicle)
         ranked = sorted(found.of(situation), key=lambda one: found.ranked[situation].ranks[one.controller])
         jobs = {job.cell.controller: job for job in flights if job.cell.situation == situation}
-        names = [one.controller for one in ranked][: MOST_RIVALS + 1]
+        again = [one.controller for one in ranked if not jobs[one.controller].cell.law.one_at_a_time]
+        names = again[: MOST_RIVALS + 1]
+        if not names:
+            continue
         one = flown(
             found, situation, jobs[names[0]], {name: jobs[name] for name in names[1:]}, [flight.id for flight in shown]
         )
         shown.append(one)
         links.append((one.id, identity(names[1], ()) if len(names) > 1 else "", f"{one.name}: {' and '.join(names[:2])}"))
+    if not shown:
+        raise UserError("no flight can be flown again without its autopilot")
     return Shown(build_page(found.name, "", shown), tuple(links))
 
 

@@ -51,6 +51,11 @@ class Fly(NamedTuple):
         return self.seeds
 
     @property
+    def by_itself(self) -> bool:
+        """Whether it is done in this process, after all others: an autopilot is there only once."""
+        return self.cell.law.one_at_a_time
+
+    @property
     def controller(self) -> tuple[str, str]:
         """Vehicle and controller."""
         return self.cell.situation.vehicle, self.cell.controller
@@ -74,6 +79,11 @@ class Tune(NamedTuple):
 
     task: training.Task
     journal: Path | None
+
+    @property
+    def by_itself(self) -> bool:
+        """No autopilot has gains to find."""
+        return False
 
     @property
     def kind(self) -> str:
@@ -132,6 +142,11 @@ class Bear(NamedTuple):
         return self.asked.entry.flights * (margins.HALVINGS + 3)
 
     @property
+    def by_itself(self) -> bool:
+        """As of flights."""
+        return self.asked.law.one_at_a_time
+
+    @property
     def controller(self) -> tuple[str, str]:
         """Vehicle and controller."""
         return self.asked.vehicle, self.asked.controller
@@ -164,6 +179,11 @@ class OfLaw(NamedTuple):
     def flights(self) -> int:
         """None."""
         return 0
+
+    @property
+    def by_itself(self) -> bool:
+        """Costs are measured when nothing else is done."""
+        return self.kind == COSTS
 
     @property
     def controller(self) -> tuple[str, str]:

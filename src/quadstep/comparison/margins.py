@@ -22,10 +22,12 @@ from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, digest
 from quadstep.comparison.schema import Content, MarginEntry
 from quadstep.comparison.spread import ordered_quantile
 from quadstep.comparison.study import FIRST, Situation, Study
+from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import LARGEST
 from quadstep.mission.check import check
+from quadstep.mission.read import check_mission
 
 HALVINGS = 8
 """Of the range: what a flight bears is known to 1/256 of it."""
@@ -56,6 +58,11 @@ class Raise(NamedTuple):
         """What decides its result."""
         content = [self.entry.model_dump(), self.mission, self.draws]
         return [*content, digests(content, self.folder), self.seed, self.precision]
+
+    @property
+    def law(self) -> type[Controller]:
+        """What flies it."""
+        return check_mission(self.mission, self.source, self.folder).controller.controller
 
     @property
     def label(self) -> str:

@@ -77,9 +77,7 @@ def cell_of(name: str, path: Path, seeds: int) -> Cell:
 
 def as_flown(cell: Cell, path: Path) -> Entrant:
     """Who takes part with the mission of a cell, from this file."""
-    campaign = cell.campaign
-    law = check_mission(campaign.content, campaign.source, campaign.folder).controller.controller
-    return Entrant("", cell.controller, campaign.defaults["controller"], f"as in {path}", law)
+    return Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", cell.law)
 
 
 def unique(names: Sequence[str]) -> list[str]:

@@ -73,7 +73,7 @@ class Run:
         return any(one.controller == (vehicle, controller) for one in self.problems)
 
     def work(self, what: str, jobs: Sequence[Job]) -> None:
-        """Do these, but for what is kept. Costs are measured one after the other, and when nothing else is done."""
+        """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
         self.how.doing(what)
         going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None}
         missing = list(going.values())
@@ -84,9 +84,9 @@ class Run:
         def look() -> None:
             self.how.done(min(total, over + sum(map(so_far, going.values()))), total)
 
-        timed = [job for job in missing if job.kind == COSTS]
-        others = [job for job in missing if job.kind != COSTS]
-        for job, worked in itertools.chain(work(others, self.how.engine, look), alone(timed)):
+        single = [job for job in missing if job.by_itself]
+        others = [job for job in missing if job not in single]
+        for job, worked in itertools.chain(work(others, self.how.engine, look), alone(single)):
             del going[job.key]
             over += job.flights
             self.keep(job, worked)

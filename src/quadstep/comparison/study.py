@@ -11,6 +11,7 @@ from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.comparison.schema import EFFORTS, Content, ControllerEntry, StudyFile
+from quadstep.control.controller import Controller
 from quadstep.documents import parse_toml, read_toml
 from quadstep.errors import UserError
 from quadstep.mission.check import check
@@ -18,7 +19,7 @@ from quadstep.mission.kinds import kind_of
 from quadstep.mission.presets import is_airframe, preset_names
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.tuning.gains import filled_in, with_numbers
+from quadstep.tuning.gains import filled_in, learning_rates, with_numbers
 from quadstep.tuning.ground import UNSEEN
 
 MOST_CELLS = 20_000
@@ -48,7 +49,12 @@ class Cell(NamedTuple):
     @property
     def label(self) -> str:
         """In words."""
-        return f"{self.controller}: {self.situation.label}"
+        return ": ".join(filter(None, (self.controller, self.situation.label)))
+
+    @property
+    def law(self) -> type[Controller]:
+        """What flies it."""
+        return check_mission(self.campaign.content, self.campaign.source, self.campaign.folder).controller.controller
 
 
 class Study(NamedTuple):
@@ -108,9 +114,10 @@ class Study(NamedTuple):
         its makers know it, whatever a scenario makes of it. Raises UserError.
         """
         mission = self.nominal(vehicle, controller)
-        known = filled_in(mission)
-        left = {key: value for key, value in known.items() if getattr(mission.controller, key) is None}
-        return {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
+        left = {key: value for key, value in filled_in(mission).items() if getattr(mission.controller, key) is None}
+        found = {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
+        nets = mission.controller.table
+        return {**found, "nets": {**learning_rates(mission), **found.get("nets", {})}} if nets and nets.enabled else found
 
     def tuned(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
         """A controller's table with these gains, by key of the mission."""

@@ -110,7 +110,8 @@ class Controller:
     `control/commands.py` on a real vehicle. preview: how far ahead [s] the samples of `reference.ahead` are.
 
     rates: usual sample times [s] of `law` and of each slower loop, a method with the signature of `guide` and any name; those
-    that are due run in this order, and `law` last.
+    that are due run in this order, and `law` last. one_at_a_time: whether its flights are flown singly, each announced by
+    `before_flight`, because something outside the program takes part.
     """
 
     name: ClassVar[str] = ""
@@ -123,6 +124,7 @@ class Controller:
     commands: ClassVar[type] = Command
     preview: ClassVar[tuple[float, ...]] = ()
     rates: ClassVar[Mapping[str, float]] = {"guide": 0.01, "law": 0.002}
+    one_at_a_time: ClassVar[bool] = False
 
     @classmethod
     def for_vehicle(cls, model: Model) -> Self:  # noqa: ARG003 (others need it)
@@ -174,8 +176,15 @@ class Controller:
         """Another controller in its place, with what this one was given beside its law."""
         return other
 
+    def before_flight(self, measured: Structure, gains: Structure) -> None:
+        """Called before each flight of one that flies one at a time. measured: at its start. Raises UserError."""
+
     def landed(self, gains: Structure) -> None:
         """Called after its flights; raises what kept it from giving a command, if it is no law over numbers."""
+
+    def why_lost(self, gains: Structure) -> str:
+        """Why its last flight ended early, where something outside the program was to blame; else empty."""
+        return ""
 
     def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
         """What theory asks of the gains as declared; a law over numbers."""

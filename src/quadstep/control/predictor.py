@@ -161,6 +161,10 @@ class Predicting(Controller):
         """The controller's."""
         return self.flown.prepare(gains, model)
 
+    def before_flight(self, measured: Measured, gains: Structure) -> None:
+        """The controller's."""
+        self.flown.before_flight(self.stripped(measured), gains)
+
     def landed(self, gains: Structure) -> None:
         """The controller's."""
         self.flown.landed(gains)
@@ -179,5 +183,5 @@ def predicting(controller: type[Controller]) -> type[Predicting]:
     return type(controller.__name__, (Predicting,), {**named, **known, "Flown": controller, "also_measures": also})
 
 
-TAKEN = "name", "label", "source", "Gains", "defaults", "measures", "commands", "preview", "rates"
+TAKEN = "name", "label", "source", "Gains", "defaults", "measures", "commands", "preview", "rates", "one_at_a_time"
 """What is known of a controller whether it has a predictor or not."""

@@ -48,6 +48,13 @@ class Swept(NamedTuple):
         return metrics(self.score)
 
 
+def joined(parts: Sequence[Swept]) -> Swept:
+    """Results of one structure, one after the other."""
+    scores = zip(*(flatten(part.score) for part in parts), strict=True)
+    score = rebuild(parts[0].score, iter([np.concatenate(leaf) for leaf in scores]))
+    return Swept(np.concatenate([part.outcome for part in parts]), np.concatenate([part.ended for part in parts]), score)
+
+
 def places(start: object, parameters: object, names: Sequence[str]) -> list[int]:
     """Where the leaves of these names stand among all of a flight's: `start.position.2`, `parameters.vehicle.mass`."""
     known = given_names(start, parameters)

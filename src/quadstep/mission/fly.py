@@ -10,8 +10,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from quadstep import __version__
-from quadstep.autopilot.flight import meet, under
-from quadstep.autopilot.link import Link
+from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.rotation_backstepping import RotationMemory
@@ -24,6 +23,8 @@ from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics
+from quadstep.mission.check import check
+from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.report import write_report
 from quadstep.mission.schema import Mission
@@ -71,23 +72,30 @@ def fly_mission(
     required: Sequence[Requirement] = (),
     results: Path | None = None,
     sheet: Sheet | None = None,
-    link: Callable[[], Link] | None = None,
+    autopilot: str | None = None,
+    connect: str = "",
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
-    flown. sheet: what the figures are drawn on. link: to an autopilot that flies it instead of its controller. Raises
-    UserError, also for a requirement of a metric that no such flight has.
+    flown. sheet: what the figures are drawn on. autopilot, connect: which one flies it instead of its controller, and where
+    it is listened for. Raises UserError, also for a requirement of a metric that no such flight has.
     """
     mission, plan, beside = planned(path, flight, results)
-    if link is None:
-        return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
-    with under(link(), mission) as (flown_mission, piloted):
-        plan = plan_mission(flown_mission, path)
-        told("waiting for the autopilot", 0, 1)
-        meet(piloted.link, plan)
-        summary = fly_planned(flown_mission, plan, beside, folder, engine, overwrite, told, required, sheet)
-    return summary._replace(ending=f"{piloted.lost}. The log up to then is kept.") if piloted.lost else summary
+    if autopilot is not None:
+        mission = under(autopilot, connect, mission)
+        plan = plan_mission(mission, path)
+    return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
+
+
+def under(autopilot: str, connect: str, mission: Mission) -> Mission:
+    """The mission with an autopilot in its controller's place. Raises UserError."""
+    if not isinstance(mission, MultirotorMission):
+        raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
+    if autopilot not in AUTOPILOTS:
+        raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS)}")
+    section = check(AutopilotSection, {"type": autopilot, "connect": connect}, "--autopilot")
+    return mission.model_copy(update={"controller": section})
 
 
 def fly_planned(
@@ -108,7 +116,9 @@ def fly_planned(
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet)
     diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    return summarise(mission.name, log, metrics, warnings, judged)
+    summary = summarise(mission.name, log, metrics, warnings, judged)
+    lost = plan.loop.controller.why_lost(plan.parameters.gains)
+    return summary._replace(ending=f"{lost}. The log up to then is kept.") if lost else summary
 
 
 def write_results(
@@ -155,6 +165,8 @@ def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
         over += more
         told("flying", over, steps)
 
+    if plan.loop.controller.one_at_a_time:
+        told("waiting for the autopilot", 0, 1)
     told("compiling" if engine is Engine.LANES else "flying", 0, 1 if engine is Engine.LANES else steps)
     return fly(plan, engine, progress)
 

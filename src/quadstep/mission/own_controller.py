@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import SerializeAsAny, WrapValidator
 from pydantic_core import PydanticCustomError
 
+from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection
 from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import Gain, declared
@@ -151,7 +152,9 @@ def any_controller(measures: type) -> Any:
 
     def table(kind: str, folder: Path) -> type[ControllerSection] | None:
         law = controller(measures, kind)
-        return section_of(law) if law else own_section(kind, measures, folder)
+        if law or (measures is Measured and kind in AUTOPILOTS):
+            return section_of(law) if law else AutopilotSection
+        return own_section(kind, measures, folder)
 
     def refused(value: object) -> ControllerSection:
         if not isinstance(value, Mapping):

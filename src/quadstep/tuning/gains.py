@@ -4,7 +4,7 @@ A candidate is a point in the unit box: a place in each gain's range. Its number
 is flown, so that the file with the tuned gains says exactly what was flown.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from typing import NamedTuple, cast
 
@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from quadstep.campaign.keys import parts, with_value
 from quadstep.control import gain as declaration
+from quadstep.control.learning import DeclaredNet
 from quadstep.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
@@ -116,7 +117,7 @@ def looked_up(mission: Mission, names: Sequence[str], said: str) -> object:
     for depth, name in enumerate(names):
         if isinstance(value, BaseModel) and name in type(value).model_fields:
             found = getattr(value, name)
-            value = filled_in(mission).get(name) if found is None and depth == 0 else found
+            value = follows(mission, names[:depth]).get(name) if found is None else found
         elif isinstance(value, tuple) and name.isdigit() and int(name) < len(value):
             value = value[int(name)]
         else:
@@ -126,6 +127,11 @@ def looked_up(mission: Mission, names: Sequence[str], said: str) -> object:
     return value
 
 
+def follows(mission: Mission, table: Sequence[str]) -> Mapping[str, object]:
+    """What the keys of a table of the controller are that were left out, where they follow from the vehicle."""
+    return filled_in(mission) if not table else learning_rates(mission) if list(table) == ["nets"] else {}
+
+
 def filled_in(mission: Mission) -> dict[str, object]:
     """What the controller takes at the keys of its gains, given or not, as the mission would say it."""
     gains = mission.controller.gains(mission.modelled.model())
@@ -133,11 +139,19 @@ def filled_in(mission: Mission) -> dict[str, object]:
     return {key: tuple(one) if isinstance(one, Vector) else one for key, one in found.items()}
 
 
+def learning_rates(mission: Mission) -> dict[str, float]:
+    """F1 and F2 of the controller's nets, given or not; empty without nets."""
+    gains = mission.controller.gains(mission.modelled.model())
+    nets = {name: one for name, one in mission.controller.controller.declarations().items() if isinstance(one, DeclaredNet)}
+    return {f"F{one.number}": float(attrgetter(name)(gains).learning_rate) for name, one in nets.items()}
+
+
 def tunable(mission: Mission) -> list[str]:
     """The keys that can be tuned."""
     keys = [key for key, (_, gain) in mission.controller.controller.by_key().items() if gain.tunable]
     nets = mission.controller.table
-    learning = [f"nets.{key}" for key, value in nets or () if type(value) is float]
+    known = [key for key, value in nets or () if type(value) is float]
+    learning = [f"nets.{key}" for key in (*known, *(rate for rate in learning_rates(mission) if rate not in known))]
     return [f"controller.{key}" for key in (*keys, *learning)]
 
 
