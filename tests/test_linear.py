@@ -206,9 +206,10 @@ def test_the_page_has_these_figures(found):
     low, high = (20.0 * math.log10(gain) for gain in (roll.gain_down, roll.gain_up))
     assert f"its roll margins are {low:.1f} to {high:.1f} dB, " in page
     assert f" dB, {math.degrees(roll.phase):.1f} degrees and {1e3 * roll.delay:.1f} ms this way" in page
-    pid, lqr, geometric = (f"{2 * ticks} {{}} {2 * ticks + 2} ms" for _, ticks in LATE)
-    assert pid.format("ms late decays under `pid` and grows at") in page
-    assert f"under `lqr` at {lqr.format('and')}, under `geometric` at {geometric.format('and')}" in page
+    pid, lqr, geometric = ((2 * ticks, 2 * ticks + 2) for _, ticks in LATE)
+    assert f"under `pid` decays with all commands {pid[0]} ms late and grows at {pid[1]} ms" in page
+    assert f"under `lqr` this happens at {lqr[0]} and {lqr[1]} ms, under `geometric` at" in page
+    assert f"at {geometric[0]} and {geometric[1]} ms." in page
 
 
 @pytest.mark.parametrize(("law", "ticks"), LATE)
