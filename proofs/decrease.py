@@ -136,10 +136,8 @@ def loop_of(completed: bool) -> Loop:
         turned = command_filter(loop.memory.counter, own, frequency, period).value
         names |= {"own": own, "raw": motion.raw_counter, "cd": (turned - loop.memory.counter.value) / period}
         following = following_memory(paper, before, motion.outer, mu_2, r2, period, 1.0)
-        kept = zip(
-            (following.integral_1, following.integral_2, following.weights_1, following.weights_2),
-            (*loop.gains.integral_bounds, *loop.gains.weight_bounds), strict=True,
-        )  # fmt: skip
+        after: list[Vector | Matrix] = [following.integral_1, following.integral_2, following.weights_1, following.weights_2]
+        kept = zip(after, (*loop.gains.integral_bounds, *loop.gains.weight_bounds), strict=True)
         for i, (part, bound) in enumerate(kept):  # projection changes nothing; T8 says what it does where it does
             names |= {f"size{i}": part.norm(), f"keep{i}": shrink(part.norm(), bound)}
             given.append(at_most(part.norm(), bound))
