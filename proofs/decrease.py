@@ -22,7 +22,7 @@ from quadstep.control.completed_backstepping import CompletedGains, CompletedMem
 from quadstep.control.networks import Net, output
 from quadstep.control.projection import shrink
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Vector, absolute, cos, exp, largest, smallest, sqrt, total
+from quadstep.numbers import Matrix, Vector, absolute, cos, exp, largest, smallest, sqrt, total
 from quadstep.numbers.terms import variable
 from quadstep.theory.lyapunov import STANDARD, Motion, closed_loop, lyapunov_rate, sum_squares
 from quadstep.theory.samples import Sample
