@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from proofs import geometry, inertia, laws
+from proofs import decrease, geometry, inertia, laws
 from proofs.approximation import largest_error
 from proofs.coq_run import UnprovedError, prove
 from proofs.kernels import KERNELS
@@ -18,7 +18,7 @@ from proofs.rounding import proved
 from proofs.statement import Statement
 from quadstep.numbers.affine import ELEMENTARY, REDUCED
 
-MODULES = (geometry, inertia, laws)
+MODULES = (geometry, inertia, laws, decrease)
 
 
 def all_statements() -> list[Statement]:

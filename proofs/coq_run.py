@@ -8,7 +8,7 @@ from pathlib import Path
 from proofs.statement import Statement
 
 SOURCES = Path(__file__).parent / "coq"
-STATEMENTS, CHECKS = "Statements", "Checks"
+FUNCTIONS, STATEMENTS, CHECKS = "Functions", "Statements", "Checks"
 
 AXIOMS = {
     "Classical_Prop.classic",
@@ -26,11 +26,11 @@ class UnprovedError(Exception):
 
 
 def files() -> list[str]:
-    """The hand-written files in the order in which they need one another."""
-    wanted: dict[str, list[str]] = {}
+    """All but the checks, in the order in which they need one another: the hand-written ones and the statements."""
+    wanted: dict[str, list[str]] = {STATEMENTS: [FUNCTIONS]}
     for path in SOURCES.glob("*.v"):
         needs = re.findall(r"^Require Import (.*)\.$", path.read_text(encoding="utf-8"), re.MULTILINE)
-        wanted[path.stem] = [name for line in needs for name in line.split() if name != STATEMENTS]
+        wanted[path.stem] = [name for line in needs for name in line.split()]
     ordered: list[str] = []
     while len(ordered) < len(wanted):
         ordered += sorted(name for name in wanted if name not in ordered and set(wanted[name]) <= set(ordered))
@@ -40,18 +40,20 @@ def files() -> list[str]:
 def prove(statements: Iterable[Statement], folder: Path) -> set[str]:
     """Write the statements into `folder`, compile the proofs there, and return what they assume. Raises UnprovedError."""
     statements = list(statements)
-    head = "From Coq Require Import Reals.\nOpen Scope R_scope.\n\n"
-    write(folder, STATEMENTS, head + "\n".join(statement.definition for statement in statements))
-    compiled(folder, STATEMENTS)
     for name in files():
-        text = (SOURCES / f"{name}.v").read_text(encoding="utf-8")
-        cheat = CHEATS.search(re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL))
-        if cheat:
-            raise UnprovedError(f"{name}.v holds {cheat[0]}")
+        if name == STATEMENTS:
+            head = f"From Coq Require Import Reals.\nRequire Import {FUNCTIONS}.\nOpen Scope R_scope.\n\n"
+            settings = (setting.definition for statement in statements for setting in statement.settings[:-1])
+            text = head + "\n".join([*dict.fromkeys(settings), *(statement.definition for statement in statements)])
+        else:
+            text = (SOURCES / f"{name}.v").read_text(encoding="utf-8")
+            cheat = CHEATS.search(re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL))
+            if cheat:
+                raise UnprovedError(f"{name}.v holds {cheat[0]}")
         write(folder, name, text)
         compiled(folder, name)
     checks = [f"Check ({s.name}_holds : {s.name}).\nPrint Assumptions {s.name}_holds." for s in statements]
-    write(folder, CHECKS, "\n".join([f"Require Import {STATEMENTS} {' '.join(files())}.", *checks]) + "\n")
+    write(folder, CHECKS, "\n".join([f"Require Import {' '.join(files())}.", *checks]) + "\n")
     assumed = set(re.findall(r"^([A-Za-z_][\w.']*)(?= ?:|$)", without_checks(compiled(folder, CHECKS)), re.MULTILINE))
     beyond = assumed - AXIOMS
     if beyond:

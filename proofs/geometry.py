@@ -2,6 +2,7 @@
 
 from proofs.statement import Statement, above, at_most, equal, state, vector_of
 from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
+from quadstep.control.inversion import invert_force
 from quadstep.control.projection import project
 from quadstep.numbers import Vector
 from quadstep.numbers.terms import variable
@@ -17,7 +18,7 @@ def direction(tilt: Vector) -> Vector:
 
 
 def statements() -> list[Statement]:
-    """T1, T2, T3, T8 and what they rest on."""
+    """T1, T2, T3, T8, T17 and what they rest on."""
     b_theta, b_phi = coupling_columns(TILT, WANTED)
     gap = direction(WANTED) - direction(TILT)
     product = b_theta * ERROR[0] + b_phi * ERROR[1]
@@ -27,6 +28,8 @@ def statements() -> list[Statement]:
     apart = [at_most(1e-3, abs(error)) for error in ERROR]
     squares = [b @ b for b in (b_theta, b_phi)]
     near = gap - product
+    force = vector_of("f")
+    u_d, theta_d, phi_d = invert_force(force)
     return [
         state("T1", "n(eta_f) - n(eta) = B e2", equal(gap, product), apart),
         state("T1_near", "|n(eta_f) - n(eta) - B e2| <= 1e-17 in each entry, where the ratio is a series",
@@ -34,6 +37,8 @@ def statements() -> list[Statement]:
         state("T2", "|n(eta_f) - n(eta)|^2 <= |e2|^2", at_most(gap @ gap, ERROR @ ERROR)),
         state("T3", "each column of B has length at most 1", at_most(Vector(squares), Vector((1.0, 1.0)))),
         state("T3_ratio", "|sin(x/2) / (x/2)| <= 1 as the code has it", at_most(abs(h), 1.0)),
+        state("T17", "u_d n(eta_d) = F_d_hat: the inversion of Eqs 40 to 52, for every force",
+              equal(u_d * direction(Vector((theta_d, phi_d))), force)),
         state("T8", "projection never increases the distance to what is inside",
               at_most(moved @ moved, (x - inside) @ (x - inside)),
               [above(bound, 0.0), at_most(inside @ inside, bound * bound)]),

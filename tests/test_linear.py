@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -194,7 +195,24 @@ class Late(Controller):
         return line[0], (own, line[1:])
 
 
-@pytest.mark.parametrize(("law", "ticks"), [("pid", 5), ("lqr", 12), ("geometric", 6)])
+LATE = [("pid", 5), ("lqr", 12), ("geometric", 6)]
+"""Laws, and how many samples of 2 ms late their commands may be."""
+
+
+def test_the_page_has_these_figures(found):
+    page = " ".join((Path(__file__).parents[1] / "docs" / "linear.md").read_text(encoding="utf-8").split())
+    analysis = found("rotation-backstepping").analysis
+    (roll,) = [m for c, m in zip(analysis.channels, analysis.margins, strict=True) if c.name == "roll"]
+    low, high = (20.0 * math.log10(gain) for gain in (roll.gain_down, roll.gain_up))
+    assert f"its roll margins are {low:.1f} to {high:.1f} dB, " in page
+    assert f" dB, {math.degrees(roll.phase):.1f} degrees and {1e3 * roll.delay:.1f} ms this way" in page
+    pid, lqr, geometric = ((2 * ticks, 2 * ticks + 2) for _, ticks in LATE)
+    assert f"under `pid` decays with all commands {pid[0]} ms late and grows at {pid[1]} ms" in page
+    assert f"under `lqr` this happens at {lqr[0]} and {lqr[1]} ms, under `geometric` at" in page
+    assert f"at {geometric[0]} and {geometric[1]} ms." in page
+
+
+@pytest.mark.parametrize(("law", "ticks"), LATE)
 def test_flights_decay_below_the_delay_margin_and_grow_above_it(found, law, ticks):
     """All four commands late by whole samples of 2 ms, of which roll and pitch have the least margin."""
     rest = found(law).rest

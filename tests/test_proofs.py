@@ -1,7 +1,9 @@
 """Terms that laws write for Coq and Gappa, the statements made of them, and what `python -m proofs` refuses."""
 
+import ast
 import math
 import os
+import random
 import re
 import shutil
 import subprocess
@@ -11,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofs import coq_run, geometry, inertia
+from proofs import coq_run, decrease, geometry, inertia
 from proofs.__main__ import all_statements
 from proofs.approximation import Polynomial, largest_error
 from proofs.coq_run import UnprovedError, prove
@@ -27,12 +29,14 @@ from proofs.kernels import (
     sine_tail,
 )
 from proofs.rounding import script
+from proofs.statement import Claim, Statement, variables_of
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.functions import FLOATS
 from quadstep.numbers.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis, effective_inertia
+from tests.mutations import exchanged, source
 
 
 def value(root: Term, at: dict[str, float]) -> float:
@@ -156,6 +160,76 @@ def test_statements_come_from_the_functions_that_fly(monkeypatch):
     assert "8106479329266893" in {s.name: s.prop for s in inertia.statements()}["T6"]
 
 
+def drawn(statement: Statement, seed: int) -> dict[str, float]:
+    """Values of all variables: random ones, of the bounds of a projection large ones, and what the names stand for."""
+    draw = random.Random(seed)
+    meant = [definition for setting in statement.settings for definition in setting.meant]
+    free = (variables_of([statement.claimed]) | statement.given.variables) - {name for name, _ in meant}
+    size = {"most": 10.0, "slope": 10.0, "least": 0.1, **dict.fromkeys(("nmax1", "nmax2", "wmax1", "wmax2"), 1e6)}
+    at = {name: size.get(name, 1.0) * draw.uniform(0.2, 1.4) for name in sorted(free)}
+    while meant:  # a part may be said with names that come later
+        later = [(name, part) for name, part in meant if not at.keys() >= set(variables(part))]
+        at |= {name: value(part, at) for name, part in meant if at.keys() >= set(variables(part))}
+        assert len(later) < len(meant)
+        meant = later
+    return at
+
+
+def true(claim: Claim, at: dict[str, float]) -> bool:
+    """Up to round-off."""
+    sides = [(value(a, at), value(b, at)) for a, b in claim.pairs]
+    spare = 1e-10 * (1.0 + max(max(abs(a), abs(b)) for a, b in sides))
+    if claim.relation == "<>":
+        return all(a != b for a, b in sides)
+    return all({"=": abs(a - b), "<=": a - b, ">": b - a}[claim.relation] <= spare for a, b in sides)
+
+
+def refuted(statement: Statement, tries: int = 2) -> bool:
+    """Whether the claim fails somewhere; what is given holds in every try."""
+    for seed in range(tries):
+        at = drawn(statement, seed)
+        assert all(true(claim, at) for setting in statement.settings for claim in setting.claims)
+        if not true(statement.claimed, at):
+            return True
+    return False
+
+
+def test_what_is_stated_of_l_dot_holds_at_random_numbers():
+    assert {s.name for s in decrease.statements() if refuted(s)} == set()
+
+
+COMPLETED, LAW, NETS = "control.completed_backstepping", "control.backstepping", "control.networks"
+
+
+@pytest.mark.parametrize(
+    ("place", "was", "now", "fails"),
+    [
+        (COMPLETED, "u_d * (b_theta @ r1) / gains", "-u_d * (b_theta @ r1) / gains", {"T9"}),
+        (COMPLETED, "u_d * (b_phi @ r1) / gains.coupling[2]", "u_d * (b_phi @ r1) / gains.coupling[1]", {"T9"}),
+        (COMPLETED, "c = with_yaw(0.0, memory.counter.value)", "c = with_yaw(0.0, 0.9 * memory.counter.value)", {"T9"}),
+        (COMPLETED, "estimate_2) + gains.coupling * e2 + rigid", "estimate_2) + rigid", {"T9"}),
+        (COMPLETED, "(paper.slope_2 * e2 + c) + c_dot", "(paper.slope_2 * e2 + c)", {"T9"}),
+        (COMPLETED, "coupling @ rates\n", "0.5 * (coupling @ rates)\n", {"T9"}),
+        (COMPLETED, "self.countering(gains, outer.u_d, tilt,", "self.countering(gains, 9.81, tilt,", {"T9"}),
+        (COMPLETED, "outer, mu_2, r2, period, on)", "outer, mu_2, r2 - c, period, on)", {"T9"}),
+        (COMPLETED, "gains.integral_bounds[0]", "1e-9 * gains.integral_bounds[0]", {"T9"}),
+        (NETS, "growth - (net.damping * error_norm", "growth - (0.5 * net.damping * error_norm", {"T9", "T11"}),
+        (NETS, "growth - (net.damping", "growth + (net.damping", {"T9", "T11"}),
+        (LAW, "+ gains.gain_2 * r2 +", "- gains.gain_2 * r2 +", {"T9", "T11"}),
+        (LAW, "+ estimate + feedback", "+ feedback", {"T9", "T11"}),
+        (LAW, "integral_2=memory.integral_2 + period * r2", "integral_2=memory.integral_2 + 0.5 * period * r2", {"T9", "T11"}),
+        ("control.inversion", "atan2(-f_x, b)", "atan2(f_x, b)", {"T17", "T9", "T11"}),
+        ("vehicle.lagrange", "torque - coriolis_torque", "torque + coriolis_torque", {"T9", "T11"}),
+    ],
+)  # fmt: skip
+def test_what_is_stated_of_a_wrong_law_is_false(place, was, now, fails):
+    text = source(place)
+    assert text.count(was) == 1
+    with exchanged(place, ast.parse(text.replace(was, now))):
+        stated = {statement.name: statement for statement in (*geometry.statements(), *decrease.statements())}
+        assert {name for name in fails if refuted(stated[name])} == fails
+
+
 @pytest.mark.parametrize("cheat", ["Admitted.", "Axiom a : False.", "Proof. admit."])
 def test_a_file_that_admits_is_refused(monkeypatch, tmp_path, cheat):
     sources, work = tmp_path / "coq", tmp_path / "work"
@@ -177,7 +251,8 @@ def test_an_axiom_beyond_the_reals_is_refused(monkeypatch, tmp_path):
 def test_files_come_after_what_they_need():
     order = coq_run.files()
     assert order[0] == "Basics"
-    assert set(order) == {path.stem for path in coq_run.SOURCES.glob("*.v")}
+    assert set(order) == {coq_run.STATEMENTS, *(path.stem for path in coq_run.SOURCES.glob("*.v"))}
+    assert order.index(coq_run.FUNCTIONS) < order.index(coq_run.STATEMENTS) < order.index("Plant")
 
 
 def test_scripts_for_gappa_ask_for_the_rounding_of_the_code():

@@ -7,19 +7,23 @@ import numpy as np
 import pytest
 
 from quadstep.control import completed_backstepping
-from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
+from quadstep.control.backstepping import BacksteppingMemory
+from quadstep.control.command_filter import Filtered
+from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, half_sine_ratio
 from quadstep.control.projection import project
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import fly
 from quadstep.mission.schema import Mission
-from quadstep.numbers import vector
+from quadstep.numbers import Vector, vector
 from quadstep.study.cases import stress
 from quadstep.theory import adverse, comparison, lyapunov
 from quadstep.theory.adverse import FACTOR, Seen, check_statements, search
 from quadstep.theory.inequalities import STATEMENTS, Sides, Statement
-from quadstep.theory.samples import draw_sample, sample_at
+from quadstep.theory.lyapunov import closed_loop, lyapunov_rate
+from quadstep.theory.samples import Sample, draw_sample, sample_at
 from quadstep.vehicle.kinematics import thrust_direction
+from quadstep.vehicle.state import State
 
 SAMPLES = 5_000
 BY_NUMBER = {statement.number: statement for statement in STATEMENTS}
@@ -86,12 +90,57 @@ def test_a_bound_that_nothing_comes_near_to_does_not_bite(monkeypatch):
     assert seen.reached["2"] == pytest.approx(0.5, abs=1e-3)
 
 
-def test_the_rate_of_l_is_the_same_by_differences_of_its_terms():
-    """d/dt 1/2 e2^T P e2 is e2^T P e2_dot only if e2_dot is what the motion says: check it against a small step."""
-    sample = draw_sample(3, 200)
-    motion = lyapunov.closed_loop(sample, completed=True)
-    wanted = np.array(list(sample.memory.paper.filtered.rate)) - np.array(list(sample.state.rates))[1:]
-    assert np.allclose(np.array(list(motion.e2_dot))[1:], wanted, rtol=0, atol=1e-9)
+def level(sample: Sample, is_completed: bool):
+    """L of Eq. 55, with 1/2 e2^T P e2; P = p I for the paper's law."""
+    motion, paper, before = closed_loop(sample, is_completed), sample.gains.paper, sample.memory.paper
+    p = sample.gains.coupling if is_completed else Vector([sample.gains.coupling[0]] * 3)
+    r1, r2, e2 = motion.outer.r1, motion.r2, motion.e2
+    twice = sample.vehicle.mass * (r1 @ r1) + r2 @ (motion.j @ r2) + e2 @ (p * e2)
+    for gain, integral in ((paper.integral_1, before.integral_1), (paper.integral_2, before.integral_2)):
+        twice = twice + integral @ (gain * integral)
+    for net, ideal, weights in zip(
+        (paper.force_net, paper.torque_net), sample.ideal, (before.weights_1, before.weights_2), strict=True
+    ):
+        twice = twice + lyapunov.sum_squares(ideal - weights) / net.learning_rate
+    return 0.5 * twice
+
+
+def later(sample: Sample, is_completed: bool, h: float) -> Sample:
+    """The closed loop h seconds on, to first order: the plant by its own rates, the memory by those of the law's sample."""
+    motion, state, wanted, memory = closed_loop(sample, is_completed), sample.state, sample.reference, sample.memory
+    before, after, share = memory.paper, motion.following, h / sample.period
+    counter = CompletedBackstepping().law(memory, state, wanted, sample.gains, 0.0, sample.period)[1].counter
+    xi_dd = wanted.acceleration + sample.gains.paper.slope_1 * (wanted.velocity - state.velocity) - motion.r1_dot
+    return sample._replace(
+        state=State(
+            state.position + h * state.velocity, state.velocity + h * xi_dd,
+            state.attitude + h * state.rates, state.rates + h * motion.eta_dd,
+        ),
+        reference=wanted._replace(
+            position=wanted.position + h * wanted.velocity, velocity=wanted.velocity + h * wanted.acceleration,
+            yaw=wanted.yaw + h * wanted.yaw_rate, yaw_rate=wanted.yaw_rate + h * wanted.yaw_acceleration,
+        ),
+        memory=memory._replace(
+            paper=BacksteppingMemory(
+                before.integral_1 + share * (after.integral_1 - before.integral_1),
+                before.integral_2 + share * (after.integral_2 - before.integral_2),
+                Filtered(before.filtered.value + h * before.filtered.rate,
+                         before.filtered.rate + share * (after.filtered.rate - before.filtered.rate)),
+                before.weights_1 + share * (after.weights_1 - before.weights_1),
+                before.weights_2 + share * (after.weights_2 - before.weights_2),
+            ),
+            counter=memory.counter._replace(
+                value=memory.counter.value + share * (counter.value - memory.counter.value)),
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("is_completed", [True, False])
+def test_the_terms_of_l_dot_are_those_of_the_chain_rule(is_completed):
+    sample, h = draw_sample(3, 200), 1e-6
+    ahead, behind = (level(later(sample, is_completed, step), is_completed) for step in (h, -h))
+    rate = lyapunov_rate(sample, is_completed)
+    assert np.max(np.abs((ahead - behind) / (2.0 * h) - rate.flown) / (rate.scale + np.abs(ahead))) < 1e-6
 
 
 @pytest.mark.parametrize(

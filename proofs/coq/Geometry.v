@@ -1,6 +1,6 @@
-(* The coupling of both loops: T1, T2, T3, and projection: T8. *)
+(* The coupling of both loops: T1, T2, T3; the inversion: T17; and projection: T8. *)
 From Coq Require Import Reals Lra Psatz.
-Require Import Basics Statements.
+Require Import Basics Functions Statements.
 Open Scope R_scope.
 
 Definition small : R := 7378697629483821 / 73786976294838206464. (* the float 1e-4, below which the ratio is a series *)
@@ -167,6 +167,42 @@ Qed.
 
 Theorem T3_ratio_holds : T3_ratio.
 Proof. unfold T3_ratio. intro x. fold_ratio (1 / 2 * x). apply Rabs_le. apply ratio_bound. Qed.
+
+(* the point (x, y) by its distance and its angle *)
+Lemma polar : forall y x, sqrt (x * x + y * y) * cos (atan2 y x) = x /\ sqrt (x * x + y * y) * sin (atan2 y x) = y.
+Proof.
+  intros y x.
+  assert (P : forall t, 0 < sqrt (1 + Rsqr t)) by (intro t; apply sqrt_lt_R0; pose proof (Rle_0_sqr t); lra).
+  assert (D : x <> 0 -> sqrt (x * x + y * y) = Rabs x * sqrt (1 + Rsqr (y / x))).
+  { intro N. rewrite <- (sqrt_Rsqr_abs x), <- sqrt_mult; [| apply Rle_0_sqr | pose proof (Rle_0_sqr (y / x)); lra].
+    f_equal. unfold Rsqr. field. exact N. }
+  unfold atan2. destruct (Rlt_dec 0 x); [| destruct (Rlt_dec x 0)].
+  - rewrite D by lra. rewrite Rabs_right, cos_atan, sin_atan by lra. pose proof (P (y / x)). split; field; repeat split; lra.
+  - rewrite D by lra. rewrite Rabs_left by lra. pose proof (P (y / x)).
+    destruct (Rle_dec 0 y).
+    + rewrite neg_cos, neg_sin, cos_atan, sin_atan. split; field; repeat split; lra.
+    + rewrite cos_minus, sin_minus, cos_PI, sin_PI, cos_atan, sin_atan. split; field; repeat split; lra.
+  - assert (Z : x = 0) by lra. subst x. replace (0 * 0 + y * y) with (Rsqr y) by (unfold Rsqr; ring). rewrite sqrt_Rsqr_abs.
+    destruct (Rlt_dec 0 y); [| destruct (Rlt_dec y 0)].
+    + rewrite Rabs_right, cos_PI2, sin_PI2 by lra. split; ring.
+    + rewrite Rabs_left, cos_neg, sin_neg, cos_PI2, sin_PI2 by lra. split; ring.
+    + assert (Y : y = 0) by lra. subst y. rewrite Rabs_R0. split; ring.
+Qed.
+
+Theorem T17_holds : T17.
+Proof.
+  unfold T17. intros f1 f2 f3. pose proof (polar f2 f3) as [PC PS]. set (b := sqrt (f2 * f2 + f3 * f3)).
+  replace (f3 * f3 + f2 * f2) with (f2 * f2 + f3 * f3) in PC, PS by ring. fold b in PC, PS.
+  pose proof (polar (- f1) b) as [TC TS]. set (u := sqrt (f1 * f1 + b * b)).
+  replace (b * b + - f1 * - f1) with (f1 * f1 + b * b) in TC, TS by ring. fold u in TC, TS.
+  assert (U0 : 0 <= u) by apply sqrt_pos. assert (B0 : 0 <= b) by apply sqrt_pos.
+  assert (UU : u * u = f1 * f1 + b * b) by (apply sqrt_sqrt; nra).
+  clearbody u b. destruct (Rgt_dec u 0).
+  - destruct (Rgt_dec b 0).
+    + rewrite <- !Rmult_assoc, TC, PC, PS. repeat split; lra.
+    + assert (Z : b = 0) by lra. rewrite Z in *. rewrite sin_0, cos_0, <- !Rmult_assoc, TC. repeat split; lra.
+  - assert (Z : u = 0) by lra. rewrite Z in *. assert (b = 0) by nra. assert (f1 = 0) by nra. repeat split; nra.
+Qed.
 
 Theorem T8_holds : T8.
 Proof.

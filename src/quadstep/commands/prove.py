@@ -51,7 +51,7 @@ def prove(
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"
         verdict = run.prove_mission(mission, force, torque, mass, inertia, start, file)
-    show_table(verdict.name, ("axis", "verdict", "from the flight", "from the path"), verdict.rows)
+    show_table(verdict.name, verdict.columns, verdict.rows)
     for sentence in verdict.says:
         say(sentence)
     if verdict.written:

@@ -11,7 +11,7 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,10 +49,14 @@ class UndefinedError(Exception):
 
 
 class Fresh:
-    """Directions that functions may still take for what they are off a straight line by, so that it cancels too."""
+    """Directions that functions may still take for what they are off a straight line by, so that it cancels too.
 
-    def __init__(self, first: int, past: int) -> None:
-        self.next, self.past = first, past
+    second: of so many first directions every product has a direction of its own, in rows behind them: e_i e_j in row second +
+    i second + j. What is of second order then cancels, and only what is of third order is left to the rest.
+    """
+
+    def __init__(self, first: int, past: int, second: int = 0) -> None:
+        self.next, self.past, self.second = first, past, second
 
 
 class Enclosure:
@@ -158,6 +162,10 @@ class Enclosure:
 
     def squared(self) -> Enclosure:
         """Its product with itself: centre^2 + 2 centre d + d^2, d^2 between 0 and the reach's square."""
+        if self.fresh is not None and self.fresh.second:
+            found = product(self, self)
+            found.square = True
+            return found
         size, half = np.abs(self.centre), 0.5 * self.tight * self.tight
         centre = self.centre * self.centre + half
         parts = None if self.parts is None else (2.0 * self.centre) * self.parts
@@ -255,11 +263,36 @@ def product(a: Enclosure, b: Enclosure) -> Enclosure:
     centre = a.centre * b.centre
     parts = added(None if a.parts is None else a.parts * b.centre, None if b.parts is None else b.parts * a.centre)
     reach = size_a * b.reach + size_b * a.reach + bend
+    parts, bend = curved(parts, a, b, 1.0, bend)
     rest = size_a * b.rest + size_b * a.rest + bend
     return a.made(centre, parts, rest, reach, ROUNDING * (np.abs(centre) + reach) + underflow(a, b))
 
 
-def straight(x: Enclosure, value: Array, slope: Array, bend: Array, error: float = ROUNDING) -> Enclosure:
+def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend: Array) -> tuple[Array | None, Array]:
+    """Parts of a form to which curve d_a d_b is added, and what is left of it beside them; `bend` where they have no place.
+
+    d: what a form is off its centre.
+    """
+    n = a.fresh.second if a.fresh is not None else 0
+    if not n or parts is None or a.parts is None or b.parts is None:
+        return parts, bend
+    line_a, line_b = a.parts[:n], b.parts[:n]
+    whole = parts.copy()
+    whole[n : n + n * n] += (line_a[:, None] * (curve * line_b)).reshape(n * n, -1)
+    other_a = np.abs(a.parts[n:]).sum(axis=0) + a.rest
+    other_b = other_a if b is a else np.abs(b.parts[n:]).sum(axis=0) + b.rest
+    left = other_a * b.tight + np.abs(line_a).sum(axis=0) * other_b
+    return whole, np.abs(curve) * left * (1.0 + 1e-12)
+
+
+class Third(NamedTuple):
+    """A smooth function's parabola at the centre. curve: half its second slope. bend: how far it leaves that parabola."""
+
+    curve: Array
+    bend: Array
+
+
+def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third, error: float = ROUNDING) -> Enclosure:
     """A smooth function: its value and slope at the centre, and how far it leaves that line.
 
     error: of value and slope, and of the flown function, beside 1 and their size.
@@ -267,8 +300,17 @@ def straight(x: Enclosure, value: Array, slope: Array, bend: Array, error: float
     size = np.abs(slope)
     reach = size * x.reach + bend
     lost = error * (np.abs(value) + reach + x.reach) + TINY
-    parts = None if x.parts is None else slope * x.parts
+    parts, bend = parabola(x, slope, bend, third)
     return of_its_own(x.made(value, parts, size * x.rest + bend, reach, lost))
+
+
+def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tuple[Array | None, Array]:
+    """Parts of a smooth function, and what is left beside them."""
+    parts = None if x.parts is None else slope * x.parts
+    if third is None or x.fresh is None or not x.fresh.second or parts is None:
+        return parts, bend
+    parts, bend = curved(parts, x, x, third.curve, bend)
+    return parts, bend + third.bend * (1.0 + 1e-12)
 
 
 def of_its_own(x: Enclosure) -> Enclosure:
@@ -289,23 +331,27 @@ def inverse(x: Enclosure) -> Enclosure:
     value = 1.0 / x.centre
     square = value * value
     bend = width * width * square / (size - width) * (1.0 + 1e-12)
-    return without_fresh(x, value, -square, bend)
+    third = Third(square * value, bend * width * np.abs(value))
+    return without_fresh(x, value, -square, bend, third)
 
 
-def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array) -> Enclosure:
+def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third) -> Enclosure:
     """A smooth function that takes no direction of its own."""
     size = np.abs(slope)
     reach = size * x.reach + bend
     lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
-    return x.made(value, None if x.parts is None else slope * x.parts, size * x.rest + bend, reach, lost)
+    parts, bend = parabola(x, slope, bend, third)
+    return x.made(value, parts, size * x.rest + bend, reach, lost)
 
 
-def without_fresh_error(x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0) -> Enclosure:
+def without_fresh_error(
+    x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0, third: Third | None = None
+) -> Enclosure:
     """An elementary function: value and slope are off by what `elementary.py` may be. also: of the value, beside that."""
     size = np.abs(slope)
     reach = size * x.reach + bend * (1.0 + 1e-12)
     lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY
-    parts = None if x.parts is None else slope * x.parts
+    parts, bend = parabola(x, slope, bend, third)
     return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
 
 

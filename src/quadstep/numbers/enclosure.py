@@ -14,10 +14,12 @@ from quadstep.numbers.affine import (
     Enclosure,
     Fresh,
     Operand,
+    Third,
     Truth,
     UndefinedError,
     added,
     ball,
+    curved,
     either,
     finite,
     inverse,
@@ -31,6 +33,7 @@ from quadstep.numbers.affine import (
 from quadstep.numbers.caller import place
 from quadstep.numbers.functions import ARRAYS, sinc
 from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.series import half_turn, turn_ratio
 
 __all__ = [
     "ENCLOSURES",
@@ -51,11 +54,13 @@ class Enclosures:
 
     def sin(self, x: Enclosure) -> Enclosure:
         value, slope = ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x))
+        third = Third(-0.5 * value, x.tight**3 / 6.0)
+        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
 
     def cos(self, x: Enclosure) -> Enclosure:
         value, slope = ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x))
+        third = Third(-0.5 * value, x.tight**3 / 6.0)
+        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
 
     def sinc(self, x: Enclosure) -> Enclosure:
         """sin(x) / x: its second derivative is 1/3 at most."""
@@ -69,7 +74,8 @@ class Enclosures:
     def exp(self, x: Enclosure) -> Enclosure:
         value = ARRAYS.exp(x.centre)
         most = finite(ARRAYS.exp(x.high)) * (1.0 + ELEMENTARY)
-        return without_fresh_error(x, value, value, 0.5 * x.tight * x.tight * most)
+        third = Third(0.5 * value, x.tight**3 * most / 6.0)
+        return without_fresh_error(x, value, value, 0.5 * x.tight * x.tight * most, third=third)
 
     def sigmoid(self, x: Enclosure) -> Enclosure:
         value = ARRAYS.sigmoid(x.centre)
@@ -90,8 +96,10 @@ class Enclosures:
         far = low > 0.25 * high
         centre = np.where(far, x.centre, 1.0)
         value = np.sqrt(centre)
-        slope, bend = 0.5 / value, 0.125 * x.tight * x.tight / (np.where(far, low, 1.0) * np.sqrt(np.where(far, low, 1.0)))
-        smooth = straight(x, value, slope, bend * (1.0 + 1e-12))
+        least = np.where(far, low, 1.0)
+        slope, bend = 0.5 / value, 0.125 * x.tight * x.tight / (least * np.sqrt(least))
+        third = Third(-0.125 / (centre * value), 0.5 * bend * x.tight / least)
+        smooth = straight(x, value, slope, bend * (1.0 + 1e-12), third)
         if np.all(far):
             return smooth
         half = 0.5 * np.sqrt(high) * (1.0 + ROUNDING)
@@ -115,6 +123,12 @@ class Enclosures:
         parts = added(None if y.parts is None else slope_y * y.parts, None if x.parts is None else slope_x * x.parts)
         reach = size_y * y.reach + size_x * x.reach + bend
         lost = ELEMENTARY * (np.abs(value) + reach) + TINY
+        if y.fresh is not None and y.fresh.second and y.parts is not None and x.parts is not None:
+            along_both, across_both = slope_x * slope_y, slope_x * slope_x - slope_y * slope_y
+            parts, bend_x = curved(parts, x, x, -along_both, bend)
+            parts, bend_y = curved(parts, y, y, along_both, bend)
+            parts, bend_xy = curved(parts, y, x, across_both, bend)
+            bend = bend_x + bend_y + bend_xy + bend * (2.0 / 3.0) * move / away * (1.0 + 1e-12)
         return of_its_own(y.made(value, parts, size_y * y.rest + size_x * x.rest + bend, reach, lost))
 
     def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
@@ -178,6 +192,9 @@ class Enclosures:
             lost = ELEMENTARY * (flown[i] + base[i] + np.abs(x0[i])) + TINY
             found.append(like.made(x0[i], parts, rest * (1.0 + 1e-12), reach[i] * (1.0 + 1e-12), lost))
         return Vector(found)  # type: ignore[arg-type]
+
+    half_turn = staticmethod(half_turn)
+    turn_ratio = staticmethod(turn_ratio)
 
     def word(self, x: Enclosure) -> Operand:
         raise UndefinedError(f"the law manipulates the bits of a number ({place()})")

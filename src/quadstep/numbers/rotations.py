@@ -1,6 +1,6 @@
 """Rotations as unit quaternions (w, x, y, z) and as matrices. An attitude turns body vectors into world vectors."""
 
-from quadstep.numbers.functions import Number, absolute, atan2, cos, sin, sqrt, where
+from quadstep.numbers.functions import Number, absolute, atan2, cos, functions_of, sin, sqrt, where
 from quadstep.numbers.linear import Matrix, Vector, matrix, vector
 
 IDENTITY = vector(1.0, 0.0, 0.0, 0.0)
@@ -83,11 +83,20 @@ def quaternion_rate(q: Vector, rates: Vector) -> Vector:
 
 def from_rotation_vector(v: Vector) -> Vector:
     """The quaternion of a turn by |v| [rad] about v."""
-    angle_squared = v @ v
+    cosine, ratio = half_turn(v @ v)
+    return Vector((cosine, *(ratio * v)))
+
+
+def half_turn(angle_squared: Number) -> tuple[Number, Number]:
+    """cos(a / 2) and sin(a / 2) / a of an angle a [rad]; a kind of number that knows them better may have its own."""
+    own = getattr(functions_of(angle_squared), "half_turn", None)
+    found: tuple[Number, Number] | None = own(angle_squared) if own is not None else None
+    if found is not None:
+        return found
     small = angle_squared < 1e-8
     angle = sqrt(where(small, 1.0, angle_squared))
     ratio = where(small, 0.5 - angle_squared / 48.0, sin(0.5 * angle) / angle)
-    return Vector((where(small, 1.0 - angle_squared / 8.0, cos(0.5 * angle)), *(ratio * v)))
+    return where(small, 1.0 - angle_squared / 8.0, cos(0.5 * angle)), ratio
 
 
 def rotation_vector(q: Vector) -> Vector:
@@ -95,11 +104,20 @@ def rotation_vector(q: Vector) -> Vector:
     w, *axis = q
     sign = where(w < 0.0, -1.0, 1.0)
     part = sign * Vector(axis)
-    sine_squared = part @ part
+    return turn_ratio(part @ part, absolute(w)) * part
+
+
+def turn_ratio(sine_squared: Number, cosine: Number) -> Number:
+    """a / s of a turn by a [rad] whose half has the sine s and this cosine; a kind of number that knows it better may have its
+    own.
+    """
+    own = getattr(functions_of(sine_squared, cosine), "turn_ratio", None)
+    found: Number | None = own(sine_squared, cosine) if own is not None else None
+    if found is not None:
+        return found
     small = sine_squared < 1e-10
     sine = sqrt(where(small, 1.0, sine_squared))
-    ratio = where(small, 2.0 + sine_squared / 3.0, 2.0 * atan2(sine, absolute(w)) / sine)
-    return ratio * part
+    return where(small, 2.0 + sine_squared / 3.0, 2.0 * atan2(sine, cosine) / sine)
 
 
 def yaw_pitch_roll(q: Vector) -> Vector:

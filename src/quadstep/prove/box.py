@@ -10,18 +10,18 @@ import numpy as np
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, ball
 
 
-def seeded(centres: Array, spread: Array, spare: int = 0) -> list[Enclosure]:
+def seeded(centres: Array, spread: Array, spare: int = 0, second: int = 0) -> list[Enclosure]:
     """Numbers that fill a box: centres + spread e, with e in [-1, 1].
 
     centres: (numbers, samples). spread: (numbers, directions), or (numbers, directions, samples). spare: directions left to
-    what is not linear.
+    what is not linear; with `second`, to the products of so many first directions and to more, see `Fresh`.
     """
     count, samples = centres.shape
     directions = spread.shape[1]
     parts = np.zeros((count, directions + spare, samples))
     parts[:, :directions] = spread if spread.ndim == 3 else spread[:, :, None]
     reach = np.abs(parts).sum(axis=1) * (1.0 + 1e-12)
-    fresh = Fresh(directions, directions + spare) if spare else None
+    fresh = Fresh(directions, directions if second else directions + spare, second) if spare else None
     nothing = np.zeros(samples)
     return [Enclosure(c, p, nothing, r, fresh) for c, p, r in zip(centres, parts, reach, strict=True)]
 

@@ -7,6 +7,7 @@ is counted as something added too. The centre line need not be trusted: whatever
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -59,7 +60,10 @@ class Loop:
 
     def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
         self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
-        names = [name.partition(".")[2] for name in leaf_names(self.like)]
+        names: list[str] = []
+        for name in leaf_names(self.like):  # by the last parts, which the first of that name has
+            brief = name.partition(".")[2]
+            names.append(name if brief in names else brief)
         self.start = [float(leaf) for leaf in flatten(self.like)]
         moving = len(flatten(self.like.state))
         if len(set(states)) != len(states) or set(states) - set(names) or set(names[:moving]) - set(states):
@@ -70,12 +74,12 @@ class Loop:
         if any(self.span % every for every in plan.ticks.every):
             raise UserError("the check supports only loops whose periods divide the slowest one")
 
-    def after(self, x: list[Enclosure], ticks: Array, p: Operand) -> list[Operand]:
+    def after(self, x: Sequence[Operand], ticks: Operand, p: Operand) -> list[Operand]:
         """The states a sample later. Leaves that the loop writes before it reads them begin as no number at all.
 
         Raises UndefinedError, UserError.
         """
-        samples = len(ticks)
+        samples = len(x[0].centre)
         if self.dead is None:
             found = self.run(self.filled(x, {}), ticks, p)
             others = set(range(len(found))) - set(self.places)
@@ -88,14 +92,14 @@ class Loop:
                 raise UserError("a number that is not a state of the certificate affects the flight")
         return [found[i] for i in self.places]
 
-    def filled(self, x: list[Enclosure], others: dict[int, Enclosure]) -> list[Operand]:
+    def filled(self, x: Sequence[Operand], others: dict[int, Enclosure]) -> list[Operand]:
         """All leaves of the cycle."""
         leaves: list[Operand] = list(self.start)
         for place, number in [*others.items(), *zip(self.places, x, strict=True)]:
             leaves[place] = number
         return leaves
 
-    def run(self, leaves: list[Operand], ticks: Array, p: Operand) -> list[Operand]:
+    def run(self, leaves: list[Operand], ticks: Operand, p: Operand) -> list[Operand]:
         """One sample: what is due, and the vehicle, step by step."""
         loop, step = self.plan.loop, self.plan.ticks.step
         cycle = rebuild(self.like, iter(leaves))
@@ -110,9 +114,9 @@ class Loop:
         return flatten(cycle)
 
 
-def pushed(p: Operand, found: Certificate, first: int, total: int, samples: int) -> Operand:
+def pushed(p: Operand, unknown: Unknown, first: int, total: int, samples: int) -> Operand:
     """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia."""
-    force, torque, mass, inertia, _ = found.unknown
+    force, torque, mass, inertia, _ = unknown
     if not any((force, torque, mass, inertia)):
         return p
 
@@ -147,7 +151,7 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
         parts[:n] = width[i][:, None]
         reach = np.full(samples, np.abs(width[i]).sum() * UP)
         x.append(Enclosure(found.flown[begin:end, i].copy(), parts, np.zeros(samples), reach, Fresh(total - spare, total)))
-    p = pushed(loop.plan.parameters, found, n, total, samples)
+    p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
     with np.errstate(all="ignore"):
         after = loop.after(x, np.arange(begin, end) * float(loop.span), p)
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from enum import IntEnum
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +12,6 @@ from quadstep import files
 from quadstep.control.backstepping import Backstepping, BacksteppingGains, largest_inertia
 from quadstep.documents import parse_toml
 from quadstep.errors import UserError
-from quadstep.exit_codes import DIVERGED, FAILED
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
@@ -24,32 +21,18 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.plants.lagrange import Parameters
 from quadstep.prove.certificate import Certificate, write_certificate
 from quadstep.prove.check import check_certificate
+from quadstep.prove.for_ever import check_for_ever, held_for_ever
+from quadstep.prove.hold import held
 from quadstep.prove.hover import Hover, Instability, hover, instability
 from quadstep.prove.linear import Coordinates, block, coordinates
+from quadstep.prove.rest import holds
 from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.set_certificate import is_set
 from quadstep.prove.tube import SAMPLES, Open, tube
 from quadstep.prove.unknown import Unknown, check_unknown
+from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
 from quadstep.terminal.bars import bar
 from quadstep.vehicle.disturbance import Disturbance
-
-
-class Kind(IntEnum):
-    """A verdict, with its exit code."""
-
-    PROVED = 0
-    OPEN = FAILED
-    DISPROVED = DIVERGED
-
-
-class Verdict(NamedTuple):
-    """What is certain. rows: axis, verdict, and in millimetres what it is about. says: sentences. written: its certificate."""
-
-    name: str
-    kind: Kind
-    rows: list[list[str]]
-    says: list[str]
-    written: Path | None = None
-
 
 DENSE = 10
 """Blocks in which all numbers are summed up at every stride where only forces and torques are unknown."""
@@ -88,6 +71,13 @@ def prove_mission(
     found = instability(loop, at) if at else None
     if at and found:
         return unstable(mission.name, plan, at, found)
+    why = ""
+    if holds(loop):
+        with bar("proving", "sets") as progress:
+            kept = held(loop, unknown, progress.to)
+        if not isinstance(kept, str):
+            return held_for_ever(mission.name, text, loop, unknown, kept, out)
+        why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
         ended = fly(plan)
@@ -100,7 +90,7 @@ def prove_mission(
         result = tube(loop, flown, unknown, chosen, axes, dense, shown)
     off = np.abs(flown[:, :axes] - wanted(loop, len(flown)))
     if isinstance(result, Open):
-        return still_open(mission.name, plan, loop, unknown, result, off)
+        return still_open(mission.name, plan, loop, unknown, result, off, why)
     position = result.position.max(axis=0) * 1.001
     if out is not None:
         names = tuple(loop.names)
@@ -114,7 +104,8 @@ def prove_mission(
         ],
         [
             f"proved: every flight of {loop.samples * loop.period:g} s {under(unknown)} stays within these bounds at all "
-            f"{len(flown)} samples."
+            f"{len(flown)} samples.",
+            *not_for_ever(why),
         ],
         out,
     )
@@ -132,6 +123,8 @@ def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, c
 
 def check(path: Path) -> Verdict:
     """The verdict on a certificate. Raises UserError."""
+    if is_set(path):
+        return check_for_ever(path)
     found = check_certificate(path)
     if found.failed:
         rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
@@ -165,25 +158,12 @@ def wanted(loop: Sampled, count: int) -> Array:
     return np.stack([np.broadcast_to(one, count) for one in position], axis=1)
 
 
-def millimetres(metres: float) -> str:
-    """Rounded up."""
-    return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
+def not_for_ever(why: str) -> list[str]:
+    """That hover is not shown to hold for ever, where it was tried."""
+    return [f"open: no set was found that hover never leaves: {why}."] if why else []
 
 
-def under(unknown: Unknown) -> str:
-    """The unknowns in words."""
-    said = [
-        f"any force within {unknown.force:g} N" if unknown.force else "",
-        f"any torque within {unknown.torque:g} N m per axis, new at every sample" if unknown.torque else "",
-        f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
-        f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
-        f"a start within {1e3 * unknown.start:g} mm of the mission's on each axis" if unknown.start else "",
-    ]
-    words = [one for one in said if one]
-    return "under " + ", ".join(words) if words else "from this start"
-
-
-def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array) -> Verdict:
+def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array, why: str) -> Verdict:
     """What was closed, and what was not."""
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
@@ -191,9 +171,11 @@ def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, res
         [axis, f"open after {seconds:g} s", f"{millimetres(p)} mm until then", f"{millimetres(o)} mm until then"]
         for axis, p, o in zip(plan.loop.plant.axes, position, (off[:closed] + result.position).max(axis=0), strict=True)
     ]
-    return Verdict(
-        name, Kind.OPEN, rows, [f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}."]
-    )
+    says = [
+        f"open: {under(unknown)} the tube is closed until {seconds:g} s but not beyond: {result.why}.",
+        *not_for_ever(why),
+    ]
+    return Verdict(name, Kind.OPEN, rows, says)
 
 
 def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
@@ -209,17 +191,6 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verd
         flight_says(log),
     ]
     return Verdict(name, Kind.DISPROVED, flown_rows(plan, log), says)
-
-
-def down(x: float, digits: int = 6) -> float:
-    """Rounded down to so many digits."""
-    unit = 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1)
-    return math.floor(x / unit) * unit
-
-
-def up(x: float, digits: int = 6) -> float:
-    """Rounded up to so many digits."""
-    return -down(-x, digits)
 
 
 def consequence(plan: FlightPlan) -> list[str]:

@@ -59,8 +59,8 @@ class Sampled:
         if not self.samples:
             raise UserError(f"the flight of {self.ticks.last * self.ticks.step:g} s ends before all loops have run once")
         self.places = self.relevant()
-        names = leaf_names(self.like)
-        self.names = [names[place].partition(".")[2] for place in self.places]
+        names = short(leaf_names(self.like))
+        self.names = [names[place] for place in self.places]
 
     def relevant(self) -> list[int]:
         """The leaves that the vehicle's motion depends on, however many samples later."""
@@ -117,6 +117,15 @@ class Sampled:
         """The state's numbers in a cycle."""
         leaves = flatten(cycle)
         return [float(leaves[place]) for place in self.places]
+
+
+def short(names: Sequence[str]) -> list[str]:
+    """Names without the part of the cycle that they are of, but where that is the name of another before them."""
+    found: dict[str, None] = {}
+    for name in names:
+        brief = name.partition(".")[2]
+        found[name if brief in found else brief] = None
+    return list(found)
 
 
 def refuse_unprovable(plan: FlightPlan) -> None:

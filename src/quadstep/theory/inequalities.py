@@ -8,8 +8,8 @@ import numpy as np
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.completed_backstepping import coupling_columns, with_yaw
 from quadstep.control.projection import project
-from quadstep.numbers import Number, Vector, absolute, total
-from quadstep.theory.lyapunov import greatest, inner, least, lyapunov_rate, sum_squares
+from quadstep.numbers import Number, Vector, absolute, largest, smallest, total
+from quadstep.theory.lyapunov import inner, lyapunov_rate, sum_squares
 from quadstep.theory.samples import PERIOD, Sample
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
 from quadstep.vehicle.lagrange import coriolis, effective_inertia, effective_inertia_partials
@@ -81,7 +81,7 @@ def inertia_bounds(sample: Sample) -> list[Sides]:
     attitude, inertia, r = sample.state.attitude, sample.vehicle.inertia, sample.state.rates
     form = r @ (effective_inertia(attitude, inertia, Kinematics.STANDARD) @ r)
     sine: Number = np.abs(np.sin(attitude[1]))
-    low, high = least(inertia) * (1.0 - sine) * (r @ r), greatest(inertia) * (1.0 + sine) * (r @ r)
+    low, high = smallest(inertia) * (1.0 - sine) * (r @ r), largest(inertia) * (1.0 + sine) * (r @ r)
     return [Sides(form, {"max(Sigma) (1 + |sin theta|)": high}, high), Sides(low, {"r^T J r": form}, high)]
 
 
@@ -91,8 +91,8 @@ def gain_bound(sample: Sample) -> list[Sides]:
     j = effective_inertia(sample.state.attitude, inertia, Kinematics.STANDARD)
     damped = r @ (paper.gain_2 * r)
     terms = {
-        "min K_r2": -(least(paper.gain_2) * (r @ r)),
-        "J_M max Lambda_2": 2.0 * greatest(inertia) * greatest(paper.slope_2) * (r @ r),
+        "min K_r2": -(smallest(paper.gain_2) * (r @ r)),
+        "J_M max Lambda_2": 2.0 * largest(inertia) * largest(paper.slope_2) * (r @ r),
     }
     return [Sides(r @ (j @ (paper.slope_2 * r)) - damped, terms, damped)]
 
@@ -105,7 +105,7 @@ def skewness(sample: Sample) -> list[Sides]:
     j_dot = total(rate * partial for rate, partial in zip(rates, partials, strict=True))
     c = coriolis(attitude, rates, inertia, Kinematics.STANDARD)
     transposed = {"C": other @ (c @ r), "C^T": r @ (c @ other)}
-    size = greatest(inertia) * rates.norm() * r.norm()
+    size = largest(inertia) * rates.norm() * r.norm()
     return [
         Sides(r @ (j_dot @ r), {"2 C": 2.0 * (r @ (c @ r))}, size * r.norm(), equal=True),
         Sides(other @ (j_dot @ r), transposed, size * other.norm(), equal=True),

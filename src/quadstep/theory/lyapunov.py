@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
-
 from quadstep.control.backstepping import (
     Backstepping,
     BacksteppingMemory,
@@ -16,8 +14,8 @@ from quadstep.control.backstepping import (
 from quadstep.control.command_filter import Filtered
 from quadstep.control.completed_backstepping import CompletedBackstepping, coupling_columns, with_yaw
 from quadstep.control.networks import output
-from quadstep.numbers import Matrix, Number, Vector, exp, total
-from quadstep.theory.samples import PERIOD, Sample
+from quadstep.numbers import Matrix, Number, Vector, exp, largest, smallest, sqrt, total
+from quadstep.theory.samples import Sample
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
 from quadstep.vehicle.lagrange import (
     acceleration,
@@ -39,39 +37,28 @@ class Rate(NamedTuple):
     scale: Number
 
 
-def least(values: Vector) -> Number:
-    """Smallest entry, batch by batch."""
-    smallest: Number = np.min(np.stack(np.broadcast_arrays(*values)), axis=0)
-    return smallest
-
-
-def greatest(values: Vector) -> Number:
-    """Largest entry, batch by batch."""
-    largest: Number = np.max(np.stack(np.broadcast_arrays(*values)), axis=0)
-    return largest
-
-
 def inner(a: Matrix, b: Matrix) -> Number:
     """trace(a^T b)."""
     return total(x @ y for x, y in zip(a, b, strict=True))
 
 
-def learning(rate: Number, ideal: Matrix, before: Matrix, after: Matrix) -> Number:
+def learning(rate: Number, ideal: Matrix, before: Matrix, after: Matrix, period: Number) -> Number:
     """-trace(W_tilde^T F^-1 W_hat_dot): what learning adds to L_dot (Eqs 54-57), by the weights that the law returned."""
-    return -inner(ideal - before, (after - before) * (1.0 / PERIOD)) / rate
+    return -inner(ideal - before, (after - before) * (1.0 / period)) / rate
 
 
-def filtered_command(before: Filtered, after: Filtered, frequency: Number) -> Vector:
+def filtered_command(before: Filtered, after: Filtered, frequency: Number, period: Number) -> Vector:
     """What was fed into the filter, from its memory before and after a sample."""
-    decay, share = exp(-(frequency * PERIOD)), 1.0 + frequency * PERIOD
-    passed = decay * (share * before.value + PERIOD * before.rate)
+    decay, share = exp(-(frequency * period)), 1.0 + frequency * period
+    passed = decay * (share * before.value + period * before.rate)
     return (after.value - passed) * (1.0 / (1.0 - decay * share))
 
 
 class Motion(NamedTuple):
     """Errors and their rates in closed loop; following: the law's memory after the sample.
 
-    raw_counter, counter: before and behind its filter, from the law's memories; zero for the paper's law.
+    raw_counter, counter: before and behind its filter, from the law's memories; zero for the paper's law. torque: that the law
+    asks for; pushed: what acts on the plant, A_eta included; eta_dd: what the plant makes of it.
     """
 
     outer: PositionLoop
@@ -85,6 +72,10 @@ class Motion(NamedTuple):
     r2_dot: Vector
     j: Matrix
     j_dot: Matrix
+    c: Matrix
+    torque: Vector
+    pushed: Vector
+    eta_dd: Vector
 
 
 def closed_loop(sample: Sample, completed: bool) -> Motion:
@@ -94,7 +85,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     law makes the rigid-body part of Eq. 33 itself, so that only -A_eta is left to its net.)
     """
     state, reference, memory = sample.state, sample.reference, sample.memory
-    paper, before, inertia = sample.gains.paper, memory.paper, sample.vehicle.inertia
+    paper, before, inertia, period = sample.gains.paper, memory.paper, sample.vehicle.inertia, sample.period
     j = effective_inertia(state.attitude, inertia, STANDARD)
     c = coriolis(state.attitude, state.rates, inertia, STANDARD)
     partials = effective_inertia_partials(state.attitude, inertia, STANDARD)
@@ -103,24 +94,24 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     wanted_rates, slope_2 = state.rates + r2 - paper.slope_2 * e2, paper.slope_2  # eta_d_dot
     raw_counter = counter = counter_dot = Vector((0.0, 0.0, 0.0))
     if completed:
-        command, after = CompletedBackstepping(STANDARD).law(memory, state, reference, sample.gains, 0.0, PERIOD)
+        command, after = CompletedBackstepping(STANDARD).law(memory, state, reference, sample.gains, 0.0, period)
         following = after.paper
-        raw_counter = with_yaw(0.0, filtered_command(memory.counter, after.counter, paper.filter_frequency))
+        raw_counter = with_yaw(0.0, filtered_command(memory.counter, after.counter, paper.filter_frequency, period))
         counter = with_yaw(0.0, memory.counter.value)
-        counter_dot = with_yaw(0.0, (after.counter.value - memory.counter.value) / PERIOD)
+        r2 = r2 + counter
+        counter_dot = with_yaw(0.0, (after.counter.value - memory.counter.value) / period)
     else:
-        command, following = Backstepping().law(before, state, reference, paper, 0.0, PERIOD)
-    r2 = r2 + counter
+        command, following = Backstepping().law(before, state, reference, paper, 0.0, period)
     mu_2 = torque_basis(paper, state, outer.r1, r2)
-    wanted_acceleration = with_yaw(reference.yaw_acceleration, (following.filtered.rate - before.filtered.rate) / PERIOD)
+    wanted_acceleration = with_yaw(reference.yaw_acceleration, (following.filtered.rate - before.filtered.rate) / period)
     bent = wanted_acceleration - slope_2 * (slope_2 * e2 + counter) + counter_dot
     rigid = j @ bent + c @ (wanted_rates + slope_2 * e2 + counter)
 
     force = -(output(sample.ideal[0], outer.mu_1) + sample.residual[0])  # A_xyz of Eq. 22
     target_2 = output(sample.ideal[1], mu_2) + sample.residual[1]  # Eq. 33
-    torque = command.torque - target_2 if completed else command.torque + rigid - target_2  # tau + A_eta
+    pushed = command.torque - target_2 if completed else command.torque + rigid - target_2  # tau + A_eta
     xi_dd = acceleration(sample.vehicle, state.attitude, command.thrust, force)
-    eta_dd = angular_acceleration(sample.vehicle, state.attitude, state.rates, torque, STANDARD)
+    eta_dd = angular_acceleration(sample.vehicle, state.attitude, state.rates, pushed, STANDARD)
     e2_dot = wanted_rates - state.rates
     return Motion(
         outer, e2, r2, following, raw_counter, counter, e2_dot,
@@ -128,12 +119,16 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
         r2_dot=wanted_acceleration + slope_2 * e2_dot + counter_dot - eta_dd,
         j=j,
         j_dot=total(rate * partial for rate, partial in zip(state.rates, partials, strict=True)),
+        c=c,
+        torque=command.torque,
+        pushed=pushed,
+        eta_dd=eta_dd,
     )  # fmt: skip
 
 
 def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
     """The terms of L_dot, L being Eq. 55 extended by 1/2 e2^T P e2."""
-    paper, before = sample.gains.paper, sample.memory.paper
+    paper, before, period = sample.gains.paper, sample.memory.paper, sample.period
     r1, r2, e2 = motion.outer.r1, motion.r2, motion.e2
     after = motion.following
     return [
@@ -141,10 +136,10 @@ def rate_terms(sample: Sample, motion: Motion, p: Vector) -> list[Number]:
         r2 @ (motion.j @ motion.r2_dot),
         0.5 * (r2 @ (motion.j_dot @ r2)),
         e2 @ (p * motion.e2_dot),
-        before.integral_1 @ (paper.integral_1 * (after.integral_1 - before.integral_1)) / PERIOD,
-        before.integral_2 @ (paper.integral_2 * (after.integral_2 - before.integral_2)) / PERIOD,
-        learning(paper.force_net.learning_rate, sample.ideal[0], before.weights_1, after.weights_1),
-        learning(paper.torque_net.learning_rate, sample.ideal[1], before.weights_2, after.weights_2),
+        before.integral_1 @ (paper.integral_1 * (after.integral_1 - before.integral_1)) / period,
+        before.integral_2 @ (paper.integral_2 * (after.integral_2 - before.integral_2)) / period,
+        learning(paper.force_net.learning_rate, sample.ideal[0], before.weights_1, after.weights_1, period),
+        learning(paper.torque_net.learning_rate, sample.ideal[1], before.weights_2, after.weights_2, period),
     ]
 
 
@@ -154,7 +149,7 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
     p = sample.gains.coupling if completed else Vector([sample.gains.coupling[0]] * 3)
     terms = rate_terms(sample, motion, p)
     r1, r2, e2, u_d, slope_2 = motion.outer.r1, motion.r2, motion.e2, motion.outer.u_d, paper.slope_2
-    n1, n2, ne, error_norm = r1.norm(), r2.norm(), e2.norm(), (r1 @ r1 + r2 @ r2) ** 0.5
+    n1, n2, ne, error_norm = r1.norm(), r2.norm(), e2.norm(), sqrt(r1 @ r1 + r2 @ r2)
     wanted = before.filtered.value
     lag_1 = u_d * (thrust_direction(with_yaw(0.0, motion.outer.tilt)) - thrust_direction(with_yaw(0.0, wanted)))  # delta_f
     lag_2 = p * (motion.raw_counter - motion.counter) if completed else 0.0 * e2
@@ -162,13 +157,13 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
     pairs = list(zip(sample.ideal, (before.weights_1, before.weights_2), strict=True))
     kappa = paper.force_net.damping
     forgetting = kappa * error_norm * total(inner(w - w_hat, w_hat) for w, w_hat in pairs)
-    error = total(sum_squares(w - w_hat) for w, w_hat in pairs) ** 0.5
-    ideal = total(sum_squares(w) for w in sample.ideal) ** 0.5
-    residual = total(e @ e for e in sample.residual) ** 0.5
+    error = sqrt(total(sum_squares(w - w_hat) for w, w_hat in pairs))
+    ideal = sqrt(total(sum_squares(w) for w in sample.ideal))
+    residual = sqrt(total(e @ e for e in sample.residual))
 
     surplus_1 = r1 @ ((paper.gain_1 - sample.vehicle.mass * paper.slope_1) * r1)
     surplus_2 = r2 @ (paper.gain_2 * r2) - r2 @ (motion.j @ (slope_2 * r2))
-    j_most = 2.0 * greatest(sample.vehicle.inertia)  # J_M
+    j_most = 2.0 * largest(sample.vehicle.inertia)  # J_M
     identity = {
         "K_r1 - m Lambda_1": -surplus_1,
         "K_r2 - J Lambda_2": -surplus_2,
@@ -179,10 +174,10 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
         "kappa": forgetting,
     }
     bound = {
-        "k1": -(least(paper.gain_1 - sample.vehicle.mass * paper.slope_1) * n1 * n1),
-        "min K_r2": -(least(paper.gain_2) * n2 * n2),
-        "J_M max Lambda_2": j_most * greatest(slope_2) * n2 * n2,
-        "min P Lambda_2": -(least(p * slope_2) * ne * ne),
+        "k1": -(smallest(paper.gain_1 - sample.vehicle.mass * paper.slope_1) * n1 * n1),
+        "min K_r2": -(smallest(paper.gain_2) * n2 * n2),
+        "J_M max Lambda_2": j_most * largest(slope_2) * n2 * n2,
+        "min P Lambda_2": -(smallest(p * slope_2) * ne * ne),
         "eps": error_norm * residual,
         "delta_f": n1 * lag_1.norm(),
         "kappa |W~| |W|": kappa * error_norm * error * ideal,

@@ -34,7 +34,7 @@ Cube: TypeAlias = NDArray[np.float64]
 
 
 class Sample(NamedTuple):
-    """A batch of closed loops. ideal: W_1 and W_2; residual: eps_1 [N] and eps_2 [N m]."""
+    """A batch of closed loops. ideal: W_1 and W_2; residual: eps_1 [N] and eps_2 [N m]; period: of the law [s]."""
 
     vehicle: Vehicle
     state: State
@@ -43,6 +43,7 @@ class Sample(NamedTuple):
     memory: CompletedMemory
     ideal: tuple[Matrix, Matrix]
     residual: tuple[Vector, Vector]
+    period: Number = PERIOD
 
 
 class Draw:

@@ -1,0 +1,193 @@
+"""An independent check that no flight leaves the set of a certificate: it shares the laws and the arithmetic of enclosures
+with the prover, nothing else.
+
+The set is mapped through one sample at all ticks but the first, its starts through the first. What comes out, e' = V z', is
+taken apart by an approximate inverse of V, in extended precision, each rounding counted, and z' must lie in the set again.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep.documents import parse_toml
+from quadstep.errors import UserError
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers import sqrt
+from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.plants.multirotor import Multirotor
+from quadstep.prove.check import Loop, pushed
+from quadstep.prove.set_certificate import SetCertificate, read_set
+from quadstep.prove.unknown import Unknown
+
+LONGEST = 1e6
+"""Until when [s]: clocks are not followed farther."""
+
+PUSHES = 10
+UP = 1.0 + 1e-12
+
+
+class CheckedSet(NamedTuple):
+    """failed: what does not hold, empty if all does. begun: the middle of the starts [m]. position: how far each axis may be
+    from its rest [m].
+    """
+
+    name: str
+    axes: tuple[str, ...]
+    unknown: Unknown
+    failed: str
+    start: float
+    own: bool
+    begun: Array
+    position: Array
+    seconds: float
+
+
+class Image(NamedTuple):
+    """Of those that move: centre less the rest, what each direction makes, and what is left."""
+
+    gap: Array
+    parts: Array
+    left: Array
+
+
+def box(found: SetCertificate, centre: Array, width: Array, second: int, directions: int) -> list[Operand]:
+    """All states of the loop: those that move fill centre + width e, the others are as at rest, or the same as another."""
+    moving, columns = width.shape
+    fresh = Fresh(directions, directions, second)
+    numbers: list[Operand] = [float(one) for one in found.rest]
+    for i, place in enumerate(found.live):
+        parts = np.zeros((directions, 1))
+        parts[:columns, 0] = width[i]
+        reach = np.abs(width[i]).sum() * (1.0 + 1e-12 * moving)
+        numbers[place] = Enclosure(np.array([centre[place]]), parts, np.zeros(1), np.array([reach]), fresh)
+    for place, other in found.twins.items():
+        numbers[place] = numbers[other]
+    if found.unit >= 0:  # of a quaternion of length one, but for rounding
+        x, y, z = numbers[found.unit + 1 : found.unit + 4]
+        w: Operand = sqrt(1.0 - (x * x + y * y + z * z))
+        off = w.rest + 1e-14
+        numbers[found.unit] = Enclosure(w.centre, w.parts, off, w.reach + 1e-14, w.fresh)
+    return numbers
+
+
+def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> Image:
+    """A sample later. Raises UndefinedError, UserError."""
+    p = pushed(loop.plan.parameters, found.unknown, directions - PUSHES, directions, 1)
+    with np.errstate(all="ignore"):
+        after = loop.after(numbers, ticks, p)
+    for place in range(len(found.states)):
+        other = found.twins.get(place)
+        if place == found.unit:
+            if not after[place].low[0] > 0.5:
+                raise UndefinedError("the attitude may turn by more than 120 degrees")
+        elif place not in found.live:
+            constant = isinstance(after[place], float) and after[place] == found.rest[place]
+            if not (constant if other is None else after[place] is after[other]):
+                raise UserError(f"{found.states[place]} does not stay as the certificate says")
+    gap, left = np.zeros(len(found.live)), np.zeros(len(found.live))
+    parts = np.zeros((len(found.live), directions))
+    for i, place in enumerate(found.live):
+        one = after[place]
+        if not isinstance(one, Enclosure) or not (np.isfinite(one.centre[0]) and np.isfinite(one.tight[0])):
+            raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
+        gap[i] = one.centre[0] - found.rest[place]
+        left[i] = one.rest[0] + abs(gap[i]) * 2.0**-50
+        if one.parts is not None:
+            parts[i] = one.parts[:, 0]
+    return Image(gap, parts, left)
+
+
+class Discs:
+    """The set's coordinates as numbers w: a real one of an interval, or a complex one and its conjugate of a disc."""
+
+    def __init__(self, found: SetCertificate) -> None:
+        count = len(found.radii)
+        self.apart = np.eye(count, dtype=np.clongdouble)  # z = apart w
+        joined = np.eye(count, dtype=np.clongdouble)
+        self.radii = found.radii.astype(np.longdouble)
+        for i in found.pairs:
+            self.apart[i : i + 2, i : i + 2] = np.array([[1, 1], [1j, -1j]]) / 2
+            joined[i : i + 2, i : i + 2] = [[1, -1j], [1, 1j]]
+            self.radii[i : i + 2] = min(found.radii[i : i + 2])
+        self.unit = 8.0 * (count + 8) * np.finfo(np.longdouble).eps
+        self.spread = found.spread.astype(np.longdouble) @ self.apart
+        self.into = joined @ np.linalg.inv(found.spread).astype(np.longdouble)
+        off = np.abs(np.eye(count) - self.into @ self.spread)
+        self.off = off + self.unit * (np.abs(self.into) @ np.abs(self.spread))
+
+    def reached(self, image: Image, first: int, second: bool) -> Array:
+        """|w| at most after the sample. first: of the directions are those of the set, or of a box."""
+        size, count = np.abs(self.into), len(self.radii)
+        seen = self.into @ image.parts.astype(np.longdouble)
+        bound = np.abs(self.into @ image.gap.astype(np.longdouble)) + size @ image.left
+        bound += 2.0 * self.unit * (size @ (np.abs(image.parts).sum(axis=1) + np.abs(image.gap)))
+        if not second:
+            return np.asarray(bound + np.abs(seen).sum(axis=1))
+        bound += np.abs(seen[:, :first] @ self.apart).sum(axis=1) + np.abs(seen[:, first + first * first :]).sum(axis=1)
+        for i in range(count):
+            square = seen[i, first : first + first * first].reshape(first, first)
+            bound[i] += np.abs(self.apart.T @ ((square + square.T) / 2) @ self.apart).sum()
+        return np.asarray(bound)
+
+
+def starts(loop: Loop, found: SetCertificate) -> Array:
+    """The middle of the starts."""
+    return np.array([loop.start[place] for place in loop.places]) if found.own else found.rest
+
+
+def failing(loop: Loop, found: SetCertificate) -> str:
+    """What is not shown, in words; nothing where all is. Raises UserError."""
+    discs, count = Discs(found), len(found.live)
+    axes = len(loop.plan.loop.plant.axes)
+    middle = 0.5 * (LONGEST / loop.plan.ticks.step + loop.span)
+    away = np.array([middle - loop.span])
+    later = Enclosure(np.array([middle]), None, away, away)
+    directions = count + count * count + PUSHES
+    radii = np.asarray(discs.radii, dtype=np.float64)
+    begun = starts(loop, found)
+    side = np.zeros((count, axes))
+    for axis in range(axes):
+        side[found.live.index(axis), axis] = found.start
+    try:
+        numbers = box(found, found.rest, found.spread * radii, count, directions)
+        kept = discs.reached(mapped(loop, found, numbers, later, directions), count, second=True)
+        numbers = box(found, begun, side, 0, axes + PUSHES)
+        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), axes + PUSHES), axes, second=False)
+    except UndefinedError as error:
+        return f"nothing bounds a sample over the set: {error}"
+    astray = discs.off @ discs.radii
+    for what, bound in (("a flight in the set", kept), ("a start", first)):
+        beyond = (bound + astray) * UP > discs.radii
+        if np.any(beyond):
+            return f"{what} is not shown to be in the set a sample later (coordinate {int(np.argmax(beyond)) + 1} of {count})"
+    reach = np.abs(discs.spread) @ discs.radii * UP
+    if np.any(reach[[found.live.index(axis) for axis in range(axes)]] > found.position * UP):
+        return "the set is larger than the file claims"
+    return ""
+
+
+def check_set(path: Path) -> CheckedSet:
+    """Whether what the certificate in `path` says holds. Raises UserError where it says nothing that can be checked."""
+    found = read_set(path)
+    mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
+    plan = plan_mission(mission, path)
+    axes = plan.loop.plant.axes
+    try:
+        if found.states[: len(axes)] != tuple(f"position.{i}" for i in range(len(axes))) or len(found.position) != len(axes):
+            raise UserError("its first states are not the position")  # noqa: TRY301 (one message for all)
+        if set(range(len(axes))) - set(found.live):
+            raise UserError("its position does not move")  # noqa: TRY301
+        loop = Loop(plan, found.states)
+        w = found.unit
+        if w >= 0 and not isinstance(plan.loop.plant, Multirotor):
+            raise UserError("its attitude is no unit quaternion")  # noqa: TRY301
+        if w >= 0 and abs(starts(loop, found)[w] ** 2 + np.square(starts(loop, found)[w + 1 : w + 4]).sum() - 1.0) > 1e-14:
+            raise UserError("its quaternion does not begin with length one")  # noqa: TRY301
+        failed = failing(loop, found)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+    begun, seconds = starts(loop, found)[: len(axes)], loop.span * plan.ticks.step
+    return CheckedSet(mission.name, tuple(axes), found.unknown, failed, found.start, found.own, begun, found.position, seconds)

@@ -1,0 +1,72 @@
+"""The verdict on hover that holds for ever, and on a certificate that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from quadstep.prove.check_set import check_set
+from quadstep.prove.hold import Hold, described
+from quadstep.prove.rest import LONGEST
+from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.set_certificate import SetCertificate, write_set
+from quadstep.prove.unknown import Unknown
+from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under
+
+COLUMNS = ("", "verdict", "begins within", "stays within")
+
+
+def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
+    """Hover in a set that no flight leaves."""
+    axes, start = loop.loop.plant.axes, kept.found.start
+    position = kept.reach[: len(axes)] * 1.001
+    at = kept.at
+    if out is not None:
+        names, found = tuple(loop.names), kept.found
+        content = text, unknown, names, at.state, at.live, at.twins, at.unit, kept.modes.spread, kept.modes.pairs, found.radii
+        write_set(out, SetCertificate(*content, kept.own, start, position))
+    enough = start >= unknown.start
+    said = "proved" if enough else "open"
+    rows = rows_of(axes, said, start, position)
+    rows += [[quantity, said, "-", reach] for quantity, reach in described(loop, kept)]
+    begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
+    says = [
+        "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period),
+        f"What stopped a larger set: {kept.found.limit}.",
+    ]
+    if not enough:
+        says.append(f"open: starts within {1e3 * unknown.start:g} mm were asked for.")
+    return Verdict(name, Kind.PROVED if enough else Kind.OPEN, rows, says, out, COLUMNS)
+
+
+def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
+    """Axis by axis."""
+    return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
+
+
+def below(metres: float) -> str:
+    """In millimetres, rounded down."""
+    return f"{down(1e3 * metres, 3):.3g} mm"
+
+
+def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
+    """What holds."""
+    others = f" {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
+    point = ", ".join(f"{one:.6g}" for one in begun)
+    else_ = "else as the mission's" if own else "else as at rest (the mission's own start is too far from it)"
+    return (
+        f"every flight{others} whose start is within {below(start)} of ({point}) m on each axis, {else_}, is in this set "
+        f"about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond which no clock is "
+        "followed."
+    )
+
+
+def check_for_ever(path: Path) -> Verdict:
+    """The verdict on a certificate. Raises UserError."""
+    found = check_set(path)
+    if found.failed:
+        rows = [[axis, "not confirmed", "-", "-"] for axis in found.axes]
+        return Verdict(found.name, Kind.OPEN, rows, [f"not confirmed: {found.failed}"], columns=COLUMNS)
+    says = "confirmed: " + sentence(found.unknown, found.start, found.begun.tolist(), found.own, found.seconds)
+    rows = rows_of(found.axes, "proved", found.start, found.position)
+    return Verdict(found.name, Kind.PROVED, rows, [says], columns=COLUMNS)

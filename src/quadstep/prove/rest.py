@@ -1,0 +1,157 @@
+"""Where a sampled loop rests, found by Newton's method on enclosures of points; nothing that is proved rests on it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.errors import UserError
+from quadstep.numbers import Structure, sqrt, total
+from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError, ball
+from quadstep.plants.multirotor import Multirotor
+from quadstep.prove.box import image, seeded
+from quadstep.prove.sampled import Array, Sampled
+
+LONGEST = 1e6
+"""What `for ever` means here [s], eleven days: a sine of much longer times is no number (`numbers.sin`)."""
+
+QUATERNION = "attitude.0"
+LENGTH = 1e-14
+"""More than what a quaternion's length is off one by after `renormalised`, a few units in the last place."""
+
+SMALL, MOST_STEPS, AT_REST, SAME = 1e-9, 20, 1e-9, 1e-12
+
+
+class Rest(NamedTuple):
+    """state: the loop's numbers at rest. live: places of those that move; slopes of these, (live, live). The others are
+    constants of the flight, or `twins`: what a sample leaves there is what it leaves at another place, to the bit; or `unit`:
+    the first of a quaternion whose length is one (-1: there is none).
+    """
+
+    state: Array
+    live: tuple[int, ...]
+    twins: dict[int, int]
+    unit: int
+    slopes: Array
+
+    def numbers(self, live: list[Enclosure]) -> list[Operand]:
+        """The loop's numbers, with these for those that move."""
+        found: list[Operand] = self.state.tolist()
+        for place, number in zip(self.live, live, strict=True):
+            found[place] = number
+        for place, other in self.twins.items():
+            found[place] = found[other]
+        if self.unit >= 0:
+            square = total(found[self.unit + i] * found[self.unit + i] for i in (1, 2, 3))
+            root: Enclosure = sqrt(1.0 - square)  # type: ignore[assignment]
+            found[self.unit] = root.made(root.centre, root.parts, root.rest, root.reach, LENGTH)
+        return found
+
+
+def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Structure) -> list[Operand]:
+    """A sample later, those that move. Raises UndefinedError where others do not do as they should."""
+    with np.errstate(all="ignore"):
+        found = loop.step(at.numbers(live), tick, p)
+    if at.unit >= 0 and not np.all(found[at.unit].low > 0.5):
+        raise UndefinedError("the attitude may turn by more than 120 degrees")
+    for place, value in enumerate(at.state):
+        if place == at.unit:
+            continue
+        other = at.twins.get(place)
+        as_it_was = isinstance(found[place], float) and found[place] == value
+        if place not in at.live and not (found[place] is found[other] if other is not None else as_it_was):
+            raise UndefinedError(f"{loop.names[place]} does not stay as it is")
+    return [found[place] for place in at.live]
+
+
+def always(loop: Sampled) -> Enclosure:
+    """Every tick after the first sample."""
+    middle = 0.5 * (LONGEST / loop.ticks.step + loop.span)
+    return ball(np.array([middle]), middle - loop.span)
+
+
+def holds(loop: Sampled) -> bool:
+    """Whether the path stands still at all ticks after the first sample."""
+    wanted = loop.loop.path.reference(always(loop) * loop.ticks.step, loop.parameters.path)
+    still = not any(map(moving, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
+    return still and all(not isinstance(one, Enclosure) or not one.tight.any() for one in (*wanted.position, wanted.yaw))
+
+
+def moving(x: Operand) -> bool:
+    """Whether a number may be other than zero."""
+    return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
+
+
+def rest(loop: Sampled) -> Rest:
+    """Raises UserError where there is none, UndefinedError."""
+    state, count = np.array(loop.at_rest(loop.like)), len(loop.places)
+    tick, unit = np.array([float(loop.span)]), np.eye(count)
+    for _ in range(MOST_STEPS):
+        with np.errstate(all="ignore"):
+            numbers = loop.step(seeded(state[:, None], unit * SMALL), tick)
+        found = image(numbers, count, 1)
+        slopes, left = found.parts[:, :, 0] / SMALL, found.centre[:, 0] - state
+        constant = (found.rest[:, 0] == 0.0) & np.all(np.abs(slopes - unit) < SAME, axis=1) & (left == 0.0)
+        twins = alike(numbers)
+        live = np.array([i for i in np.flatnonzero(~constant) if i not in twins])
+        for place, other in twins.items():
+            slopes[:, other] += slopes[:, place]
+            left[place] = 0.0
+        inner = slopes[np.ix_(live, live)]
+        change, rows = np.zeros(len(live)), np.flatnonzero(~idle(inner))
+        try:
+            change[rows] = np.linalg.solve((np.eye(len(live)) - inner)[np.ix_(rows, rows)], left[live][rows])
+        except np.linalg.LinAlgError:
+            break
+        if not np.all(np.isfinite(change)):
+            break
+        state[live] += change
+        for place, other in twins.items():
+            state[place] = state[other]
+        if np.all(np.abs(change) <= AT_REST * (1.0 + np.abs(state[live]))):
+            refuse_idle([loop.names[place] for place in live], inner)
+            return reduced(loop, Rest(state, tuple(map(int, live)), twins, -1, inner))
+    raise UserError("no state was found in which the loop rests")
+
+
+def idle(slopes: Array) -> NDArray[np.bool_]:
+    """Which numbers stay where they are put, to first order."""
+    found: NDArray[np.bool_] = np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
+    return found
+
+
+def refuse_idle(names: list[str], slopes: Array) -> None:
+    """Raises UserError for numbers that stay where they are put."""
+    found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
+    if found:
+        raise UserError(f"{', '.join(found)}: to first order these stay where they are put, and do not return by themselves")
+
+
+def reduced(loop: Sampled, at: Rest) -> Rest:
+    """Without the first number of the vehicle's quaternion, which the plant makes one of length one at every step."""
+    names = loop.names
+    if not isinstance(loop.loop.plant, Multirotor) or QUATERNION not in names:
+        return at
+    unit = names.index(QUATERNION)
+    others = [unit + 1, unit + 2, unit + 3]
+    if not {unit, *others} <= set(at.live):
+        return at
+    state, slopes, row = at.state.copy(), at.slopes.copy(), at.live.index(unit)
+    state[unit] = np.sqrt(1.0 - np.square(state[others]).sum())
+    for place in others:
+        slopes[:, at.live.index(place)] -= slopes[:, row] * state[place] / state[unit]
+    slopes = np.delete(np.delete(slopes, row, 0), row, 1)
+    return at._replace(state=state, live=tuple(place for place in at.live if place != unit), unit=unit, slopes=slopes)
+
+
+def alike(numbers: list[Operand]) -> dict[int, int]:
+    """Places of numbers that are one and the same as an earlier one, and its place."""
+    first: dict[int, int] = {}
+    found = {}
+    for place, number in enumerate(numbers):
+        earlier = first.setdefault(id(number), place)
+        if earlier != place and isinstance(number, Enclosure):
+            found[place] = earlier
+    return found

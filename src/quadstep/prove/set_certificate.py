@@ -1,0 +1,108 @@
+"""The file that says which set no flight leaves: the mission, the unknowns, the rest, coordinates, radii, the starts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from quadstep import __version__
+from quadstep.atomic import write_beside
+from quadstep.documents import read_json
+from quadstep.errors import UserError
+from quadstep.prove.certificate import UNITS
+from quadstep.prove.sampled import Array
+from quadstep.prove.unknown import Unknown
+
+FORMAT = "quadstep set 1"
+
+
+class SetCertificate(NamedTuple):
+    """mission: text of its file. states: names. rest: of these. live: which of them move; twins: which are always the same as
+    another; unit: the first number of a quaternion of length one (-1: none).
+
+    spread: the set is rest + spread z, |z_i| <= radii_i, columns i and i + 1 of `pairs` together. own: whether the starts are
+    the mission's own but for the position, `start` [m] to either side; else those of the rest. position: how far each axis may
+    be from its rest [m].
+    """
+
+    mission: str
+    unknown: Unknown
+    states: tuple[str, ...]
+    rest: Array
+    live: tuple[int, ...]
+    twins: dict[int, int]
+    unit: int
+    spread: Array
+    pairs: tuple[int, ...]
+    radii: Array
+    own: bool
+    start: float
+    position: Array
+
+
+def write_set(path: Path, found: SetCertificate) -> None:
+    """Write the file. Raises UserError."""
+    names = found.states
+    content = {
+        "format": FORMAT,
+        "quadstep": __version__,
+        "mission": found.mission,
+        "unknown": {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), found.unknown, strict=True)},
+        "states": list(names),
+        "rest": found.rest.tolist(),
+        "live": [names[place] for place in found.live],
+        "twins": {names[place]: names[other] for place, other in found.twins.items()},
+        "unit": names[found.unit] if found.unit >= 0 else "",
+        "spread": found.spread.tolist(),
+        "pairs": list(found.pairs),
+        "radii": found.radii.tolist(),
+        "own_start": found.own,
+        "start[m]": found.start,
+        "position[m]": found.position.tolist(),
+    }
+    write_beside(path, json.dumps(content, indent=None) + "\n", parents=True)
+
+
+def is_set(path: Path) -> bool:
+    """Whether a file says that it is one. Raises UserError."""
+    content = read_json(path)
+    return isinstance(content, dict) and content.get("format") == FORMAT
+
+
+def read_set(path: Path) -> SetCertificate:
+    """What the file says. Raises UserError."""
+    content = read_json(path)
+    try:
+        states = tuple(str(name) for name in content["states"])
+        found = SetCertificate(
+            mission=str(content["mission"]),
+            unknown=Unknown(*(float(content["unknown"][f"{name}[{unit}]"]) for name, unit in UNITS.items())),
+            states=states,
+            rest=np.array(content["rest"], dtype=np.float64),
+            live=tuple(states.index(name) for name in content["live"]),
+            twins={states.index(name): states.index(other) for name, other in content["twins"].items()},
+            unit=states.index("attitude.0") if content["unit"] == "attitude.0" else -1,
+            spread=np.array(content["spread"], dtype=np.float64),
+            pairs=tuple(int(one) for one in content["pairs"]),
+            radii=np.array(content["radii"], dtype=np.float64),
+            own=bool(content["own_start"]),
+            start=float(content["start[m]"]),
+            position=np.array(content["position[m]"], dtype=np.float64),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise UserError(f"{path}: no certificate of `quadstep prove`: {error}") from None
+    count, moving = len(states), len(found.live)
+    paired = [place for one in found.pairs for place in (one, one + 1)]
+    shapes = found.rest.shape == (count,) and found.spread.shape == (moving, moving) and found.radii.shape == (moving,)
+    sound = len(set(paired)) == len(paired) and all(0 <= one < moving for one in paired) and found.position.ndim == 1
+    apart = len({*found.live, *found.twins}) == moving + len(found.twins) and set(found.twins.values()) <= set(found.live)
+    if found.unit >= 0:
+        turn = [f"attitude.{i}" for i in range(4)]
+        apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
+    numbers = (found.rest, found.spread, found.radii, found.position, np.array([*found.unknown, found.start]))
+    if not (shapes and sound and apart) or not all(np.isfinite(one).all() for one in numbers) or found.radii.min() < 0.0:
+        raise UserError(f"{path}: no certificate of `quadstep prove`: its tables do not fit each other")
+    return found

@@ -1,0 +1,59 @@
+"""A verdict, its numbers with their units, and the words for what it is under."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.exit_codes import DIVERGED, FAILED
+from quadstep.prove.unknown import Unknown
+
+
+class Kind(IntEnum):
+    """A verdict, with its exit code."""
+
+    PROVED = 0
+    OPEN = FAILED
+    DISPROVED = DIVERGED
+
+
+class Verdict(NamedTuple):
+    """What is certain. rows: axis, verdict, and in millimetres what it is about. says: sentences. written: its certificate."""
+
+    name: str
+    kind: Kind
+    rows: list[list[str]]
+    says: list[str]
+    written: Path | None = None
+    columns: tuple[str, ...] = ("axis", "verdict", "from the flight", "from the path")
+
+
+def millimetres(metres: float) -> str:
+    """Rounded up."""
+    return f"{up(1e3 * metres, 4):.4g}" if metres > 0.0 else "0"
+
+
+def down(x: float, digits: int = 6) -> float:
+    """Rounded down to so many digits."""
+    unit = 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1)
+    return math.floor(x / unit) * unit
+
+
+def up(x: float, digits: int = 6) -> float:
+    """Rounded up to so many digits."""
+    return -down(-x, digits)
+
+
+def under(unknown: Unknown) -> str:
+    """The unknowns in words."""
+    said = [
+        f"any force within {unknown.force:g} N" if unknown.force else "",
+        f"any torque within {unknown.torque:g} N m per axis, new at every sample" if unknown.torque else "",
+        f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
+        f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
+        f"a start within {1e3 * unknown.start:g} mm of the mission's on each axis" if unknown.start else "",
+    ]
+    words = [one for one in said if one]
+    return "under " + ", ".join(words) if words else "from this start"

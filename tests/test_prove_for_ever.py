@@ -1,0 +1,255 @@
+"""`quadstep prove`: sets about hover that no flight ever leaves, and certificates that a check confirms or refuses."""
+
+import itertools
+import json
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from benchmarks.hover_boxes import row
+from quadstep import Mission, exit_codes
+from quadstep import numbers as n
+from quadstep.numbers.enclosure import Enclosure, Fresh
+from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
+from quadstep.prove.hold import held
+from quadstep.prove.rest import holds, rest
+from quadstep.prove.sampled import Sampled
+from quadstep.prove.set_certificate import read_set
+from quadstep.prove.unknown import Unknown
+from tests.commands import quadstep, write
+
+PAGE = Path(__file__).parent.parent / "docs" / "prove.md"
+
+HOVER = """\
+[vehicle]
+preset = "research-2.6kg"
+[path]
+type = "step"
+start = [0.0, 0.0, 5.0]
+end = [0.0, 0.0, 5.0]
+duration = 4.0
+[simulation]
+guidance_period = 0.002
+[controller]
+type = "geometric"
+"""
+
+
+def mission(start=None, **controller):
+    place = [0.0, 0.0, 5.0]
+    return Mission(
+        start={"position": start or place},
+        vehicle={"preset": "research-2.6kg"},
+        path={"type": "step", "start": place, "end": place, "duration": 4.0},
+        simulation={"guidance_period": 0.002},
+        controller=controller,
+    )
+
+
+@pytest.fixture(scope="module")
+def proved(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hover")
+    run = quadstep("prove", write(folder, HOVER), "--out", folder / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    return run.out, folder / "proof.json"
+
+
+def test_hover_with_lagging_rotors_is_proved_to_hold_for_ever(proved):
+    out, file = proved
+    assert "proved: every flight whose start is within" in out
+    assert "for ever: 1e+06 s" in out
+    for needed in ("attitude", "deg", "rates", "deg/s", "speeds", "rad/s", "m/s", "mm"):
+        assert needed in out
+    assert read_set(file).start > 8e-4
+
+
+def test_flights_from_the_corners_and_within_stay_in_the_set(proved):
+    """As they fly, by the compiled engine, every number at every sample."""
+    found = read_set(proved[1])
+    live, twins = list(found.live), found.twins
+    into = np.linalg.inv(found.spread)
+    corners = list(itertools.product((-1.0, 1.0), repeat=3))[:4]
+    inner = np.random.default_rng(5).uniform(-1.0, 1.0, (2, 3)).tolist()
+    most = 0.0
+    for way in corners + inner:
+        place = [5.0 * (axis == 2) + found.start * one for axis, one in enumerate(way)]
+        loop = Sampled(mission(place, type="geometric").plan())
+        states, _ = loop.flown()
+        assert tuple(loop.names) == found.states
+        off = states[1:] - found.rest
+        z = off[:, live] @ into.T
+        for i in found.pairs:
+            z[:, i] = z[:, i + 1] = np.hypot(z[:, i], z[:, i + 1])
+        most = max(most, float((np.abs(z) / found.radii).max()))
+        assert all(np.array_equal(states[1:, place], states[1:, other]) for place, other in twins.items())
+    assert 0.5 < most <= 1.0 + 1e-9  # the set is not idle
+
+
+def test_the_check_confirms_it(proved):
+    run = quadstep("prove", "--check", proved[1])
+    assert (run.code, run.err) == (0, "")
+    assert "confirmed: every flight whose start is within" in run.out
+
+
+def changed(key, change):
+    def to(content):
+        content[key] = change(content[key])
+
+    return to
+
+
+def one_radius(radii):
+    fast = int(np.argmax(radii))
+    return [0.3 * one if i == fast else one for i, one in enumerate(radii)]
+
+
+MUTATIONS = {
+    "the starts": changed("start[m]", lambda one: 1.2 * one),
+    "all radii": changed("radii", lambda all_: [2.0 * one for one in all_]),
+    "one radius": changed("radii", one_radius),
+    "the rest": changed("rest", lambda all_: [all_[0] + 1e-3, *all_[1:]]),
+    "a column": changed("spread", lambda rows: [[*row[:-1], (1.5 if i % 2 else 1.0) * row[-1]] for i, row in enumerate(rows)]),
+    "the position claimed": changed("position[m]", lambda all_: [0.9 * one for one in all_]),
+    "the law": changed("mission", lambda text: text + "k_Omega = [10.0, 10.0, 5.0]\n"),
+    "another start": changed("mission", lambda text: text + "[start]\nvelocity = [0.0, 0.3, 0.0]\n"),
+}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_the_check_refuses_what_was_not_proved(tmp_path, proved, name):
+    content = json.loads(proved[1].read_text())
+    MUTATIONS[name](content)
+    (tmp_path / "proof.json").write_text(json.dumps(content))
+    run = quadstep("prove", "--check", tmp_path / "proof.json")
+    assert (run.code, run.err) == (exit_codes.FAILED, "")
+    assert "not confirmed: " in run.out
+    assert "proved" not in run.out
+
+
+BROKEN = {
+    "no such state": changed("live", lambda names: [*names[:-1], "nothing.9"]),
+    "no square": changed("spread", lambda rows: rows[:-1]),
+    "no number": changed("radii", lambda all_: [*all_[:-1], "wide"]),
+    "a state too few": changed("live", lambda names: names[:-1]),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_certificate_is_one_line(tmp_path, proved, name):
+    content = json.loads(proved[1].read_text())
+    BROKEN[name](content)
+    (tmp_path / "proof.json").write_text(json.dumps(content))
+    run = quadstep("prove", "--check", tmp_path / "proof.json")
+    assert run.refused
+    assert "proof.json" in run.err
+
+
+def test_a_loop_that_does_not_return_is_not_proved():
+    loop = Sampled(mission(type="geometric", k_Omega=[1.0, 1.0, 1.0]).plan())
+    assert holds(loop)
+    found = held(loop, Unknown())
+    assert isinstance(found, str)
+    assert "does not return to its rest: a mode grows at" in found
+
+
+def test_estimates_that_nothing_moves_are_named():
+    found = held(Sampled(mission(type="geometric-adaptive").plan()), Unknown())
+    assert isinstance(found, str)
+    assert "drag.0" in found
+    assert "do not return by themselves" in found
+
+
+def test_a_path_that_moves_is_no_hover():
+    way = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 2.0}
+    assert not holds(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
+
+
+def test_a_rest_is_one_and_its_slopes_are_those_of_flights():
+    loop = Sampled(mission(type="geometric").plan())
+    at = rest(loop)
+    live, step = list(at.live), 1e-6
+    after = np.array(loop.step(at.state.tolist(), float(loop.span)))
+    assert np.abs(after - at.state).max() < 1e-9
+    for i in (0, 4, len(live) - 1):
+        ahead, behind = at.state.copy(), at.state.copy()
+        ahead[live[i]] += step
+        behind[live[i]] -= step
+        slope = (np.array(loop.step(ahead.tolist(), 1e3)) - np.array(loop.step(behind.tolist(), 1e3))) / (2.0 * step)
+        assert np.abs(slope[live] - at.slopes[:, i]).max() < 1e-4 * max(1.0, np.abs(slope).max())
+
+
+# Forms of second order
+
+
+def unit(x, y):
+    """A quaternion of length one."""
+    return n.vector(n.sqrt(1.0 - (x * x + y * y)), x, y, 0.0)
+
+
+SMOOTH = {
+    "product": lambda a, b: a * b * a,
+    "quotient": lambda a, b: b / (a * a + 2.0),
+    "sin": lambda a, b: n.sin(a * b),
+    "cos": lambda a, b: n.cos(a + b),
+    "exp": lambda a, b: n.exp(0.1 * a * b),
+    "sqrt": lambda a, b: n.sqrt(a * a + b + 2.0),
+    "atan2": lambda a, b: n.atan2(a * b, a + b + 2.5),
+    "half a turn": lambda a, b: from_rotation_vector(n.vector(a - 0.3, b - 0.7, a * b))[1],
+    "cosine of half": lambda a, b: from_rotation_vector(n.vector(a - 0.3, b - 0.7, 0.1))[0],
+    "a whole turn": lambda a, b: rotation_vector(unit(0.2 * (a - 0.3), 0.3 * (b - 0.7)))[1],
+}
+MIDDLE = np.array([0.3, 0.7])
+
+
+def second(radius):
+    """Numbers about the middle whose squares have directions of their own."""
+    parts = np.zeros((2, 6, 1))
+    parts[0, 0], parts[1, 1] = radius, radius
+    nothing, reach = np.zeros(1), np.full(1, radius)
+    fresh = Fresh(6, 6, 2)
+    return [Enclosure(MIDDLE[i : i + 1], parts[i], nothing, reach, fresh) for i in range(2)]
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_what_is_left_of_a_form_of_second_order_is_of_third_and_holds_all_points(name):
+    rng, rests = np.random.default_rng(3), []
+    for radius in (0.1, 0.01):
+        found = SMOOTH[name](*second(radius))
+        assert found.parts is not None
+        for e in rng.choice([-1.0, 1.0, 0.3, -0.7], (60, 2)):
+            value = SMOOTH[name](*(MIDDLE + radius * e).tolist())
+            line = found.centre + found.parts[:2, 0] @ e + found.parts[2:, 0] @ np.outer(e, e).ravel()
+            assert abs(value - line) <= found.rest + 1e-15
+        rests.append(found.rest[0])
+    assert rests[1] < 2.2e-3 * rests[0] + 1e-8  # a tenth of the box, a thousandth of what is left
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-7, 1e-5, 2e-5, 0.3, 1.0])
+def test_turns_are_held_where_a_root_would_vanish(angle):
+    """At the angle itself, and in f64 as it flies."""
+    axis = n.vector(0.6, 0.0, 0.8)
+    zero = np.zeros(1)
+    made = from_rotation_vector(axis * Enclosure(np.array([angle]), None, zero, zero))
+    flown = from_rotation_vector(axis * angle)
+    with mpmath.workdps(40):
+        half = mpmath.mpf(angle) / 2
+        for entry, by, true in zip(made, flown, (mpmath.cos(half), 0.6 * mpmath.sin(half)), strict=False):
+            assert abs(true - mpmath.mpf(float(entry.centre[0]))) <= entry.rest[0] < 1e-13
+            assert abs(by - float(entry.centre[0])) <= entry.rest[0]
+    q = n.vector(*(Enclosure(np.array([float(one)]), None, zero, zero) for one in flown))
+    back, plain = rotation_vector(q), rotation_vector(flown)
+    for entry, by, part in zip(back, plain, axis, strict=True):
+        assert abs(by - float(entry.centre[0])) <= entry.rest[0] + 1e-300
+        assert abs(angle * part - by) < 1e-12
+
+
+# The table of docs/prove.md
+
+
+@pytest.mark.parametrize("law", ["lqr"])
+def test_rows_of_the_table_are_those_of_the_page(law):
+    page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))
+    said, found = (float(line.split("|")[2].split()[0]) for line in (page, row(law)))
+    assert 0.97 * said < found < 1.03 * said
