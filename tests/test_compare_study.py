@@ -8,10 +8,12 @@ import pytest
 from quadstep import UserError
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
-from quadstep.comparison import margins, schema, training
+from quadstep.comparison import cost, margins, schema, training
 from quadstep.comparison.shipped import shipped_study
 from quadstep.comparison.study import FIRST, Situation, read_study, together
+from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.documents import read_json
+from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import flatten
 from tests.commands import LINE, write
 from tests.studies import BODY, HEAD, SMALL, TUNING, study
@@ -183,3 +185,17 @@ def test_a_campaign_or_a_lone_mission_is_told_from_a_study(tmp_path):
         read_study(write(tmp_path, LINE))
     with pytest.raises(UserError, match="looks like a campaign"):
         read_study(write(tmp_path, 'mission = "m.toml"\n'))
+
+
+def test_what_surrounds_a_law_costs_nothing_of_the_law(monkeypatch):
+    """Two loops are timed, one of them without the law: so the second must not ask it."""
+    plan = study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan()
+    asked = []
+    law = CascadedPid.law
+    monkeypatch.setattr(CascadedPid, "law", lambda *given: asked.append(1) or law(*given))
+    for idle in (False, True):
+        loop = cost.law_alone(plan, idle).loop
+        cycle = loop.start(plan.start, plan.parameters)
+        asked.clear()
+        loop.law(cycle, plan.parameters, Clock(0.0, 0, 0.002))
+        assert (len(asked), loop.late) == (0 if idle else 1, 0)

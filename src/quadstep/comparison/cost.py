@@ -96,7 +96,8 @@ def cost(plan: FlightPlan) -> Cost:
 
 def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:
     """The plan of nothing but its controller, one step a sample."""
-    loop = LawAlone(plan.loop.plant, plan.loop.path, plan.loop.controller, None, None, plan.loop.guided, idle)
+    flown = plan.loop
+    loop = LawAlone(plant=flown.plant, path=flown.path, controller=flown.controller, guided=flown.guided, idle=idle)
     every = plan.ticks.every[-len(loop.sampled) :]
     ticks = Ticks(every[-1] * plan.ticks.step, tuple(max(1, round(one / every[-1])) for one in every), SAMPLES, SAMPLES)
     return plan._replace(loop=loop, ticks=ticks)
