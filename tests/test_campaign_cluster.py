@@ -285,7 +285,7 @@ def test_files_that_are_not_on_a_worker_are_said_in_one_line(tmp_path):
     cluster.FLYERS.clear()
     for change in (lambda file: file.write_text("t,x,y,z\n" + samples.replace("0.01", "0.02")), lambda file: file.unlink()):
         change(tmp_path / "wanted.csv")
-        with pytest.raises(UserError, match=r"node \S+: files that the mission names .* share ") as one:
+        with pytest.raises(UserError, match=r"node \S+: files named by the mission .* share ") as one:
             fly_span(told, 0, 16)
         assert str(tmp_path) in str(one.value)
 

@@ -158,7 +158,7 @@ def test_a_flight_that_ends_otherwise_when_flown_again_is_said_to(flown):
     worst = summary.worst[0]
     log = report.flown_again(read, [worst.flight])[0].log
     assert (worst.outcome, log.outcome) == ("spinning", Outcome.SPINNING)
-    assert "it is spinning" in report_text.differing(worst._replace(outcome="completed", time=None), log, read)
+    assert "outcome is spinning" in report_text.differing(worst._replace(outcome="completed", time=None), log, read)
     assert f"it ends at {log.ended:.4g} s" in report_text.differing(worst._replace(time=1.1 * log.ended), log, read)
     assert report_text.differing(worst._replace(time=1.001 * log.ended), log, read) == ""
 

@@ -193,7 +193,7 @@ def test_bad_input_is_one_line(tmp_path):
     assert not out.exists()
     out.mkdir()
     (out / "letter.txt").write_text("dear", encoding="utf-8")
-    assert "contains other files" in refused(mission, "--out", out)
+    assert "holds other files" in refused(mission, "--out", out)
     assert [path.name for path in out.iterdir()] == ["letter.txt"]
 
 

@@ -470,7 +470,7 @@ def test_a_token_is_long_random_and_only_for_others():
     assert len(tokens) == 20
     assert min(map(len, tokens)) >= 20
     assert access("::1").link(1).startswith("http://[::1]:1/?token=")
-    with pytest.raises(UserError, match="--host: 'no such host' is no address"):
+    with pytest.raises(UserError, match="--host: 'no such host' is not an address"):
         access("no such host")
 
 

@@ -158,7 +158,7 @@ X500 = '[vehicle]\npreset = "x500"\n' + WAY
 REFUSED = {
     "force": (SHORT, ["--force", "-1.0"], "--force: should be from 0"),
     "mass": (SHORT, ["--mass", "nan"], "--mass: should be from 0"),
-    "airframe": (X500 + '[controller]\ntype = "pid"\n', ["--force", "0.1"], "--force: only on the paper's plant"),
+    "airframe": (X500 + '[controller]\ntype = "pid"\n', ["--force", "0.1"], "--force: supported only on the paper's plant"),
     "too heavy": (
         X500.replace('x500"\n', 'x500"\nmass = 50.0\n'),
         [],

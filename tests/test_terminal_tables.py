@@ -59,7 +59,7 @@ def test_a_column_is_no_narrower_than_its_words_and_what_is_short_is_not_broken(
 
 def test_where_a_table_does_not_fit_every_row_is_a_block(monkeypatch):
     text = printed(monkeypatch, 40, show_table, "X500", VEHICLE[0], VEHICLE[1][:1])
-    assert text.startswith("X500\n\nmass\n  value: 2.28\n  unit: kg\n  meaning: all of it\n  source: ")
+    assert text.startswith("X500\n\nmass\n  value: 2.28\n  unit: kg\n  meaning: total mass\n  source: ")
 
 
 def test_nothing_in_a_cell_or_sentence_speaks_to_the_terminal(monkeypatch):

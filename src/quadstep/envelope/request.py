@@ -133,7 +133,7 @@ def threshold(text: str, base: Campaign) -> tuple[str, float]:
     """A criterion of failure, METRIC=MOST. Raises UserError."""
     name, equals, most = (part.strip() for part in text.partition("="))
     if not equals:
-        raise UserError(f"--failure: {text!r:.60} cannot be parsed; give METRIC=LIMIT, such as position_rmse=0.5")
+        raise UserError(f"--failure: {text!r:.60} cannot be parsed; give METRIC=MOST, such as position_rmse=0.5")
     if name not in base.thresholds:
         raise UserError(f"--failure: {name!r:.60} is not known; allowed: {', '.join(base.thresholds)}")
     limit = number(f"--failure {name}", most)
