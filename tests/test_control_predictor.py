@@ -187,5 +187,5 @@ def test_a_function_of_the_users_flies_with_it(tmp_path, monkeypatch):
 
 
 def test_more_samples_than_it_can_go_through_are_refused():
-    with pytest.raises(UserError, match=r"sensors.predictor: a fix can be 0.3 s old, which is 150 controller samples.* at most 128"):
+    with pytest.raises(UserError, match=r"sensors.predictor: .* 150 controller samples.* at most 128"):
         plan(latency=0.3)

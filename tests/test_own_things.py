@@ -306,7 +306,7 @@ WRONG_METRICS = {
     '"metrics.py:Climb", "metrics.py:Climb"': ({}, "metrics: two metrics share the name climb"),
     '"own.py:One"': ({"NAME": '"a[b]", "m"'}, "metrics: own.py:One: its `name` should be letters"),
     '"own.py:One" ': ({"NAME": '"a", "m\\n"'}, "metrics: own.py:One: its `unit` should be"),
-    ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "metrics: position_rmse: every flight already has a metric of this name"),
+    ' "own.py:One"': ({"NAME": '"position_rmse", "m"'}, "position_rmse: every flight already has a metric of this name"),
     ' "own.py:One" ': ({"NAME": '"outcome", "m"'}, "metrics: own.py:One: its `name` is outcome, which already has another"),
     '"own.py:One",': ({"VALUE": "sums.nothing"}, "own.py:11: AttributeError: .* 'nothing'; the line: return sums.nothing"),
     ' "own.py:One",': ({"START": "None"}, "own.py:9: TypeError: .*; the line: return sums"),
