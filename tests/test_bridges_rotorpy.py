@@ -259,7 +259,7 @@ def test_rotorpys_controller_is_told_everything_in_its_own_words():
 
 
 def test_a_controller_that_gives_no_moment_is_refused():
-    with pytest.raises(UserError, match="Noting gives no cmd_moment"):
+    with pytest.raises(UserError, match="Noting returns no cmd_moment"):
         from_rotorpy(Noting(cmd_thrust=5.0))(0.0, KNOWN, WANTED)
 
 
