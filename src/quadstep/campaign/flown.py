@@ -11,7 +11,7 @@ from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.planner import TYPICAL, Batch, planner
 from quadstep.campaign.schema import Campaign
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import announce, one_at_a_time
+from quadstep.flight.engines import announce
 from quadstep.flight.sweep import Sweep, Swept, joined
 from quadstep.numbers import Table, flatten
 
@@ -58,7 +58,7 @@ class Flyer:
     def swept(self, batch: Batch, progress: Progress | None) -> Swept:
         """The flights of a batch. Raises what a controller that is no law over numbers raised."""
         sweep, loop = self.sweep(batch), batch.loop.loop
-        if not one_at_a_time(loop):
+        if not loop.controller.one_at_a_time:
             found = sweep.fly(batch.rows, progress=progress)
             loop.controller.landed(batch.parameters.gains)
             return found

@@ -15,7 +15,6 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Cycle, Loop
 from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Batch, Sweep, prepare
-from quadstep.mission.read import check_mission
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 
 SAMPLES, REPEATS = 50_000, 12
@@ -126,8 +125,7 @@ def nanoseconds(*plans: FlightPlan) -> list[float]:
 
 def cost_of(cell: Cell) -> Cost:
     """Of a cell's controller. Raises UserError."""
-    mission = check_mission(cell.campaign.content, cell.campaign.source, cell.campaign.folder)
-    return cost(mission.plan(cell.campaign.folder, warn=False))
+    return cost(cell.mission.plan(cell.campaign.folder, warn=False))
 
 
 def as_json(found: Cost) -> Content:

@@ -9,7 +9,6 @@ from quadstep.linear.analysis import studied
 from quadstep.linear.metrics import of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
-from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 
 HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
@@ -28,12 +27,10 @@ class Linear(NamedTuple):
 
 def linear_of(cell: Cell) -> Linear:
     """Of a cell's mission."""
-    campaign = cell.campaign
     try:
-        mission = without_estimator(check_mission(campaign.content, campaign.source, campaign.folder))
-        found = studied(mission).analysis
+        found = studied(without_estimator(cell.mission)).analysis
     except UserError as error:
-        return Linear([], {}, str(error).removeprefix(f"{campaign.source}: "))
+        return Linear([], {}, str(error).removeprefix(f"{cell.campaign.source}: "))
     return Linear(cells(found), of_analysis(found))
 
 

@@ -52,9 +52,14 @@ class Cell(NamedTuple):
         return ": ".join(filter(None, (self.controller, self.situation.label)))
 
     @property
+    def mission(self) -> Mission:
+        """As written, nothing of it drawn. Raises UserError."""
+        return check_mission(self.campaign.content, self.campaign.source, self.campaign.folder)
+
+    @property
     def law(self) -> type[Controller]:
         """What flies it."""
-        return check_mission(self.campaign.content, self.campaign.source, self.campaign.folder).controller.controller
+        return self.mission.controller.controller
 
 
 class Study(NamedTuple):

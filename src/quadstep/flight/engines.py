@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from quadstep.c99.flown import through_c
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import ClosedLoop, Ticks
+from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.log import FlightLog
@@ -49,25 +49,20 @@ def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | No
 
 def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
-    if len(plans) > 1 and any(one_at_a_time(plan.loop) for plan in plans):
+    controlled = [plan for plan in plans if isinstance(plan.loop, Loop)]  # the engines take any `ClosedLoop`
+    if len(plans) > 1 and any(plan.loop.controller.one_at_a_time for plan in controlled):
         return [fly(plan, engine, progress) for plan in plans]
-    for plan in plans:
+    for plan in controlled:
         announce(plan.loop, plan.parameters, plan.start)
     logs = flown(plans, engine, progress)
-    for plan in plans:
-        if isinstance(plan.loop, Loop):  # the engines take any `ClosedLoop`
-            plan.loop.controller.landed(plan.parameters.gains)
+    for plan in controlled:
+        plan.loop.controller.landed(plan.parameters.gains)
     return logs
 
 
-def one_at_a_time(loop: ClosedLoop) -> bool:
-    """Whether its controller has to fly one flight after the other."""
-    return isinstance(loop, Loop) and loop.controller.one_at_a_time
-
-
-def announce(loop: ClosedLoop, parameters: Structure, start: Structure) -> None:
+def announce(loop: Loop, parameters: Structure, start: Structure) -> None:
     """Tell a controller that flies one at a time of its next flight. Raises UserError where it cannot fly."""
-    if isinstance(loop, Loop) and loop.controller.one_at_a_time:
+    if loop.controller.one_at_a_time:
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
 
 

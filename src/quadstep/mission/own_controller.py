@@ -153,8 +153,10 @@ def any_controller(measures: type) -> Any:
 
     def table(kind: str, folder: Path) -> type[ControllerSection] | None:
         law = controller(measures, kind)
-        if law or (measures is Measured and kind in AUTOPILOTS):
-            return section_of(law) if law else AutopilotSection
+        if law:
+            return section_of(law)
+        if measures is Measured and kind in AUTOPILOTS:
+            return AutopilotSection
         return own_section(kind, measures, folder)
 
     def refused(value: object) -> ControllerSection:

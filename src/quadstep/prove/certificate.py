@@ -6,6 +6,7 @@ import base64
 import binascii
 import json
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -46,7 +47,7 @@ def write_certificate(path: Path, found: Certificate) -> None:
         "format": FORMAT,
         "quadstep": __version__,
         "mission": found.mission,
-        "unknown": {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), found.unknown, strict=True)},
+        "unknown": written(found.unknown),
         "states": list(found.states),
         "samples_per_block": found.block,
         "dense_blocks": found.dense,
@@ -61,6 +62,16 @@ def write_certificate(path: Path, found: Certificate) -> None:
 UNITS = {"force": "N", "torque": "N m", "mass": "-", "inertia": "-", "start": "m"}
 
 
+def written(unknown: Unknown) -> dict[str, float]:
+    """The unknowns as a certificate has them, with their units."""
+    return {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), unknown, strict=True)}
+
+
+def read_unknown(content: Mapping[str, float]) -> Unknown:
+    """Back again. Raises KeyError, TypeError or ValueError."""
+    return Unknown(*(float(content[f"{name}[{unit}]"]) for name, unit in UNITS.items()))
+
+
 def read_certificate(path: Path) -> Certificate:
     """What the file says. Raises UserError."""
     content = read_json(path)
@@ -68,7 +79,7 @@ def read_certificate(path: Path) -> Certificate:
         if content["format"] != FORMAT:
             raise ValueError(f"format should be {FORMAT!r}")  # noqa: TRY301 (one message for all)
         states = tuple(str(name) for name in content["states"])
-        unknown = Unknown(*(float(content["unknown"][f"{name}[{unit}]"]) for name, unit in UNITS.items()))
+        unknown = read_unknown(content["unknown"])
         unpacked = zlib.decompressobj().decompress(base64.b64decode(content["flown"], validate=True), LARGEST)
         flown = np.frombuffer(unpacked, "<f8").reshape(-1, len(states)).astype(np.float64)
         spread, boxes = (np.array(content[name], dtype=np.float64) for name in ("spread", "boxes"))

@@ -12,7 +12,7 @@ from quadstep import __version__
 from quadstep.atomic import write_beside
 from quadstep.documents import read_json
 from quadstep.errors import UserError
-from quadstep.prove.certificate import UNITS
+from quadstep.prove.certificate import read_unknown, written
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown
 
@@ -50,7 +50,7 @@ def write_set(path: Path, found: SetCertificate) -> None:
         "format": FORMAT,
         "quadstep": __version__,
         "mission": found.mission,
-        "unknown": {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), found.unknown, strict=True)},
+        "unknown": written(found.unknown),
         "states": list(names),
         "rest": found.rest.tolist(),
         "live": [names[place] for place in found.live],
@@ -79,7 +79,7 @@ def read_set(path: Path) -> SetCertificate:
         states = tuple(str(name) for name in content["states"])
         found = SetCertificate(
             mission=str(content["mission"]),
-            unknown=Unknown(*(float(content["unknown"][f"{name}[{unit}]"]) for name, unit in UNITS.items())),
+            unknown=read_unknown(content["unknown"]),
             states=states,
             rest=np.array(content["rest"], dtype=np.float64),
             live=tuple(states.index(name) for name in content["live"]),
