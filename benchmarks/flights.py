@@ -21,6 +21,7 @@ from quadstep.mission.schema import Mission
 from quadstep.numbers import flatten, rebuild
 from quadstep.plants.lagrange import Lagrange
 from quadstep.vehicle.lagrange import derivative
+from quadstep.vehicle.state import State
 
 CASE_1_AT_250_HZ: dict[str, Any] = {
     "path": {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0},
@@ -94,7 +95,7 @@ def solver_difference(one: FlightPlan, log: FlightLog, samples: int = 500) -> fl
         cycle, _ = one.loop.law(cycle, one.parameters, Clock(tick * step, float(tick), step))
         flat, command = flatten(cycle.state), (cycle.command,)
         solved = solve_ivp(rate, (0.0, step), flat, args=command, method="DOP853", rtol=1e-12, atol=1e-14)
-        state = rebuild(cycle.state, iter(solved.y[:, -1].tolist()))
+        state = rebuild(cast(State, cycle.state), iter(solved.y[:, -1].tolist()))
         cycle = cycle._replace(state=state)
         if (tick + 1) % one.ticks.log == 0:
             row = log.table("x", "y", "z")[(tick + 1) // one.ticks.log]

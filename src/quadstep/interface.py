@@ -15,7 +15,7 @@ from quadstep.flight.eager import Progress
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import Metrics, flight_metrics
+from quadstep.metrics.of_log import Metrics, flight_metrics, metric
 from quadstep.mission.check import shorten
 from quadstep.mission.fly import Summary, summarise, write_results
 from quadstep.mission.schema import Mission
@@ -129,7 +129,7 @@ class Flight(FlightLog):
 
     def __repr__(self) -> str:
         metrics = self.metrics()
-        rmse = f", position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm" if "position_rmse[m]" in metrics else ""
+        rmse = f", position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm" if "position_rmse[m]" in metrics else ""
         how = "completed" if self.outcome is Outcome.COMPLETED else f"diverged ({self.outcome.name.lower()}) at"
         return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>"
 

@@ -6,10 +6,10 @@ from quadstep.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
 from quadstep.airframe.battery import Battery, electrical_power, terminal_voltage
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
-from quadstep.airframe.residual import accelerations
+from quadstep.airframe.residual import Residual, accelerations
 from quadstep.airframe.rigid_body import MassProperties, motion_rate
 from quadstep.airframe.rotor import Rotor, Turning, rotor_loads, speed_rate
-from quadstep.numbers import Number, Structure, Vector, vector
+from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.rotations import cross, rotation_matrix
 
 NOTHING = vector(0.0, 0.0, 0.0)
@@ -28,7 +28,7 @@ class Airframe(NamedTuple):
     drag: Drag
     battery: Battery
     ground: Number
-    residual: Structure = ()
+    residual: Residual | tuple[()] = ()
 
 
 def derivative(

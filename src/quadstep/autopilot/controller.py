@@ -21,7 +21,7 @@ from quadstep.errors import UserError
 from quadstep.guidance.reference import Reference
 from quadstep.mission.derived import BuiltController, ControllerSection, Modelled
 from quadstep.mission.fields import Quantity
-from quadstep.numbers import Number, Structure, Vector
+from quadstep.numbers import Number, Vector
 from quadstep.numbers.opaque import call
 from quadstep.numbers.registered import raise_pending, register
 
@@ -45,7 +45,7 @@ class PilotedGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PilotedLaw(Opaque):
+class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
     """Asks the autopilot how fast the rotors should turn. rotors: how many."""
 
     rotors: int = 4
@@ -63,22 +63,22 @@ class PilotedLaw(Opaque):
         return cls(model.rotors)
 
     def law(
-        self, memory: tuple[()], measured: Measured, reference: Reference, gains: Structure, t: Number, period: Number
-    ) -> tuple[Structure, tuple[()]]:
+        self, memory: tuple[()], measured: Measured, reference: Reference, gains: PilotedGains, t: Number, period: Number
+    ) -> tuple[RotorSpeeds, tuple[()]]:
         """One sample."""
         shares = call(gains.handle, sensed(t, measured), self.rotors)
         return RotorSpeeds(Vector(gains.fastest * share for share in shares)), memory
 
-    def before_flight(self, measured: Measured, gains: Structure) -> None:
+    def before_flight(self, measured: Measured, gains: PilotedGains) -> None:
         """Connect, and wait until the autopilot is ready. Raises UserError where none comes."""
         CONNECTIONS[int(gains.handle)].begin(sample_of([float(one) for one in sensed(0.0, measured)]), self.rotors)
 
-    def landed(self, gains: Structure) -> None:
+    def landed(self, gains: PilotedGains) -> None:
         """Hang up; raises what the connection raised."""
         CONNECTIONS[int(gains.handle)].end()
         raise_pending(int(gains.handle))
 
-    def why_lost(self, gains: Structure) -> str:
+    def why_lost(self, gains: PilotedGains) -> str:
         """Why the autopilot did not finish the last flight."""
         return CONNECTIONS[int(gains.handle)].lost
 

@@ -20,6 +20,7 @@ from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
 from quadstep.numbers.single import Single
+from quadstep.numbers.structure import replaced
 
 TEXTS = Path(__file__).parent / "texts"
 
@@ -112,14 +113,15 @@ def strayed(measured: Structure, reference: Reference, draw: Iterator[float], fa
             changed[name] = normalised(multiply(near, turn))
         else:
             changed[name] = rebuild(near, iter([leaf + reach * next(draw) for leaf in flatten(near)]))
-    return measured._replace(**changed)
+    return replaced(measured, **changed)
 
 
 def fed_back(measured: Structure, made: Structure) -> Structure:
     """The measurement, told what the last command made."""
     if made is None or not hasattr(made, "_fields"):
         return measured
-    return measured._replace(**{name: getattr(made, name) for name in ("thrust", "torque") if name in measured._fields})
+    told = fields_of(measured)
+    return replaced(measured, **{name: getattr(made, name) for name in ("thrust", "torque") if name in told})
 
 
 # As C

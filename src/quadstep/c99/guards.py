@@ -1,6 +1,7 @@
 """Guards around an exported law: what it does with numbers that are not finite, with old ones, and when it gives up."""
 
 import re
+from collections.abc import Sized
 from typing import NamedTuple
 
 from quadstep.c99.interface import Exported, loops, prototypes
@@ -169,7 +170,8 @@ def saturated(exported: Exported) -> str:
     pairs = []
     for field in wanted:
         if field in given and field in ASKED:
-            count = len(wanted[field]) if hasattr(wanted[field], "__len__") else 0
+            entries = wanted[field]
+            count = len(entries) if isinstance(entries, Sized) else 0
             places = [f"[{i}]" for i in range(count)] if count else [""]
             pairs += [
                 f"(made->{field}{place} < command->{field}{place}) || (made->{field}{place} > command->{field}{place})"

@@ -14,6 +14,7 @@ from quadstep.flight.plant import Plant
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, flatten
 from quadstep.numbers.script import INPUT
+from quadstep.numbers.structure import replaced
 
 KEYWORDS = frozenset(
     [
@@ -147,7 +148,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
     def told(record: NamedRecord) -> tuple[Structure, Structure, Reference]:
         return (
             found(record, gains, "params->gains"),
-            subject.measured._replace(**fields_of(found(record, measured_part(subject.measured), "measured->"))),
+            replaced(subject.measured, **fields_of(found(record, measured_part(subject.measured), "measured->"))),
             cast(Reference, found(record, subject.reference, "reference->")),
         )
 
@@ -174,7 +175,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         vehicle = found(record, parameters, "params->vehicle")
         return [("made->", as_struct(subject.plant.actuate(vehicle, found(record, example, "command->")), "values"))]
 
-    parameters = subject.parameters._replace(gains=())
+    parameters = replaced(subject.parameters, gains=())
     example, rest = like(subject)
     inputs = write("made", made)
     wanted = [name for name in fields_of(example) if logged or any(begins(text, f"command->{name}") for text in inputs)]

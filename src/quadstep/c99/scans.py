@@ -45,14 +45,16 @@ class ScanRecord(RowRecord):
         places = [self.at(entry) for entry in flatten(rows)]
         return RowMatrix.found(self, shape, self.place(FILLED, *places, text=f"[{shape[0]}][{shape[1]}]"))
 
-    def scan(self, step: Step[Structure], carry: Structure, rows: Rows, count: int, backwards: bool) -> tuple[Structure, Rows]:
+    def scan(
+        self, step: Step[Structure], carry: Structure, rows: Rows[Matrix], count: int, backwards: bool
+    ) -> tuple[Structure, Rows[Matrix]]:
         """A scan as one node."""
         counter = self.index(TURN)
         begin = as_struct(carry, "carry")
         given = shaped(rows, iter([self.in_memory(one).row(counter) for one in matrices(rows)]))
         after, made = step(as_given(found(self, begin, f"{counter}."), carry), given)
         same_shape(after, len(flatten(begin)))
-        lines: dict[str, Structure] = {f"made_{k}": line for k, line in enumerate(matrices(made))}
+        lines = {f"made_{k}": line for k, line in enumerate(matrices(made))}
         memory = {**fields_of(begin), **{name: Matrix([line] * count) for name, line in lines.items()}}
         whole = namedtuple("Memory", memory)(**memory)
         first = stored(self, [(f"{counter}.", begin)])

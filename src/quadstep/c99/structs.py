@@ -2,10 +2,10 @@
 
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 from quadstep.errors import UserError
-from quadstep.numbers import Matrix, Structure, Table, Vector, flatten, leaf_names
+from quadstep.numbers import Matrix, Number, Structure, Table, Vector, flatten, leaf_names
 from quadstep.numbers.c_text import bare, literal
 from quadstep.numbers.rows import FEWEST_ROWS, LEFT, Body, RowMatrix, RowRecord, RowVector
 from quadstep.numbers.script import INPUT, ScriptNumber, ScriptTable
@@ -62,12 +62,12 @@ def as_struct(value: Structure, name: str) -> Structure:
         return value
     if isinstance(value, tuple) and not value:
         return namedtuple("Nothing", ())()
-    return namedtuple("Named", (name,))(value)
+    return namedtuple("Named", (name,))(cast(Any, value))
 
 
 def as_given(value: Structure, like: Structure) -> Structure:
     """What `as_struct` has made of something of this shape, as it was."""
-    return value if hasattr(like, "_fields") or not value else value[0]
+    return value if hasattr(like, "_fields") or not value else cast("tuple[Structure, ...]", value)[0]
 
 
 def unlike(value: Structure) -> bool:
@@ -81,7 +81,11 @@ def parts_of(value: Structure) -> Mapping[str, Structure]:
     """The members of a struct: fields, and those parts that are members of their own, `chains_0` and on."""
     parts: dict[str, Structure] = {}
     for name, field in fields_of(value).items():
-        parts |= {f"{name}_{i}": one for i, one in enumerate(field)} if unlike(field) else {name: field}
+        parts |= (
+            {f"{name}_{i}": one for i, one in enumerate(cast("tuple[Structure, ...]", field))}
+            if unlike(field)
+            else {name: field}
+        )
     return parts
 
 
@@ -158,7 +162,8 @@ def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...]
         return RowMatrix.found(record, (len(value), len(value.rows[0])), array)
     if isinstance(value, Vector | Matrix):
         entries = value.entries if isinstance(value, Vector) else value.rows
-        return type(value)([found(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)])
+        made = [found(record, entry, f"{text}[{i}]", after) for i, entry in enumerate(entries)]
+        return type(value)(cast(Any, made))  # numbers or vectors
     if isinstance(value, tuple):
         return inner(value, lambda one, at: found(record, one, at, after), text)
     return ScriptNumber(record, placed(record, text, after))
@@ -213,7 +218,7 @@ def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Store
         elif isinstance(value, tuple):
             inner(value, walk, target)
         elif not isinstance(value, Table):
-            numbers.append(Output(target, record.at(value)))
+            numbers.append(Output(target, record.at(cast(Number, value))))
         return ()
 
     for target, value in results:

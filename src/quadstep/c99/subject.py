@@ -7,8 +7,7 @@ from quadstep.c99.law import Subject, recorded
 from quadstep.control.opaque import Opaque
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.loop import Loop
-from quadstep.numbers import Structure
+from quadstep.flight.loop import Loop, Numbers
 from quadstep.user_code.blame import blamed
 
 
@@ -19,10 +18,10 @@ class Planned(Protocol):
     def loop(self) -> Loop: ...
 
     @property
-    def parameters(self) -> Structure: ...
+    def parameters(self) -> Numbers: ...
 
     @property
-    def start(self) -> Structure: ...
+    def start(self) -> tuple[object, ...]: ...
 
     @property
     def ticks(self) -> Ticks: ...

@@ -21,11 +21,11 @@ from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Loop
+from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.scored import Scored, scored
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.numbers import Structure, Table, flatten, leaf_names, rebuild
+from quadstep.numbers import Table, flatten, leaf_names, rebuild
 
 TYPICAL = 256
 """Flights from which the planner learns what can be built in one go: the first of the campaign, always the same."""
@@ -54,7 +54,7 @@ class Batch(NamedTuple):
     places: tuple[int, ...]
     rows: NDArray[np.float64]
 
-    def flight(self, row: NDArray[np.float64]) -> tuple[Structure, Structure]:
+    def flight(self, row: NDArray[np.float64]) -> tuple[tuple[object, ...], Numbers]:
         """Start and parameters of the flight of a row."""
         leaves = flatten((self.start, self.parameters))
         for place, value in zip(self.places, row, strict=True):
@@ -183,8 +183,8 @@ class Planner:
             yield self.batch(members[some], first.loop, first.ticks, first.start, first.parameters, places, rows)
 
     def batch(
-        self, members: NDArray[np.int64], loop: Loop, ticks: Ticks, start: object, parameters: object, places: tuple[int, ...],
-        rows: NDArray[np.float64],
+        self, members: NDArray[np.int64], loop: Loop, ticks: Ticks, start: tuple[object, ...], parameters: Numbers,
+        places: tuple[int, ...], rows: NDArray[np.float64],
     ) -> Batch:  # fmt: skip
         """A batch, scored. Raises UserError for a campaign of too many structures."""
         self.structures.add((loop, places, len(flatten((start, parameters)))))

@@ -21,6 +21,7 @@ from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import check_junit, deliver
 from quadstep.judging.metrics import parsed
+from quadstep.metrics.of_log import Metrics
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.terminal.bars import bar
@@ -105,5 +106,11 @@ def fly(
         for one in result.judged:
             say(one.case.sentence)
         say_whole(f"Results: {folder}")
-    about = {"version": __version__, "mission": str(mission), "flight": flight, "engine": engine.value, "folder": str(folder)}
+    about: Metrics = {
+        "version": __version__,
+        "mission": str(mission),
+        "flight": flight,
+        "engine": engine.value,
+        "folder": str(folder),
+    }
     deliver(result.verdict(about), as_json, junit, time.perf_counter() - started)

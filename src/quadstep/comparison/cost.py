@@ -3,19 +3,21 @@
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
 from quadstep.comparison.schema import Content
 from quadstep.comparison.study import Cell
+from quadstep.control.controller import Measured
 from quadstep.control.opaque import Opaque
 from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Cycle, Loop
+from quadstep.flight.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Batch, Sweep, prepare
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
+from quadstep.numbers.structure import replaced
 
 SAMPLES, REPEATS = 50_000, 12
 """Samples of the law in one measurement, and measurements, of which the fastest counts."""
@@ -51,16 +53,21 @@ class LawAlone(Loop):
         """The controller's."""
         return self.sampled
 
-    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
+    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
         """The truth."""
         told = self.plant.told(self.plant.truth(state), held)
         if not self.controller.also_measures:
             return told
         speeds = self.plant.rotor_speeds(state)
-        more = {"specific_force": told.velocity, "rotor_speeds": speeds, "age": 0.01, "noise": p.key}
-        return told._replace(**{name: more[name] for name in self.controller.also_measures})
+        more = {
+            "specific_force": cast(Measured, told).velocity,
+            "rotor_speeds": speeds,
+            "age": 0.01,
+            "noise": cast(Sensed, p).key,
+        }
+        return replaced(told, **{name: more[name] for name in self.controller.also_measures})
 
-    def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def law(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """The law, and nothing of what actuators make of it."""
         reference = self.wanted(clock.time, p)
         if self.idle:
@@ -69,11 +76,11 @@ class LawAlone(Loop):
         asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
 
-    def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of a slower loop."""
         return (cycle, 0.0) if self.idle else super().slower(name, cycle, p, clock)
 
-    def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
+    def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
         """Everything a little further, by what the law asked for too, so that none of it is left out."""
         thrust, *others = flatten(cycle.command)
         asked = total((thrust, *others[:3]))
@@ -133,7 +140,15 @@ def as_json(found: Cost) -> Content:
     return {**found._asdict(), "nanoseconds": found.nanoseconds if math.isfinite(found.nanoseconds) else None}
 
 
-def from_json(content: Content) -> Cost:
+class Kept(TypedDict):
+    """A cost in a file."""
+
+    nanoseconds: float | None
+    memory: int
+    numbers: int
+
+
+def from_json(content: Kept) -> Cost:
     """Back again."""
     taken = content["nanoseconds"]
     return Cost(math.nan if taken is None else taken, content["memory"], content["numbers"])

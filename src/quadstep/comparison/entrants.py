@@ -120,7 +120,7 @@ def with_gains(study: Study, asked: Asked, kept: Kept) -> Entrant:
 def trained_of(content: Content) -> training.Trained:
     """Gains from JSON. Raises UserError."""
     try:
-        found = training.Trained(**{name: content[name] for name in training.Trained._fields})
+        found = training.Trained._make(content[name] for name in training.Trained._fields)
         _ = {str(key): float(value) for one in (found.values, found.before) for key, value in one.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         raise UserError("gains: not in the form that `quadstep compare` writes") from None

@@ -8,7 +8,7 @@ that fails.
 
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,7 @@ def campaigns(asked: Raise) -> tuple[CampaignFile, Campaign]:
     """What is drawn, and what is flown: the same with the keys that are raised. Raises UserError."""
     shared: Content = {"mission": asked.mission, "seed": asked.seed, "precision": asked.precision}
     shared["correlated"] = asked.draws["correlated"]
-    entry, vary = asked.entry, asked.draws["vary"]
+    entry, vary = asked.entry, cast(Content, asked.draws["vary"])
     ends: Content = {"type": "uniform", "low": entry.low, "high": entry.high}
     if entry.step:
         ends = {"type": "grid", "values": values_of(entry)}
@@ -215,7 +215,16 @@ def as_json(margin: Margin) -> Content:
     return {**margin._asdict(), "half": numbers(margin.half), "few": numbers(margin.few), "checked": numbers(margin.checked)}
 
 
-def from_json(content: Content) -> Margin:
+class Kept(TypedDict):
+    """A margin in a file."""
+
+    half: list[float | None]
+    few: list[float | None]
+    checked: list[float | None] | None
+    flights: int
+
+
+def from_json(content: Kept) -> Margin:
     """Back again."""
 
     def estimate(one: list[float | None]) -> Estimate:
@@ -223,4 +232,6 @@ def from_json(content: Content) -> Margin:
         return Estimate(value, low, high)
 
     checked = content["checked"]
-    return Margin(estimate(content["half"]), estimate(content["few"]), checked and estimate(checked), content["flights"])
+    return Margin(
+        estimate(content["half"]), estimate(content["few"]), estimate(checked) if checked else None, content["flights"]
+    )

@@ -4,7 +4,7 @@ import contextlib
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import pyarrow.parquet as pq
 
@@ -17,7 +17,6 @@ from quadstep.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
 from quadstep.comparison.kept import COSTS, LINEAR, Kept, key
 from quadstep.comparison.linear import Linear
 from quadstep.comparison.report import write_results
-from quadstep.comparison.schema import Content
 from quadstep.comparison.spread import Flown, flown_of
 from quadstep.comparison.study import Cell, Situation, Study
 from quadstep.comparison.training import read_lines
@@ -31,6 +30,7 @@ Doing = Callable[[str], None]
 Done = Callable[[int, int], None]
 
 
+J = TypeVar("J")
 Read = TypeVar("Read")
 
 
@@ -101,7 +101,7 @@ class Run:
         else:
             self.kept.add(job.kind, job.key, worked.content)
 
-    def read(self, job: Job, made: Callable[[Content], Read]) -> Read | None:
+    def read(self, job: Job, made: Callable[[J], Read]) -> Read | None:
         """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
         path = self.kept.find(job.kind, job.key)
         try:
@@ -253,9 +253,14 @@ def costs(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], cost.Cost]:
     return {job.controller: one for job in jobs if job.kind == COSTS and (one := run.read(job, cost.from_json))}
 
 
+def read_linear(content: dict[str, Any]) -> Linear:
+    """From JSON."""
+    return Linear(**content)
+
+
 def linearised(run: Run, jobs: Sequence[OfLaw]) -> dict[tuple[str, str], Linear]:
     """The loop of each controller at rest, or why it has none."""
-    return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, lambda of: Linear(**of)))}
+    return {job.controller: one for job in jobs if job.kind == LINEAR and (one := run.read(job, read_linear))}
 
 
 def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[str, str]:

@@ -3,7 +3,7 @@ measured.
 """
 
 from collections.abc import Collection, Mapping
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -11,7 +11,7 @@ from quadstep.campaign.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_ranges, ranges_by_key
 
-Content: TypeAlias = dict[str, Any]
+Content: TypeAlias = dict[str, object]
 """A mission, or a table of one, as parsed TOML."""
 
 MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
@@ -48,7 +48,7 @@ def of_a_mission(keys: Content) -> Content:
     """Refuses what the study itself says. Raises ValueError."""
     for key, why in OF_THE_STUDY.items():
         if key in keys and not (
-            key == "vehicle" and isinstance(keys[key], dict) and not {"preset", "file"} & keys[key].keys()
+            key == "vehicle" and isinstance(table := keys[key], dict) and not {"preset", "file"} & table.keys()
         ):
             raise ValueError(f"{key} cannot be set here: {why}")
     return keys

@@ -122,7 +122,11 @@ class Study(NamedTuple):
         left = {key: value for key, value in filled_in(mission).items() if getattr(mission.controller, key) is None}
         found = {**controller, **{key: list(one) if isinstance(one, tuple) else one for key, one in left.items()}}
         nets = mission.controller.table
-        return {**found, "nets": {**learning_rates(mission), **found.get("nets", {})}} if nets and nets.enabled else found
+        return (
+            {**found, "nets": {**learning_rates(mission), **cast(Content, found.get("nets", {}))}}
+            if nets and nets.enabled
+            else found
+        )
 
     def tuned(self, vehicle: str, controller: Content, values: Mapping[str, float]) -> Content:
         """A controller's table with these gains, by key of the mission."""
@@ -172,7 +176,7 @@ def vehicle_table(name: str) -> Content:
     return {"preset": name} if name in preset_names() else {"file": name}
 
 
-def together(*tables: Content) -> Content:
+def together(*tables: Mapping[str, object]) -> Content:
     """Tables key by key, the later ones on top; tables in them likewise."""
     found: Content = {}
     for table in tables:

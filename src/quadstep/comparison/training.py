@@ -7,7 +7,7 @@ for all controllers. A generation that was flown is written into a journal, from
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from quadstep.comparison.schema import Content, ControllerEntry
 from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
 from quadstep.mission.schema import Mission
+from quadstep.mission.tune import Range
 from quadstep.tuning.ground import Ground, asked_of
 from quadstep.tuning.judge import Judge, Judged, squashed
 from quadstep.tuning.search import FEWEST_GENERATIONS, Search, population
@@ -97,7 +98,8 @@ def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
     differ.
     """
     if entry.ranges is not None:
-        return {key: {} if one is None else one.model_dump() for key, one in entry.ranges.items()}
+        asked = cast("dict[str, Range | None]", entry.ranges)
+        return {key: {} if one is None else one.model_dump() for key, one in asked.items()}
     found: dict[str, Content] = {}
     for key, (_, gain) in mission.controller.controller.by_key().items():
         if gain.tunable:
@@ -107,6 +109,14 @@ def ranges(entry: ControllerEntry, mission: Mission) -> dict[str, Content]:
     if nets is not None and nets.enabled:
         found |= {f"nets.{key}": {} for key, value in nets if type(value) is float and value > 0.0}
     return found
+
+
+class Line(TypedDict):
+    """A generation. judged: as `Judged`, in the order of `values`."""
+
+    flights: int
+    values: list[dict[str, float]]
+    judged: list[tuple[float, dict[str, float], int, float, float]]
 
 
 class Journal:
@@ -136,9 +146,9 @@ class Journal:
                 file.write(json.dumps({"flights": flights, "values": list(values), "judged": judged}) + "\n")
 
 
-def read_lines(path: Path) -> list[Content]:
+def read_lines(path: Path) -> list[Line]:
     """The whole lines of a journal; one that was cut short by a kill ends it."""
-    found: list[Content] = []
+    found: list[Line] = []
     try:
         text = path.read_text(encoding="utf-8")
     except OSError:

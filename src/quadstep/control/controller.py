@@ -7,13 +7,15 @@ To add one, write a frozen dataclass that subclasses `Controller`, a `NamedTuple
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Generic, NamedTuple, Self, cast
+
+from typing_extensions import TypeVar
 
 from quadstep.control.gain import Declaration, Gain, Said, Undecided, declared, kept, with_defaults
 from quadstep.control.learning import Learning
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, Vector, vector
+from quadstep.numbers import Number, Vector, vector
 from quadstep.numbers.noise import Key
 
 NOT_SAID = vector(math.nan, math.nan, math.nan)
@@ -23,6 +25,18 @@ NOTHING = vector()
 """Value of a quantity that is not measured."""
 
 NO_KEY = Key(NOTHING)
+
+M = TypeVar("M", default=Any)
+"""The memory of a law: a `NamedTuple`, or () if it remembers nothing."""
+
+Y = TypeVar("Y", default=Any)
+"""What a law measures."""
+
+G = TypeVar("G", default=Any)
+"""The gains of a law."""
+
+U = TypeVar("U", default=Any)
+"""What a law commands."""
 
 
 class Command(NamedTuple):
@@ -100,7 +114,7 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Controller:
+class Controller(Generic[M, Y, G, U]):
     """A sampled law. Its numbers live in the gains; the object itself holds only structure and is hashable.
 
     name: the `type` in mission files. label: on the page and in tables. source: the paper. Gains: its `NamedTuple` of declared
@@ -132,39 +146,35 @@ class Controller:
         """The law for a vehicle, if its structure depends on the vehicle."""
         return cls()
 
-    def start(self, measured: Structure, gains: Structure) -> Structure:
+    def start(self, measured: Y, gains: G) -> M:
         """The memory before the first sample."""
-        return ()
+        return cast(M, ())
 
-    def guide(
-        self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
-    ) -> Structure:
+    def guide(self, memory: M, measured: Y, reference: Reference, gains: G, t: Number, period: Number) -> M:
         """The position loop, every `period` [s]: returns the memory with the desired thrust and attitude for `law`."""
         return memory
 
     def slower(
         self,
         loop: str,
-        memory: Structure,
-        measured: Structure,
+        memory: M,
+        measured: Y,
         reference: Reference,
-        gains: Structure,
+        gains: G,
         t: Number,
         period: Number,
-    ) -> Structure:
+    ) -> M:
         """One sample of one of its `loops`, `guide` or another: returns the new memory."""
-        return getattr(self, loop)(memory, measured, reference, gains, t, period)
+        return cast(M, getattr(self, loop)(memory, measured, reference, gains, t, period))
 
-    def law(
-        self, memory: Structure, measured: Structure, reference: Reference, gains: Structure, t: Number, period: Number
-    ) -> tuple[Structure, Structure]:
+    def law(self, memory: M, measured: Y, reference: Reference, gains: G, t: Number, period: Number) -> tuple[U, M]:
         """The new memory, and the command for the next `period` [s] from time t [s] on.
 
         The command is a `Command`, or the command type of another plant.
         """
         raise NotImplementedError
 
-    def prepare(self, gains: Structure, model: Model) -> Structure:
+    def prepare(self, gains: G, model: Model) -> G:
         """The gains passed to the law, computed before the flight."""
         return gains
 
@@ -177,17 +187,17 @@ class Controller:
         """Another controller in its place, with the wrappers of this one."""
         return other
 
-    def before_flight(self, measured: Structure, gains: Structure) -> None:
+    def before_flight(self, measured: Y, gains: G) -> None:
         """Called before each flight of a controller with `one_at_a_time`. measured: at its start. Raises UserError."""
 
-    def landed(self, gains: Structure) -> None:
+    def landed(self, gains: G) -> None:
         """Called after its flights; raises the error of a Python function that failed to return a command."""
 
-    def why_lost(self, gains: Structure) -> str:
+    def why_lost(self, gains: G) -> str:
         """Why its last flight ended early, if something outside the program was the cause; else empty."""
         return ""
 
-    def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
+    def conditions(self, gains: G, model: Model) -> Sequence[Condition]:
         """The theory's conditions on the declared gains; a law over numbers."""
         return ()
 

@@ -15,12 +15,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.control.controller import Command, Measured
+from quadstep.control.controller import Command, G, Measured, U
 from quadstep.control.controller import Controller as Law
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
@@ -70,18 +70,18 @@ class OpaqueGains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opaque(Law):
+class Opaque(Law[tuple[()], Measured, G, U]):
     """Calls the callable; has no memory of its own."""
 
     Gains: ClassVar[type] = OpaqueGains
 
-    def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
+    def start(self, measured: Measured, gains: G) -> tuple[()]:
         """Nothing."""
         return ()
 
     def law(
-        self, memory: tuple[()], measured: Measured, reference: Reference, gains: OpaqueGains, t: Number, period: Number
-    ) -> tuple[Command, tuple[()]]:
+        self, memory: tuple[()], measured: Measured, reference: Reference, gains: G, t: Number, period: Number
+    ) -> tuple[U, tuple[()]]:
         """One sample. The callable's desired attitude is not known, so none is logged."""
         inputs = [
             t,
@@ -96,8 +96,8 @@ class Opaque(Law):
             reference.yaw,
             reference.yaw_rate,
         ]
-        thrust, *torque = call(gains.handle, inputs, 4)
-        return Command(thrust, Vector(torque)), memory
+        thrust, *torque = call(cast(OpaqueGains, gains).handle, inputs, 4)
+        return cast(U, Command(thrust, Vector(torque))), memory
 
 
 LAWS: dict[tuple[int, str], type[Law]] = {}

@@ -14,7 +14,7 @@ from quadstep.control.controller import NOTHING, Condition, Controller, Measured
 from quadstep.control.gain import kept
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, Vector, clip, minimum, vector
+from quadstep.numbers import Number, Vector, clip, minimum, vector
 from quadstep.numbers.repeated import repeated
 from quadstep.numbers.rotations import from_rotation_vector, multiply, rotate
 
@@ -33,7 +33,7 @@ class Sample(NamedTuple):
 class PredictingMemory(NamedTuple):
     """law: of the controller. past: the samples that it was told at its last instants, oldest first."""
 
-    law: Structure
+    law: object
     past: tuple[Sample, ...]
 
 
@@ -93,7 +93,7 @@ def predicted(past: Sequence[Sample], now: Sample, known: Known, age: Number, bo
 
 
 @dataclass(frozen=True)
-class Predicting(Controller):
+class Predicting(Controller[PredictingMemory, Measured, object, object]):
     """A controller that is told what is predicted for now.
 
     flown: the controller. samples: how many of those before now are kept. board_late: how late gyro and accelerometer are
@@ -121,13 +121,13 @@ class Predicting(Controller):
         """Another controller with the same predictor."""
         return predicting(type(other))(other, self.samples, self.board_late, self.gravity)
 
-    def start(self, measured: Measured, gains: Structure) -> PredictingMemory:
+    def start(self, measured: Measured, gains: object) -> PredictingMemory:
         """The vehicle has been as it is."""
         begin = Sample(measured.rates, measured.specific_force, 0.0)
         return PredictingMemory(self.flown.start(self.stripped(measured), gains), (begin,) * self.samples)
 
     def slower(
-        self, loop: str, memory: PredictingMemory, measured: Measured, reference: Reference, gains: Structure,
+        self, loop: str, memory: PredictingMemory, measured: Measured, reference: Reference, gains: object,
         t: Number, period: Number,
     ) -> PredictingMemory:  # fmt: skip
         """The controller's, told what is predicted."""
@@ -135,8 +135,8 @@ class Predicting(Controller):
         return memory._replace(law=self.flown.slower(loop, memory.law, told, reference, gains, t, period))
 
     def law(
-        self, memory: PredictingMemory, measured: Measured, reference: Reference, gains: Structure, t: Number, period: Number
-    ) -> tuple[Structure, PredictingMemory]:
+        self, memory: PredictingMemory, measured: Measured, reference: Reference, gains: object, t: Number, period: Number
+    ) -> tuple[object, PredictingMemory]:
         """The controller's, told what is predicted."""
         command, law = self.flown.law(memory.law, self.now(memory, measured, t), reference, gains, t, period)
         past = (*memory.past, Sample(measured.rates, measured.specific_force, t))
@@ -157,19 +157,19 @@ class Predicting(Controller):
             age=0.0 if "age" in also else Measured._field_defaults["age"],
         )
 
-    def prepare(self, gains: Structure, model: Model) -> Structure:
+    def prepare(self, gains: object, model: Model) -> object:
         """The controller's."""
         return self.flown.prepare(gains, model)
 
-    def before_flight(self, measured: Measured, gains: Structure) -> None:
+    def before_flight(self, measured: Measured, gains: object) -> None:
         """The controller's."""
         self.flown.before_flight(self.stripped(measured), gains)
 
-    def landed(self, gains: Structure) -> None:
+    def landed(self, gains: object) -> None:
         """The controller's."""
         self.flown.landed(gains)
 
-    def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
+    def conditions(self, gains: object, model: Model) -> Sequence[Condition]:
         """The controller's."""
         return self.flown.conditions(gains, model)
 

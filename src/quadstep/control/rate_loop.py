@@ -12,7 +12,7 @@ from quadstep.control.projection import project
 from quadstep.control.vectoring import torque_for
 from quadstep.errors import UserError
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, Vector, vector
+from quadstep.numbers import Number, Vector, vector
 
 
 class RateGains(NamedTuple):
@@ -27,14 +27,14 @@ class RateGains(NamedTuple):
 class RateFollowingGains(NamedTuple):
     """law: of the controller that commands body rates. rate_loop: of the loop that follows them."""
 
-    law: Structure
+    law: object
     rate_loop: RateGains
 
 
 class RateFollowingMemory(NamedTuple):
     """law: of the controller. integral: what I adds [rad/s^2]."""
 
-    law: Structure
+    law: object
     integral: Vector
 
 
@@ -50,7 +50,7 @@ def rate_loop(
 
 
 @dataclass(frozen=True)
-class RateFollowing(Controller):
+class RateFollowing(Controller[RateFollowingMemory, Measured, RateFollowingGains, Command]):
     """A controller that commands body rates, with the rate loop at the rate of its `law`."""
 
     commander: Controller
@@ -83,18 +83,18 @@ class RateFollowing(Controller):
         t: Number, period: Number,
     ) -> tuple[Command, RateFollowingMemory]:  # fmt: skip
         """The controller's body rates, and the torque that follows them. Raises UserError for a controller that gives none."""
-        answer: Structure = self.commander.law(memory.law, measured, reference, gains.law, t, period)
+        answer: object = self.commander.law(memory.law, measured, reference, gains.law, t, period)
         if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], BodyRates):
             raise UserError("law: should return a BodyRates and the memory")
         asked, remembered = answer
         command, integral = rate_loop(gains.rate_loop, memory.integral, asked, measured, period)
         return command, RateFollowingMemory(remembered, integral)
 
-    def prepare(self, gains: Structure, model: Model) -> RateFollowingGains:
+    def prepare(self, gains: RateFollowingGains, model: Model) -> RateFollowingGains:
         """What the controller prepares."""
         return RateFollowingGains(self.commander.prepare(gains.law, model), gains.rate_loop)
 
-    def conditions(self, gains: Structure, model: Model) -> Sequence[Condition]:
+    def conditions(self, gains: RateFollowingGains, model: Model) -> Sequence[Condition]:
         """The controller's."""
         return self.commander.conditions(gains.law, model)
 
@@ -104,7 +104,7 @@ def following_rates(controller: type[Controller]) -> type[Controller]:
     """A controller as it flies: one that commands body rates with the rate loop, any other as it is."""
     if controller.commands is not BodyRates:
         return controller
-    gains: Structure = NamedTuple(f"{controller.__name__}Gains", [("law", controller.Gains), ("rate_loop", RateGains)])  # type: ignore[misc]
+    gains: object = NamedTuple(f"{controller.__name__}Gains", [("law", controller.Gains), ("rate_loop", RateGains)])  # type: ignore[misc]
     return type(
         controller.__name__,
         (RateFollowing,),

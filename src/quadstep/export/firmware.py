@@ -1,6 +1,7 @@
 """The targets that are firmware: an adapter of each around the files of `--target c99`."""
 
 from pathlib import Path
+from typing import cast
 
 from quadstep.airframe.allocation import allocate
 from quadstep.airframe.geometry import Geometry
@@ -9,7 +10,7 @@ from quadstep.c99.templates import filled
 from quadstep.control.controller import Measured
 from quadstep.errors import UserError
 from quadstep.numbers import Vector
-from quadstep.plants.multirotor import Multirotor
+from quadstep.plants.multirotor import AirframeParameters, Multirotor
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -104,7 +105,7 @@ def every_so_many(exported: Exported, indent: str, state: str, tick: str) -> str
 
 def px4(exported: Exported) -> dict[str, str]:
     """Its motors, and the law at each sample of the gyro."""
-    parameters = exported.subject.parameters
+    parameters = cast(AirframeParameters, exported.subject.parameters)
     count = len(geometry_of(exported).mounts)
     return {
         "ROTOR_COUNT": str(count),
@@ -118,7 +119,7 @@ def px4(exported: Exported) -> dict[str, str]:
 
 def ardupilot(exported: Exported) -> dict[str, str]:
     """The torque of a full mixer input at hover."""
-    parameters, geometry = exported.subject.parameters, geometry_of(exported)
+    parameters, geometry = cast(AirframeParameters, exported.subject.parameters), geometry_of(exported)
     weight = float(parameters.airframe.mass * parameters.airframe.gravity)
     full = []
     for axis in range(3):

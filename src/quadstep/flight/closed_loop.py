@@ -5,9 +5,11 @@ The engines only decide which numbers, and count the ticks.
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import NamedTuple, Protocol
+from typing import Any, Generic, NamedTuple, Protocol
 
-from quadstep.numbers import Condition, Number, Structure
+from typing_extensions import TypeVar
+
+from quadstep.numbers import Condition, Number
 
 
 class Outcome(IntEnum):
@@ -29,14 +31,21 @@ class Clock(NamedTuple):
     period: Number
 
 
-class Task(NamedTuple):
+Z = TypeVar("Z", default=Any)
+"""A cycle: everything that lives from step to step."""
+
+P = TypeVar("P", default=Any)
+"""The parameters of a flight."""
+
+
+class Task(NamedTuple, Generic[Z, P]):
     """A part of a tick.
 
     run(cycle, parameters, clock) returns the new cycle, and the `Outcome` that ends the flight here (0: none).
     """
 
     name: str
-    run: Callable[[Structure, Structure, Clock], tuple[Structure, Number]]
+    run: Callable[[Z, P, Clock], tuple[Z, Number]]
 
 
 class Ticks(NamedTuple):
@@ -51,7 +60,7 @@ class Ticks(NamedTuple):
     last: int
 
 
-class ClosedLoop(Protocol):
+class ClosedLoop(Protocol[Z, P]):
     """The structure of a flight: which laws are composed. Hashable; its numbers are in the parameters.
 
     Tick by tick an engine runs the tasks that are due, in order, writes a row where one is due, and advances the vehicle.
@@ -63,19 +72,19 @@ class ClosedLoop(Protocol):
         ...
 
     @property
-    def tasks(self) -> tuple[Task, ...]:
+    def tasks(self) -> tuple[Task[Z, P], ...]:
         """The sampled laws, in order."""
         ...
 
-    def start(self, start: Structure, parameters: Structure) -> Structure:
+    def start(self, start: tuple[object, ...], parameters: P) -> Z:
         """The cycle before the first tick: everything that lives from step to step."""
         ...
 
-    def advance(self, cycle: Structure, parameters: Structure, clock: Clock) -> Structure:
+    def advance(self, cycle: Z, parameters: P, clock: Clock) -> Z:
         """The cycle one integrator step later, all commands held."""
         ...
 
-    def row(self, cycle: Structure, parameters: Structure, time: Number) -> list[Number]:
+    def row(self, cycle: Z, parameters: P, time: Number) -> list[Number]:
         """One row of the log."""
         ...
 

@@ -4,7 +4,7 @@ Floats fly one vehicle and are for reading, debugging and teaching; arrays fly a
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ Progress = Callable[[int], None]
 
 
 def fly_floats(
-    loop: ClosedLoop, parameters: object, start: object, ticks: Ticks, progress: Progress | None = None
+    loop: ClosedLoop, parameters: object, start: tuple[object, ...], ticks: Ticks, progress: Progress | None = None
 ) -> FlightLog:
     """One flight on Python floats."""
     rows: list[tuple[float, ...]] = []
@@ -60,10 +60,12 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
     return run
 
 
-def fly_arrays(loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[object], ticks: Ticks) -> list[FlightLog]:
+def fly_arrays(
+    loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[tuple[object, ...]], ticks: Ticks
+) -> list[FlightLog]:
     """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
-    stacked, start = stack(parameters), stack(starts)
+    stacked, start = stack(parameters), cast("tuple[object, ...]", stack(starts))
     cycle = loop.start(start, stacked)
     code, ended = np.zeros(count), np.full(count, ticks.last)
     log = np.empty((ticks.last // ticks.log + 1, len(loop.columns), count))

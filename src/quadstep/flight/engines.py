@@ -12,8 +12,8 @@ from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
 from quadstep.flight.engine import Engine
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop
-from quadstep.numbers import Structure, Table, flatten, in_matrix, leaf_names
+from quadstep.flight.loop import Loop, Numbers
+from quadstep.numbers import Table, flatten, in_matrix, leaf_names
 
 
 class FlightPlan(NamedTuple):
@@ -60,7 +60,7 @@ def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress
     return logs
 
 
-def announce(loop: Loop, parameters: Structure, start: Structure) -> None:
+def announce(loop: Loop, parameters: Numbers, start: tuple[object, ...]) -> None:
     """Tell a controller that flies one at a time of its next flight. Raises UserError where it cannot fly."""
     if loop.controller.one_at_a_time:
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)

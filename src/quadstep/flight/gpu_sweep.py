@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.cuda import Device, Memory, Module, OutOfDeviceMemoryError
 from quadstep.flight.gpu_portions import Portions
+from quadstep.flight.loop import Numbers
 from quadstep.flight.ptx import ptx
 from quadstep.flight.scored import Scored
 from quadstep.flight.sweep import Batch, Swept
@@ -44,8 +45,8 @@ class GpuSweep(Batch):
         self,
         loop: Scored,
         ticks: Ticks,
-        start: object,
-        parameters: object,
+        start: tuple[object, ...],
+        parameters: Numbers,
         varying: Sequence[int],
         double: bool = False,
         registers: int | None = None,

@@ -24,7 +24,7 @@ KERNELS = Kernels()
 def fly_lanes(
     loop: ClosedLoop,
     parameters: Sequence[object],
-    starts: Sequence[object],
+    starts: Sequence[tuple[object, ...]],
     ticks: Ticks,
     progress: Progress | None = None,
     double: bool = True,
@@ -96,7 +96,9 @@ def shared_leaves(parameters: object) -> tuple[bool, ...]:
     return tuple(entry or isinstance(leaf, Table) for leaf, entry in pairs)
 
 
-def prepare(loop: ClosedLoop, parameters: object, start: object, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
+def prepare(
+    loop: ClosedLoop, parameters: object, start: tuple[object, ...], shared: tuple[bool, ...], double: bool, width: int
+) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)

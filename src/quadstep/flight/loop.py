@@ -7,7 +7,7 @@ does not have (air, sensing) is None in the loop and () in the cycle.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, cast
 
 from quadstep.control.controller import Controller
 from quadstep.flight.closed_loop import Clock, Task
@@ -15,11 +15,40 @@ from quadstep.flight.integrator import runge_kutta_4
 from quadstep.flight.plant import Air, Plant
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.numbers import Number, Structure, Vector, flatten, matrix, rebuild, scan, vector
+from quadstep.numbers.noise import Key
 from quadstep.numbers.repeated import repeated
+from quadstep.numbers.structure import replaced
 from quadstep.sensing.delay import filled, passed
-from quadstep.sensing.suite import Suite
+from quadstep.sensing.sensors import Sensors
+from quadstep.sensing.suite import Memory, Suite
 
 STILL = vector(0.0, 0.0, 0.0)
+
+
+class Numbers(Protocol):
+    """What a loop reads of a flight's parameters."""
+
+    @property
+    def path(self) -> Structure: ...
+
+    @property
+    def gains(self) -> Structure: ...
+
+
+class Sensed(Protocol):
+    """What it reads of them besides where there are sensors, or noise of the law's own."""
+
+    @property
+    def sensors(self) -> Sensors: ...
+
+    @property
+    def key(self) -> Key: ...
+
+
+def sensors_of(p: Numbers) -> tuple[Sensors, Key]:
+    """Those of a flight that has some."""
+    sensed = cast(Sensed, p)
+    return sensed.sensors, sensed.key
 
 
 class Cycle(NamedTuple):
@@ -29,7 +58,7 @@ class Cycle(NamedTuple):
     as it was asked for. held: what the actuators are told. waiting: what they will be told, oldest first.
     """
 
-    state: Structure
+    state: tuple[Structure, ...]
     air: Structure
     sensed: Structure
     memory: Structure
@@ -75,59 +104,61 @@ class Loop:
             loops = ("guide", *loops)
         return (*(Task(name, partial(self.slower, name)) for name in loops), Task("law", self.law))
 
-    def start(self, start: Structure, p: Structure) -> Cycle:
+    def start(self, start: tuple[Structure, ...], p: Numbers) -> Cycle:
         """The cycle before the first tick."""
         truth = self.plant.truth(start)
-        sensed: Structure = self.sensing.start(truth, p.sensors, p.key) if self.sensing else ()
+        sensed: Structure = self.sensing.start(truth, *sensors_of(p)) if self.sensing else ()
         command, held = self.plant.rest(start, p)
         memory = self.controller.start(self.measured(start, sensed, held, p), p.gains)
         air: Structure = self.air.start() if self.air else ()
         return Cycle(start, air, sensed, memory, command, held, filled(held, self.late))
 
-    def stir(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def stir(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """The air one period later."""
         assert self.air
         return cycle._replace(air=self.air.stir(cycle.air, p, clock)), 0.0
 
-    def sense(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def sense(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """Gyro and accelerometer, and what the estimator makes of them."""
         assert self.sensing
         felt = STILL
         if self.sensing.feels:
             felt = self.plant.felt(p, cycle.state, self.rate(cycle, p, clock.time, cycle.state))
         truth = self.plant.truth(cycle.state)
-        sensed = self.sensing.sense(cycle.sensed, truth, felt, p.sensors, p.key, clock.tick, clock.period)
+        sensed = self.sensing.sense(cast(Memory, cycle.sensed), truth, felt, *sensors_of(p), clock.tick, clock.period)
         return cycle._replace(sensed=sensed), 0.0
 
-    def fix(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def fix(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of position, velocity and attitude."""
         assert self.sensing
         truth = self.plant.truth(cycle.state)
-        return cycle._replace(sensed=self.sensing.fix(cycle.sensed, truth, p.sensors, p.key, clock.tick, clock.period)), 0.0
+        return cycle._replace(
+            sensed=self.sensing.fix(cast(Memory, cycle.sensed), truth, *sensors_of(p), clock.tick, clock.period)
+        ), 0.0
 
-    def told(self, cycle: Cycle, p: Structure) -> Structure:
+    def told(self, cycle: Cycle, p: Numbers) -> Structure:
         """What the controller gets to know now."""
         return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
-    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
+    def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
         """The same, before there is a cycle."""
-        told = self.plant.told(self.sensing.measured(sensed) if self.sensing else self.plant.truth(state), held)
+        told = self.plant.told(self.sensing.measured(cast(Memory, sensed)) if self.sensing else self.plant.truth(state), held)
         also = self.controller.also_measures
         if not also:
             return told
-        more: dict[str, Structure] = self.sensing.more(sensed) if self.sensing else {}
+        more: dict[str, Structure] = self.sensing.more(cast(Memory, sensed)) if self.sensing else {}
         if "rotor_speeds" in also:
             more["rotor_speeds"] = self.plant.rotor_speeds(state)
         if "noise" in also:
-            more["noise"] = p.key
-        return told._replace(**{name: more[name] for name in also})
+            more["noise"] = cast(Sensed, p).key
+        return replaced(told, **{name: more[name] for name in also})
 
-    def wanted(self, time: Number, p: Structure) -> Reference:
+    def wanted(self, time: Number, p: Numbers) -> Reference:
         """The reference at time t [s], as the controller asks for it."""
         reference = self.path.reference(time, p.path)
         return reference._replace(ahead=self.ahead(time, p)) if self.controller.preview else reference
 
-    def ahead(self, time: Number, p: Structure) -> tuple[Reference, ...]:
+    def ahead(self, time: Number, p: Numbers) -> tuple[Reference, ...]:
         """The references that the controller asks for at time t [s]: the path is written once, and looked up in a loop."""
         like: list[Reference] = []
 
@@ -138,12 +169,12 @@ class Loop:
         _, rows = scan(look, time, matrix(*((later,) for later in self.controller.preview)))
         return tuple(rebuild(like[0], iter(row)) for row in rows)
 
-    def slower(self, name: str, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of one of the controller's slower loops, such as `guide`."""
         given = self.told(cycle, p), self.wanted(clock.time, p), p.gains, clock.time, clock.period
         return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
 
-    def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
+    def law(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """The controller's law, what the actuators make of it, and whether the flight goes on."""
         reference = self.wanted(clock.time, p)
         asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
@@ -152,32 +183,33 @@ class Loop:
         waiting, held = passed(cycle.waiting, self.plant.actuate(p, asked))
         return cycle._replace(memory=memory, command=command, held=held, waiting=waiting), code
 
-    def wind(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
+    def wind(self, cycle: Cycle, p: Numbers, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""
         return self.air.wind(cycle.air, p, time) if self.air else STILL
 
-    def rate(self, cycle: Cycle, p: Structure, time: Number, state: Structure) -> Structure:
+    def rate(self, cycle: Cycle, p: Numbers, time: Number, state: Structure) -> tuple[Structure, ...]:
         """Rate of every state, the actuators' commands held."""
-        return self.plant.rate(p, state, cycle.held, self.wind(cycle, p, time), time)
+        changing: tuple[Structure, ...] = self.plant.rate(p, state, cycle.held, self.wind(cycle, p, time), time)
+        return changing
 
-    def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
+    def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
         """The cycle one integrator step later; wind and events as they are in the middle of the step."""
         middle = clock.time + 0.5 * clock.period
 
-        def rate(state: Structure) -> Structure:
+        def rate(state: tuple[Structure, ...]) -> tuple[Structure, ...]:
             return self.rate(cycle, p, middle, state)
 
         state = runge_kutta_4(repeated(rate) if self.plant.compact else rate, cycle.state, clock.period)
         return cycle._replace(state=self.plant.settled(state))
 
-    def row(self, cycle: Cycle, p: Structure, time: Number) -> list[Number]:
+    def row(self, cycle: Cycle, p: Numbers, time: Number) -> list[Number]:
         """One row of the log: the state now, the commands held."""
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
         return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
     # What is scored
 
-    def position_error(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
+    def position_error(self, cycle: Cycle, p: Numbers, time: Number) -> Vector:
         """The wanted position less the true one [m]."""
         return self.plant.error(cycle.state, self.path.reference(time, p.path))
 

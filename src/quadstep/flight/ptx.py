@@ -7,6 +7,7 @@ from llvmlite import binding as llvm
 from quadstep.errors import UserError
 from quadstep.flight import kernel
 from quadstep.flight.gpu_driver import NoDeviceError
+from quadstep.flight.loop import Numbers
 from quadstep.flight.scored import Scored
 from quadstep.flight.sweep_trace import Generate, SweepTrace
 from quadstep.numbers.lane_opaque import SYMBOL
@@ -41,8 +42,8 @@ def prepare() -> llvm.Target:
 
 def ptx(
     loop: Scored,
-    start: object,
-    parameters: object,
+    start: tuple[object, ...],
+    parameters: Numbers,
     varying: frozenset[int],
     double: bool = False,
     architecture: int = NEWEST,
@@ -56,8 +57,8 @@ def ptx(
 
 def program(
     loop: Scored,
-    start: object,
-    parameters: object,
+    start: tuple[object, ...],
+    parameters: Numbers,
     varying: frozenset[int],
     double: bool = False,
     generate: Generate | None = None,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.closed_loop import Clock, Task, Ticks
-from quadstep.flight.loop import Cycle, Loop
+from quadstep.flight.loop import Cycle, Loop, Numbers
 from quadstep.flight.own_metric import Metric, Summed, added, started
 from quadstep.flight.plant import Plant
 from quadstep.metrics.reductions import Sums
@@ -61,22 +61,22 @@ class Scored:
         """Those of the loop, then the score."""
         return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
 
-    def start(self, start: object, parameters: object) -> ScoredCycle:
+    def start(self, start: tuple[object, ...], parameters: Numbers) -> ScoredCycle:
         """Nothing summed."""
         cycle = self.loop.start(start, parameters)
         now = {"error": Vector(()), "inputs": self.loop.inputs(cycle), "norms": self.loop.weight_norms(cycle)}
         sums = tuple(one.sums.start(now[one.quantity]) for one in SCORED)
         return ScoredCycle(cycle, Score(0.0, sums, started(self.own)))
 
-    def advance(self, cycle: ScoredCycle, parameters: object, clock: Clock) -> ScoredCycle:
+    def advance(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> ScoredCycle:
         """The loop's."""
         return cycle._replace(flight=self.loop.advance(cycle.flight, parameters, clock))
 
-    def row(self, cycle: ScoredCycle, parameters: object, time: Number) -> list[Number]:
+    def row(self, cycle: ScoredCycle, parameters: Numbers, time: Number) -> list[Number]:
         """The loop's."""
         return self.loop.row(cycle.flight, parameters, time)
 
-    def score(self, cycle: ScoredCycle, parameters: object, clock: Clock) -> tuple[ScoredCycle, Number]:
+    def score(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[ScoredCycle, Number]:
         """One more sample."""
         before = cycle.score
         now = {
@@ -96,16 +96,16 @@ class Scored:
             score = rebuild(score, iter(kept))
         return cycle._replace(score=score), 0.0
 
-    def own_sums(self, cycle: ScoredCycle, parameters: object, clock: Clock) -> tuple[Summed, ...]:
+    def own_sums(self, cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[Summed, ...]:
         """The user's own metrics, told the row that the log would have now."""
         row = self.row(cycle, parameters, clock.time)
         return added(self.own, cycle.score.own, dict(zip(self.columns, row, strict=True)))
 
 
-def within(task: Task) -> Callable[[ScoredCycle, object, Clock], tuple[ScoredCycle, Number]]:
+def within(task: Task) -> Callable[[ScoredCycle, Numbers, Clock], tuple[ScoredCycle, Number]]:
     """What a task of the loop does to the cycle around it."""
 
-    def run(cycle: ScoredCycle, parameters: object, clock: Clock) -> tuple[ScoredCycle, Number]:
+    def run(cycle: ScoredCycle, parameters: Numbers, clock: Clock) -> tuple[ScoredCycle, Number]:
         flight, code = task.run(cycle.flight, parameters, clock)
         return cycle._replace(flight=flight), code
 

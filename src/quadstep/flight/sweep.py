@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.kernel import Kernel, compile_sweep, host_width
 from quadstep.flight.kernels import Kernels
+from quadstep.flight.loop import Numbers
 from quadstep.flight.scored import Score, Scored, metrics
 from quadstep.flight.sweep_trace import OUTCOME, SweepTrace
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
@@ -55,13 +56,13 @@ def joined(parts: Sequence[Swept]) -> Swept:
     return Swept(np.concatenate([part.outcome for part in parts]), np.concatenate([part.ended for part in parts]), score)
 
 
-def places(start: object, parameters: object, names: Sequence[str]) -> list[int]:
+def places(start: tuple[object, ...], parameters: Numbers, names: Sequence[str]) -> list[int]:
     """Where the leaves of these names stand among all of a flight's: `start.position.2`, `parameters.vehicle.mass`."""
     known = given_names(start, parameters)
     return [known.index(name) for name in names]
 
 
-def given_names(start: object, parameters: object) -> list[str]:
+def given_names(start: tuple[object, ...], parameters: Numbers) -> list[str]:
     """The name of every number that a flight is given, in order."""
     return [*leaf_names(start, "start"), *leaf_names(parameters, "parameters")]
 
@@ -74,7 +75,13 @@ class Batch:
     """
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: object, parameters: object, varying: Sequence[int], double: bool = False
+        self,
+        loop: Scored,
+        ticks: Ticks,
+        start: tuple[object, ...],
+        parameters: Numbers,
+        varying: Sequence[int],
+        double: bool = False,
     ) -> None:
         self.loop, self.ticks, self.varying, self.double = loop, ticks, tuple(varying), double
         given = flatten((start, parameters))
@@ -112,7 +119,13 @@ class Sweep(Batch):
     """A batch for the lanes of this machine."""
 
     def __init__(
-        self, loop: Scored, ticks: Ticks, start: object, parameters: object, varying: Sequence[int], double: bool = False
+        self,
+        loop: Scored,
+        ticks: Ticks,
+        start: tuple[object, ...],
+        parameters: Numbers,
+        varying: Sequence[int],
+        double: bool = False,
     ) -> None:
         super().__init__(loop, ticks, start, parameters, varying, double)
         self.width = host_width(double)
@@ -160,7 +173,9 @@ def completed(
     yield from (future.result() for future in wait(waiting).done)
 
 
-def prepare(loop: Scored, start: object, parameters: object, varying: frozenset[int], double: bool, width: int) -> Kernel:
+def prepare(
+    loop: Scored, start: tuple[object, ...], parameters: Numbers, varying: frozenset[int], double: bool, width: int
+) -> Kernel:
     """The kernel for flights of this structure, traced and compiled when first asked for."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
     key = (loop, sizes, varying, double)

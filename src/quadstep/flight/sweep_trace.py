@@ -5,6 +5,7 @@ from typing import TypeAlias, cast
 
 from llvmlite import ir
 
+from quadstep.flight.loop import Numbers
 from quadstep.flight.scored import Scored
 from quadstep.flight.ticking import INDEX, Ticking
 from quadstep.numbers import Number, Table, flatten
@@ -44,8 +45,8 @@ class SweepTrace(Ticking):
     def __init__(
         self,
         loop: Scored,
-        start: object,
-        parameters: object,
+        start: tuple[object, ...],
+        parameters: Numbers,
         varying: frozenset[int],
         double: bool,
         width: int,

@@ -24,7 +24,9 @@ class Trace(Ticking):
     all flights read; a row is written to rows every `log` ticks.
     """
 
-    def __init__(self, loop: ClosedLoop, parameters: object, start: object, shared: list[bool], double: bool, width: int):
+    def __init__(
+        self, loop: ClosedLoop, parameters: object, start: tuple[object, ...], shared: list[bool], double: bool, width: int
+    ):
         kinds = {**dict.fromkeys(COUNTERS, INDEX), "step": ir.DoubleType() if double else ir.FloatType()}
         super().__init__("fly", double, width, {**kinds, "every": INDEX.as_pointer(), **dict.fromkeys(BUFFERS)})
         self.loop = loop

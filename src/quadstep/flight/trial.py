@@ -1,6 +1,6 @@
 """Whether a controller of the user's gives what a flight needs: one sample of it on floats, before anything is compiled."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import always
 from quadstep.flight.loop import Cycle, Loop
 from quadstep.numbers import Table, flatten, leaf_names
+
+if TYPE_CHECKING:
+    from quadstep.plants.multirotor import Spun
 
 NUMBERS = float, int, np.floating, np.integer
 MADE_OF = "numbers, vectors and tuples of them"
@@ -47,7 +50,7 @@ def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object)
     what = f"law: the {type(command).__name__}"
     check_numbers(command, what)
     if isinstance(command, RotorThrusts | RotorSpeeds):
-        told, rotors = len(command[0]), len(cycle.held.speeds)
+        told, rotors = len(command[0]), len(cast("Spun", cycle.held).speeds)
         if told != rotors:
             raise UserError(f"{what}: should have an entry for each of the {rotors} rotors, not {told}")
     check_same(loop.plant.asked(parameters, command), cycle.command, what)

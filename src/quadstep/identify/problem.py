@@ -6,6 +6,7 @@ from typing import cast
 import numpy as np
 
 from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.loop import Numbers
 from quadstep.flight.scored import Scored
 from quadstep.flight.sweep import Sweep, places
 from quadstep.identify.errors import States, constant, differences, logged, norms
@@ -26,8 +27,9 @@ class Batch:
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: tuple[()] = ()
         scored = cast(Scored, loop)  # its score is what it leaves
-        where = places(start, parameters, [PREFIX + name for name in names])
-        self.sweep = Sweep(scored, ticks, start, parameters, where, double=True)
+        given = cast(Numbers, parameters)  # nor is there a controller
+        where = places(start, given, [PREFIX + name for name in names])
+        self.sweep = Sweep(scored, ticks, start, given, where, double=True)
 
     def run(self, points: Sequence[Floats]) -> tuple[Floats, Floats]:
         """States (points, horizons, n, 13) and unexplained angular accelerations, trends and forces (points, n, 9)."""

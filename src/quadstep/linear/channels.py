@@ -1,14 +1,14 @@
 """Where a loop is opened: between what the controller commands and what the actuators make of it, one channel at a time."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from quadstep.airframe.allocation import thrusts_of
 from quadstep.control.commands import RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command
 from quadstep.flight.loop import Loop
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
-from quadstep.plants.multirotor import Multirotor
+from quadstep.plants.multirotor import AirframeParameters, Multirotor
 
 BODY = "thrust", "roll", "pitch", "yaw"
 PAPER = "thrust", "yaw", "pitch", "roll"
@@ -30,20 +30,21 @@ def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
     return tuple(Channel(name, "") for name in leaf_names(command))
 
 
-def commanded(loop: Loop, p: Structure, command: Structure) -> list[Number]:
+def commanded(loop: Loop, p: object, command: Structure) -> list[Number]:
     """The size of each channel; of a command to the rotors the thrust and torques that it should make."""
     if isinstance(loop.plant, Multirotor):
-        command = loop.plant.asked(p, command)
+        command = loop.plant.asked(cast(AirframeParameters, p), cast("Command | RotorThrusts | RotorSpeeds", command))
     if isinstance(command, Command):
         return [command.thrust, *command.torque]
     return flatten(command)
 
 
-def moved(p: Structure, command: Structure, by: Sequence[Number]) -> Structure:
+def moved(p: object, command: Structure, by: Sequence[Number]) -> Structure:
     """The command with something added to each channel; the rotors share it as they share any thrust and torque."""
     if isinstance(command, Command):
         return command._replace(thrust=command.thrust + by[0], torque=command.torque + Vector(by[1:]))
     if isinstance(command, RotorThrusts | RotorSpeeds):
-        thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(p.allocation, command.speeds)
-        return RotorThrusts(Vector(one + row @ Vector(by) for one, row in zip(thrusts, p.allocation.matrix, strict=True)))
+        allocation = cast(AirframeParameters, p).allocation
+        thrusts = command.thrusts if isinstance(command, RotorThrusts) else thrusts_of(allocation, command.speeds)
+        return RotorThrusts(Vector(one + row @ Vector(by) for one, row in zip(thrusts, allocation.matrix, strict=True)))
     return rebuild(command, iter([leaf + more for leaf, more in zip(flatten(command), by, strict=True)]))

@@ -8,7 +8,7 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Cycle
-from quadstep.guidance.reference import Reference
+from quadstep.flight.loop import Cycle, Numbers
+from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
 from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
@@ -104,12 +104,12 @@ class Flown(NamedTuple):
 class MovedPath:
     """A path, moved by a constant. Its parameters are those of the path, and the offset `WANTED`."""
 
-    path: Structure
+    path: PathLaw
 
-    def reference(self, t: float, parameters: Structure) -> Reference:
+    def reference(self, t: float, parameters: object) -> Reference:
         """The wanted motion."""
-        own, offset = parameters
-        wanted: Reference = self.path.reference(t, own)
+        own, offset = cast("tuple[object, Vector]", parameters)
+        wanted = self.path.reference(t, own)
         return wanted._replace(position=wanted.position + Vector(offset.entries[:3]), yaw=wanted.yaw + offset[3])
 
 
@@ -136,7 +136,7 @@ class Loops:
         """Before the first tick."""
         return Flown(self.loop.start(self.plan.start, self.p), (), Vector(()))
 
-    def tasks(self, flown: Flown, k: int, p: Structure) -> tuple[Flown, Structure]:
+    def tasks(self, flown: Flown, k: int, p: Numbers) -> tuple[Flown, Structure]:
         """After the tasks of tick k; the command, () where the law is not due."""
         cycle, line, asked = flown
         command: Structure = ()

@@ -1,18 +1,20 @@
 """How the linear loop follows a step of its path: a metre along each axis, a radian of yaw."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from quadstep.airframe.motion import Motion
 from quadstep.linear.equilibrium import Rest
 from quadstep.linear.poles import poles
 from quadstep.linear.sampled import WANTED, Array, states
-from quadstep.numbers import Number, Structure, Vector, rebuild
+from quadstep.numbers import Number, Structure, rebuild
 from quadstep.numbers.dual import Seeds, slopes_of
 from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.plants.lagrange import Lagrange
 from quadstep.plants.multirotor import Multirotor
+from quadstep.vehicle.state import State
 
 SHORTEST, LONGEST = 2.0, 40.0
 """What is looked at of a step [s]."""
@@ -79,7 +81,8 @@ def seen(rest: Rest) -> Array:
     return slopes_of(outputs, len(values))[1]
 
 
-def heading(plant: Structure, state: Structure) -> float:
+def heading(plant: Multirotor | Lagrange, state: Structure) -> float:
     """Yaw [rad]."""
-    angles: Vector = yaw_pitch_roll(state.attitude) if isinstance(plant, Multirotor) else state.attitude
+    attitude = cast("Motion | State", state).attitude
+    angles = yaw_pitch_roll(attitude) if isinstance(plant, Multirotor) else attitude
     return angles[0]

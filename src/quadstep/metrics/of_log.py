@@ -1,13 +1,13 @@
 """Metrics of any flight, computed from its log."""
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import TypeAlias, cast
 
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import Seen
 from quadstep.metrics.registry import OTHER, PAPER, REAL, REPORTED
 
-Metrics: TypeAlias = dict[str, Any]
+Metrics: TypeAlias = dict[str, object]
 """Numbers and texts by name with unit, nested as in `metrics.json`."""
 
 
@@ -45,5 +45,23 @@ def place(result: Metrics, name: str, value: float | None) -> None:
     """Put a number where its dotted name says."""
     *levels, last = name.split(".")
     for level in levels:
-        result = result.setdefault(level, {})
+        result = cast(Metrics, result.setdefault(level, {}))
     result[last] = value
+
+
+def metric(metrics: Mapping[str, object], *names: str) -> float:
+    """A number of the metrics, by the names on the way to it. Raises KeyError where it is not there.
+
+    >>> from quadstep.metrics.of_log import metric
+    >>> metric({"position": {"z": {"rmse[m]": 0.25}}}, "position", "z", "rmse[m]")
+    0.25
+    """
+    found: object = metrics
+    for name in names:
+        found = cast(Metrics, found)[name]
+    return cast(float, found)
+
+
+def group(metrics: Mapping[str, object], name: str) -> dict[str, dict[str, float]]:
+    """The numbers of each axis or angle; empty where there are none."""
+    return cast("dict[str, dict[str, float]]", metrics.get(name, {}))

@@ -22,7 +22,7 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.check import check
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.read import plan_mission, read_mission
@@ -208,11 +208,11 @@ def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, 
     """The table of errors, how close the vehicle came to its limits, and the closing line."""
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
-        for group, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
-        for axis, values in metrics.get(group, {}).items()
+        for kind, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
+        for axis, values in group(metrics, kind).items()
     ]
     facts = [
-        [name, f"{offset + scale * metrics[key]:.3g}"]
+        [name, f"{offset + scale * metric(metrics, key):.3g}"]
         for name, key, scale, offset in (
             ("largest tilt [deg]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
             ("least thrust margin [%]", "largest_thrust_share", -100.0, 100.0),
@@ -222,7 +222,7 @@ def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, 
     ]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metrics['position_rmse[m]']:.4g} mm."
+        ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm."
     else:
         ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to that point is kept."
     return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

@@ -1,7 +1,7 @@
 """A mission for a real vehicle, as a user writes it."""
 
 from functools import cached_property, partial
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, cast
 
 from pydantic import BeforeValidator, Field
 
@@ -108,7 +108,7 @@ class MultirotorMission(Mission):
             vehicle = self.modelled
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
-        share = metrics.get("saturated_share", 0.0)
+        share = cast(float, metrics.get("saturated_share", 0.0))
         return metrics, [f"the rotor limits reduced the command in {100 * share:.3g} % of the log rows"] if share else []
 
     def build(self, path: BuiltPath) -> Built:

@@ -5,11 +5,11 @@ import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import REASONS, FlightLog
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def answer(log: FlightLog, metrics: Metrics) -> str:
         return f"The flight diverged at {log.ended:.4g} s: {REASONS[log.outcome]}."
     off = metrics.get("position_rmse[m]")
     return f"The flight completed {log.ended:g} s" + (
-        f" with a position RMSE of {units.quantity(off, 'm')}." if off is not None else "."
+        f" with a position RMSE of {units.quantity(cast(float, off), 'm')}." if off is not None else "."
     )
 
 
@@ -58,19 +58,23 @@ def facts(metrics: Metrics) -> list[page.Fact]:
     """The numbers that say most, as far as the flight has them."""
     found = []
     if "position" in metrics:
-        largest = metrics.get("largest_error[m]") or max(one["largest[m]"] for one in metrics["position"].values())
+        largest = cast("float | None", metrics.get("largest_error[m]")) or max(
+            one["largest[m]"] for one in group(metrics, "position").values()
+        )
         along = "from the path" if "largest_error[m]" in metrics else "along one axis"
         found.append(page.Fact("largest error", units.quantity(largest, "m"), along))
     if "largest_tilt[rad]" in metrics:
         found.append(
-            page.Fact("largest tilt", f"{math.degrees(metrics['largest_tilt[rad]']):.3g}°", "between thrust and vertical")
+            page.Fact(
+                "largest tilt", f"{math.degrees(metric(metrics, 'largest_tilt[rad]')):.3g}°", "between thrust and vertical"
+            )
         )
     if "largest_thrust_share" in metrics:
-        share = metrics["largest_thrust_share"]
+        share = metric(metrics, "largest_thrust_share")
         more = f"at most {units.percent(share)} of the rotors' thrust was used"
         found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        found.append(page.Fact("rotors at their limits", units.percent(metrics["saturated_share"]), "of the log rows"))
+        found.append(page.Fact("rotors at their limits", units.percent(metric(metrics, "saturated_share")), "of the log rows"))
     return found
 
 
@@ -80,10 +84,10 @@ HEADER = ("", "RMSE", "largest", "final", "unit")
 def error_rows(metrics: Metrics) -> list[list[str]]:
     """Each axis and angle, those of a kind in one unit."""
     rows = []
-    for group, base in (("position", "m"), ("attitude", "rad")):
-        largest = max((one[f"largest[{base}]"] for one in metrics.get(group, {}).values()), default=0.0)
+    for kind, base in (("position", "m"), ("attitude", "rad")):
+        largest = max((one[f"largest[{base}]"] for one in group(metrics, kind).values()), default=0.0)
         unit, factor = units.handy(base, largest)
-        for axis, one in metrics.get(group, {}).items():
+        for axis, one in group(metrics, kind).items():
             values = (one[f"{key}[{base}]"] for key in ("rmse", "largest", "final"))
             rows.append([axis, *(units.number(factor * value) for value in values), unit])
     return rows

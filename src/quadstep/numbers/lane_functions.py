@@ -68,7 +68,7 @@ class LaneFunctions(Elementary):
         return Lane(emitter, emitter.once(("select", condition.value, a, b), lambda: choose(condition.value, a, b)))
 
     call = staticmethod(call)
-    scan = staticmethod(scan)
+    scan: "staticmethod[..., tuple[object, object]]" = staticmethod(scan)
 
     def word(self, x: Lane) -> LaneWord:
         return LaneWord.of(x)

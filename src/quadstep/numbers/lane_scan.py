@@ -21,7 +21,7 @@ from quadstep.numbers.structure import flatten, rebuild
 PLACE = ir.IntType(64)
 
 
-def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+def scan(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
     """See `quadstep.numbers.scan`."""
     emitter = next(number.emitter for number in flatten((carry, rows)) if isinstance(number, Lane))
     builder = emitter.builder

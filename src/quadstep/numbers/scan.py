@@ -6,7 +6,7 @@ code the turns are unrolled. The bits are the same everywhere.
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar, Union, cast, overload
 
 from quadstep.numbers.functions import functions_of
 from quadstep.numbers.linear import Matrix, Vector
@@ -14,13 +14,60 @@ from quadstep.numbers.structure import flatten
 
 C = TypeVar("C")
 
-Rows: TypeAlias = Any
+T = TypeVar("T", Matrix, Vector)
+V = TypeVar("V", Matrix, Vector)
+R = TypeVar("R")
+W = TypeVar("W")
+
+Rows: TypeAlias = Union[T, "tuple[Rows[T], ...]"]
 """A matrix, or a tuple of matrices with as many rows each, or of such tuples; () for none. Of a single turn: vectors."""
 
-Step: TypeAlias = Callable[[C, Rows], tuple[C, Rows]]
+Step: TypeAlias = Callable[[C, Rows[Vector]], tuple[C, Rows[Vector]]]
 
 
-def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, backwards: bool = False) -> tuple[C, Rows]:
+@overload
+def scan(
+    step: Callable[[C, Vector], tuple[C, Vector]], carry: C, rows: Matrix, times: int | None = None, backwards: bool = False
+) -> tuple[C, Matrix]: ...
+
+
+@overload
+def scan(
+    step: Callable[[C, Vector], tuple[C, tuple[Vector, ...]]],
+    carry: C,
+    rows: Matrix,
+    times: int | None = None,
+    backwards: bool = False,
+) -> tuple[C, tuple[Matrix, ...]]: ...
+
+
+@overload
+def scan(
+    step: Callable[[C, R], tuple[C, Vector]],
+    carry: C,
+    rows: tuple[Rows[Matrix], ...] = (),
+    times: int | None = None,
+    backwards: bool = False,
+) -> tuple[C, Matrix]: ...
+
+
+@overload
+def scan(
+    step: Callable[[C, R], tuple[C, tuple[Vector, ...]]],
+    carry: C,
+    rows: tuple[Rows[Matrix], ...] = (),
+    times: int | None = None,
+    backwards: bool = False,
+) -> tuple[C, tuple[Matrix, ...]]: ...
+
+
+def scan(
+    step: Callable[[C, R], tuple[C, W]],
+    carry: C,
+    rows: Rows[Matrix] = (),
+    times: int | None = None,
+    backwards: bool = False,
+) -> tuple[C, Rows[Matrix]]:
     """`carry, made = step(carry, row)` for each row in turn: the last carry, and the outputs as matrices, one row per turn.
 
     carry: a structure of numbers of constant shape. rows: matrices whose rows are passed turn by turn. times: number of turns
@@ -39,13 +86,13 @@ def scan(step: Step[C], carry: C, rows: Rows = (), times: int | None = None, bac
     if not count or times not in (None, count):
         raise ValueError("a scan needs one number of turns, 1 or more")
     traced = getattr(functions_of(*flatten((carry, rows))), "scan", None)
-    result: tuple[C, Rows] = (traced or turn_by_turn)(step, carry, rows, count, backwards)
+    result: tuple[C, Rows[Matrix]] = (traced or turn_by_turn)(cast("Step[C]", step), carry, rows, count, backwards)
     return result
 
 
-def turn_by_turn(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+def turn_by_turn(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
     """A scan without a loop."""
-    made: list[Rows] = [()] * count
+    made: list[Rows[Vector]] = [()] * count
     shape = len(flatten(carry))
     for place in reversed(range(count)) if backwards else range(count):
         carry, made[place] = step(carry, row_of(rows, place))
@@ -59,26 +106,25 @@ def same_shape(carry: object, leaves: int) -> None:
         raise TypeError(f"a scan's carry had {leaves} numbers and has {len(flatten(carry))} after a turn")
 
 
-def matrices(rows: Rows) -> list[Matrix]:
+def matrices(rows: Rows[T]) -> list[T]:
     """Those of a structure, in order."""
     return [one for part in rows for one in matrices(part)] if isinstance(rows, tuple) else [rows]
 
 
-def row_of(rows: Rows, place: int) -> Rows:
+def row_of(rows: Rows[Matrix], place: int) -> Rows[Vector]:
     """One row of each matrix."""
     return shaped(rows, iter([one.rows[place] for one in matrices(rows)]))
 
 
-def stacked(made: list[Rows]) -> Rows:
+def stacked(made: list[Rows[Vector]]) -> Rows[Matrix]:
     """Vectors of each turn as matrices."""
     turns = [matrices(one) for one in made]
     return shaped(made[0], iter([Matrix(vectors) for vectors in zip(*turns, strict=True)]))
 
 
-def shaped(like: Rows, parts: Iterator[Matrix | Vector]) -> Rows:
+def shaped(like: Rows[T], parts: Iterator[V]) -> Rows[V]:
     """A structure of rows shaped as `like`, of these parts."""
     if not isinstance(like, tuple):
-        part: Vector | Matrix = next(parts)
-        return part
+        return next(parts)
     inner = [shaped(part, parts) for part in like]
-    return like._make(inner) if hasattr(like, "_make") else tuple(inner)
+    return cast("Rows[V]", like._make(inner) if hasattr(like, "_make") else tuple(inner))

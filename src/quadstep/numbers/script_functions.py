@@ -81,7 +81,7 @@ class ScriptFunctions:
         a, b = record.at(yes), record.at(no)
         return yes if a == b else ScriptNumber(record, record.place("where", condition.place, a, b))
 
-    scan = staticmethod(scan)
+    scan: "staticmethod[..., tuple[object, object]]" = staticmethod(scan)
 
     def word(self, x: ScriptNumber) -> ScriptWord:
         return ScriptWord.of(x)

@@ -92,7 +92,7 @@ class LoopRecord(Record):
                 taken.add(place)
         return taken, frozenset(turning - {index})
 
-    def scan(self, step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+    def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
         """A scan as one node."""
         index = f"i{len(self.arrays)}"
         begin = tuple(self.at(number) for number in flatten(carry))
@@ -130,9 +130,9 @@ class LoopRecord(Record):
         return rebuild(carry, iter(read(state, len(begin)))), shaped(made, iter(columns))
 
 
-def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
+def scan(step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
     """See `quadstep.numbers.scan`: a loop where the record can hold one."""
     record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
     own = getattr(record, "scan", turn_by_turn)
-    result: tuple[C, Rows] = own(step, carry, rows, count, backwards)
+    result: tuple[C, Rows[Matrix]] = own(step, carry, rows, count, backwards)
     return result

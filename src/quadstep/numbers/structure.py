@@ -15,10 +15,9 @@ from quadstep.numbers.linear import Matrix, Vector
 
 S = TypeVar("S")
 
-Structure: TypeAlias = Any
+Structure: TypeAlias = object
 """A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
-parameters of a flight. Unchecked: a law or a plant says its own types where its methods override these. What only passes a
-structure on takes an `object`.
+parameters of a flight. Whoever looks into one says first what it is.
 """
 
 
@@ -96,6 +95,19 @@ def rebuild(like: S, leaves: Iterator[object]) -> S:
     else:
         result = next(leaves)
     return cast(S, result)
+
+
+def replaced(structure: S, **fields: object) -> S:
+    """A `NamedTuple`, of whose type only the names of these fields are known, with other values in them.
+
+    >>> from quadstep.numbers import vector
+    >>> from quadstep.numbers.noise import Key
+    >>> from quadstep.numbers.structure import replaced
+    >>> replaced(Key(vector(1.0)), words=vector(2.0))
+    Key(words=Vector([2.0]))
+    """
+    made: S = getattr(structure, "_replace")(**fields)  # noqa: B009 (it has no other type)
+    return made
 
 
 def leaf_names(structure: object, prefix: str = "") -> list[str]:

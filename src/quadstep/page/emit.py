@@ -38,7 +38,7 @@ class Section(NamedTuple):
     extra: tuple[str, ...] = ()
 
 
-def emit(loop: ClosedLoop, parameters: object, start: object) -> Law:
+def emit(loop: ClosedLoop, parameters: object, start: tuple[object, ...]) -> Law:
     """The loop as a law of the page. parameters, start: any of the right structure; their values do not matter."""
     record = LoopRecord()
     leaves = dict(zip(leaf_names(parameters), flatten(parameters), strict=True))

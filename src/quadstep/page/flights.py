@@ -8,7 +8,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import REASONS, FlightLog
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.schema import Mission
@@ -177,21 +177,23 @@ def summary(flown: Flown) -> Summary:
 
 def filed(metrics: Metrics) -> dict[str, float]:
     """The metrics that the page sums up, by the front end's names."""
-    return {name: float(metrics[metric]) for name, metric in SUMMED_UP.items() if metric in metrics}
+    return {name: float(metric(metrics, given)) for name, given in SUMMED_UP.items() if given in metrics}
 
 
 def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     """A few numbers of a flight, as text."""
     found = []
     if "position_rmse[m]" in metrics:
-        found.append(("position RMSE", length(metrics["position_rmse[m]"])))
-    for axis, values in metrics.get("position", {}).items():
+        found.append(("position RMSE", length(metric(metrics, "position_rmse[m]"))))
+    for axis, values in group(metrics, "position").items():
         found.append((f"largest error in {axis}", length(values["largest[m]"])))
     if "largest_tilt[rad]" in metrics:
-        found.append(("largest tilt", f"{metrics['largest_tilt[rad]']:.3g} rad"))
+        found.append(("largest tilt", f"{metric(metrics, 'largest_tilt[rad]'):.3g} rad"))
     if "u" in metrics:
-        found.append(("largest thrust", f"{metrics['u']['largest[N]']:.4g} N"))
-    torques = [metrics[f"tau_{angle}"]["largest[N m]"] for angle in ("psi", "theta", "phi") if f"tau_{angle}" in metrics]
+        found.append(("largest thrust", f"{metric(metrics, 'u', 'largest[N]'):.4g} N"))
+    torques = [
+        metric(metrics, f"tau_{angle}", "largest[N m]") for angle in ("psi", "theta", "phi") if f"tau_{angle}" in metrics
+    ]
     if torques:
         found.append(("largest torque", f"{max(torques):.3g} N m"))
     return tuple(found)

@@ -11,7 +11,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, metric
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.page.build import build_page
 from quadstep.page.flights import Flown
@@ -177,4 +177,6 @@ def case_name(key: str, mission: LagrangeMission) -> str:
 def as_reported(plan: FlightPlan, metrics: Metrics) -> FlightLog:
     """How a flight of which only metrics are kept ended, without its rows."""
     columns = plan.loop.columns
-    return FlightLog(columns, np.zeros((0, len(columns))), Outcome[metrics["outcome"].upper()], metrics["ended[s]"], None)
+    return FlightLog(
+        columns, np.zeros((0, len(columns))), Outcome[str(metrics["outcome"]).upper()], metric(metrics, "ended[s]"), None
+    )

@@ -1,11 +1,11 @@
 """What the paper's plant and real vehicles have in common: three axes, a thrust and three torques, two nets."""
 
 from collections.abc import Mapping
-from typing import ClassVar, Protocol
+from typing import ClassVar, Generic, Protocol, TypeVar, cast
 
 from quadstep.control.controller import Command
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, Vector, absolute, maximum
+from quadstep.numbers import Number, Vector, absolute, maximum
 
 
 class Acting(Protocol):
@@ -18,26 +18,41 @@ class Acting(Protocol):
     def torque(self) -> Vector: ...
 
 
-class InSpace:
+class Placed(Protocol):
+    """A state with a position [m]."""
+
+    @property
+    def position(self) -> Vector: ...
+
+
+P = TypeVar("P")
+"""The plant's parameters."""
+
+X = TypeVar("X", bound=Placed)
+"""Its state."""
+
+C = TypeVar("C")
+"""The commands that it takes."""
+
+
+class InSpace(Generic[P, X, C]):
     """Part of a `Plant` whose state has a position and rates, three numbers each."""
 
     axes: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     efforts: ClassVar[Mapping[str, str]] = {"thrust": "N", "torque_1": "N m", "torque_2": "N m", "torque_3": "N m"}
     norms: ClassVar[tuple[str, ...]] = ("norm_W1", "norm_W2")
 
-    def error(self, state: Structure, reference: Reference) -> Vector:
+    def error(self, state: X, reference: Reference) -> Vector:
         """e1 (Eq. 11)."""
-        position: Vector = state.position
-        return reference.position - position
+        return reference.position - state.position
 
-    def rotor_speeds(self, state: Structure) -> Vector:
+    def rotor_speeds(self, state: X) -> Vector:
         """Never asked, unless the rotors' speeds are states."""
         raise NotImplementedError
 
-    def asked(self, p: Structure, command: Structure) -> Command:
+    def asked(self, p: P, command: C) -> Command:
         """As it is."""
-        asked: Command = command
-        return asked
+        return cast(Command, command)
 
     def inputs(self, held: Acting) -> Vector:
         """Thrust [N] and torque [N m]."""

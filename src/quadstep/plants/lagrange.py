@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, cast
 
 from quadstep.control.controller import Command
 from quadstep.flight.closed_loop import Outcome, finite
 from quadstep.flight.columns import COLUMNS, log_row
 from quadstep.flight.plant import Drawn, Rotor
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Structure, Vector, absolute, where
+from quadstep.numbers import Number, Vector, absolute, where
 from quadstep.plants.in_space import InSpace, fastest
-from quadstep.vehicle.disturbance import disturb
+from quadstep.vehicle.disturbance import Disturbance, disturb
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import Vehicle, derivative
 from quadstep.vehicle.own_disturbance import DeclaredDisturbance
@@ -31,7 +31,7 @@ class Parameters(NamedTuple):
     """Every number of a flight."""
 
     vehicle: Vehicle
-    disturbance: Structure
+    disturbance: object
     path: object
     gains: object
     limits: Limits
@@ -45,7 +45,7 @@ class Made(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Lagrange(InSpace):
+class Lagrange(InSpace[Parameters, State, Command]):
     """The plant; which T_eta it has, whether its rotors have limits, and the disturbance if it is not the paper's."""
 
     kinematics: Kinematics = Kinematics.STANDARD
@@ -88,7 +88,7 @@ class Lagrange(InSpace):
     def rate(self, p: Parameters, state: State, held: Made, wind: Vector, time: Number) -> State:
         """Eq. 9 and Eq. 10."""
 
-        def law(_: Structure, at: State) -> tuple[Vector, Vector]:
+        def law(_: object, at: State) -> tuple[Vector, Vector]:
             return self.disturbed(p, at, time)
 
         return derivative(p.vehicle, p.disturbance, self.kinematics, state, held.thrust, held.torque, law)
@@ -96,7 +96,7 @@ class Lagrange(InSpace):
     def disturbed(self, p: Parameters, state: State, time: Number) -> tuple[Vector, Vector]:
         """A_xyz [N] and A_eta [N m] at a state and time t [s]."""
         if self.disturbance is None:
-            return disturb(p.disturbance, state)
+            return disturb(cast(Disturbance, p.disturbance), state)
         return self.disturbance.disturb(state, p.disturbance, time)
 
     def settled(self, state: State) -> State:

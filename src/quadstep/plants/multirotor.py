@@ -52,7 +52,7 @@ class Spun(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Multirotor(InSpace):
+class Multirotor(InSpace[AirframeParameters, AirframeState, Command | RotorThrusts | RotorSpeeds]):
     """The plant: where its rotors are, and which effects it has."""
 
     geometry: Geometry

@@ -5,10 +5,10 @@ camera system or a satellite receiver, comes at a slower rate, speaks of an inst
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias, cast
 
 from quadstep.airframe.motion import Motion
-from quadstep.numbers import Number, Structure, Vector, sqrt, vector, where
+from quadstep.numbers import Number, Vector, sqrt, vector, where
 from quadstep.numbers.noise import Key
 from quadstep.sensing import estimator
 from quadstep.sensing.delay import filled, passed, pushed
@@ -27,11 +27,15 @@ class Memory(NamedTuple):
     biases: tuple[Vector, ...]
     lagged: tuple[Navigation, ...]
     queued: tuple[Navigation, ...]
-    filter: Structure
-    held: Structure
-    board: tuple[Structure, ...]
-    force: Structure = ()
-    age: Structure = ()
+    filter: estimator.Filter | tuple[()]
+    held: Motion | tuple[()]
+    board: "tuple[Board, ...]"
+    force: Vector | tuple[()] = ()
+    age: Number | tuple[()] = ()
+
+
+Board: TypeAlias = tuple[Motion | Vector, Vector | tuple[()]]
+"""What is known on board: the estimate, or the gyro's rates; and the accelerometer's sample."""
 
 
 @dataclass(frozen=True)
@@ -109,12 +113,13 @@ class Suite:
             ]
         if not self.estimator:
             return memory._replace(
-                held=memory.held._replace(rates=samples[0]),
+                held=cast(Motion, memory.held)._replace(rates=samples[0]),
                 force=samples[1] if self.accelerometer else (),
-                age=() if self.late is None else memory.age + passed_by(tick, period),
+                age=() if self.late is None else cast(Number, memory.age) + passed_by(tick, period),
             )
         gyro, force = samples
-        return memory._replace(filter=estimator.predict(memory.filter, gyro, force, sensors.gravity, passed_by(tick, period)))
+        known = cast(estimator.Filter, memory.filter)
+        return memory._replace(filter=estimator.predict(known, gyro, force, sensors.gravity, passed_by(tick, period)))
 
     def fix(self, memory: Memory, motion: Motion, sensors: Sensors, key: Key, tick: Number, period: Number) -> Memory:
         """A fix, every `period` [s] from tick 0 on, after the sample of the IMU at that instant. The biases wander here."""
@@ -127,31 +132,30 @@ class Suite:
             biases = (bias + step * white for bias, step, white in zip(memory.biases, steps, noise[3:], strict=False))
             memory = memory._replace(biases=tuple(biases))
         if self.estimator:
-            return memory._replace(filter=estimator.correct(memory.filter, fix, sensors))
-        return memory._replace(held=Motion(*fix, memory.held.rates), age=() if self.late is None else self.late)
+            return memory._replace(filter=estimator.correct(cast(estimator.Filter, memory.filter), fix, sensors))
+        return memory._replace(held=Motion(*fix, cast(Motion, memory.held).rates), age=() if self.late is None else self.late)
 
     def measured(self, memory: Memory) -> Motion:
         """What the controller gets to know now."""
         known, _ = self._arrived(memory)
-        motion: Motion = known if self.estimator else memory.held._replace(rates=known)
-        return motion
+        return known if isinstance(known, Motion) else cast(Motion, memory.held)._replace(rates=known)
 
-    def more(self, memory: Memory) -> dict[str, Structure]:
+    def more(self, memory: Memory) -> dict[str, object]:
         """What else the controller gets to know where it asks for it, as fields of `Measured`."""
         _, force = self._arrived(memory)
         return {"specific_force": force, "age": self.late if self.estimator else memory.age}
 
-    def _arrived(self, memory: Memory) -> Structure:
+    def _arrived(self, memory: Memory) -> Board:
         """What has come from the board."""
         return memory.board[0] if self.imu_delay else self._on_board(memory)
 
-    def _on_board(self, memory: Memory) -> Structure:
+    def _on_board(self, memory: Memory) -> Board:
         """What is known on board and reaches the controller `imu_delay` samples later: the estimate, or the gyro's rates; and
         the accelerometer's sample, () where nobody asks for it.
         """
         if not self.estimator:
-            return memory.held.rates, memory.force
-        known: estimator.Filter = memory.filter
+            return cast(Motion, memory.held).rates, memory.force
+        known = cast(estimator.Filter, memory.filter)
         force = known.accelerometer - known.accelerometer_bias if self.accelerometer else ()
         return Motion(*known.now.state, known.gyro - known.gyro_bias), force
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, metric
 from quadstep.study.claim import Claim, Verdict, judge
 from quadstep.study.study import Study, completed
 
@@ -47,8 +47,8 @@ def dependence(table: dict[str, str]) -> str:
 
 def altitude(study: Study) -> Claim:
     """Case 3, Fig. 10."""
-    new, old = (study.cases[name]["position"]["z"]["rmse[m]"] for name in ("case3_adaptive", "case3_nested"))
-    table = by_start(study, lambda m: m["position"]["z"]["rmse[m]"])
+    new, old = (metric(study.cases[name], "position", "z", "rmse[m]") for name in ("case3_adaptive", "case3_nested"))
+    table = by_start(study, lambda m: metric(m, "position", "z", "rmse[m]"))
     return Claim(
         "better z tracking than [11]",
         "The controller proposed in this paper follows the trajectory z_d more accurately than that of [11] (Case 3).",
@@ -62,7 +62,7 @@ def sideways(study: Study) -> Claim:
     """Case 3, Fig. 10."""
 
     def miss(m: Metrics) -> float:
-        return float(max(m["position"]["x"]["rmse[m]"], m["position"]["y"]["rmse[m]"]))
+        return float(max(metric(m, "position", "x", "rmse[m]"), metric(m, "position", "y", "rmse[m]")))
 
     new, old = miss(study.cases["case3_adaptive"]), miss(study.cases["case3_nested"])
     table = by_start(study, miss)
@@ -77,7 +77,7 @@ def sideways(study: Study) -> Claim:
 
 def settled(metrics: Metrics) -> float:
     """When roll and pitch both stay level to 5 mrad [s]; infinite if never."""
-    times = [metrics["attitude"][angle]["angle_settling[s]"] for angle in ("theta", "phi")]
+    times: list[float | None] = [metric(metrics, "attitude", angle, "angle_settling[s]") for angle in ("theta", "phi")]
     return max(np.inf if time is None else time for time in times)
 
 
@@ -103,7 +103,7 @@ def smoothness(study: Study) -> Claim:
     """Case 3, Fig. 12."""
 
     def roughness(m: Metrics) -> float:
-        return float(m["u"]["total_variation[N]"])
+        return float(metric(m, "u", "total_variation[N]"))
 
     new, old = roughness(study.cases["case3_adaptive"]), roughness(study.cases["case3_nested"])
     table = by_start(study, roughness)
@@ -119,7 +119,9 @@ def smoothness(study: Study) -> Claim:
 
 def peaks(metrics: Metrics) -> tuple[float, float]:
     """Largest tilt [rad], and largest roll or pitch torque [N m]."""
-    return metrics["largest_tilt[rad]"], max(metrics[name]["largest[N m]"] for name in ("tau_theta", "tau_phi"))
+    return metric(metrics, "largest_tilt[rad]"), max(
+        metric(metrics, name, "largest[N m]") for name in ("tau_theta", "tau_phi")
+    )
 
 
 def transients(study: Study) -> Claim:

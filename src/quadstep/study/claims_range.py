@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadstep.metrics.of_log import metric
 from quadstep.study.cases import NEURONS, SEEDS, STRESS_SCALES, STRESS_TIMES
 from quadstep.study.claim import Claim, judge
 from quadstep.study.study import Study, completed
@@ -27,7 +28,7 @@ def neurons(study: Study) -> list[Claim]:
     """Neural network parameters."""
     median: dict[str, dict[int, float]] = {}
     for flight in ("Case 1", "t_f = 6 s, scale 1"):
-        errors = {n: [study.neurons[flight, n, seed]["position_rmse[m]"] for seed in SEEDS] for n in NEURONS}
+        errors = {n: [metric(study.neurons[flight, n, seed], "position_rmse[m]") for seed in SEEDS] for n in NEURONS}
         median[flight] = {n: float(np.median(values)) for n, values in errors.items()}
     text = "; ".join(
         f"{flight}: " + ", ".join(f"{n}: {1e3 * value:.2g} mm" for n, value in values.items())

@@ -3,15 +3,15 @@
 import numpy as np
 
 from quadstep.flight.log import FlightLog
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.study.cases import STRESS_TIMES, case_1
 from quadstep.study.claim import Claim, Verdict, judge
 from quadstep.study.study import Study, completed
 
 
-def largest(metrics: Metrics, group: str, unit: str) -> dict[str, float]:
+def largest(metrics: Metrics, kind: str, unit: str) -> dict[str, float]:
     """Largest error by axis."""
-    return {axis: values[f"largest[{unit}]"] for axis, values in metrics[group].items()}
+    return {axis: values[f"largest[{unit}]"] for axis, values in group(metrics, kind).items()}
 
 
 def rest_at_the_end() -> Claim:
@@ -51,9 +51,13 @@ def injected(log: FlightLog) -> float:
 def compensation(study: Study) -> Claim:
     """Case 1's disturbance, and the stress flights at scale 1."""
     disturbance = injected(study.logs["case1"])
-    with_nets, without = study.cases["case1"]["position_rmse[m]"], study.further["case1 without nets"]["position_rmse[m]"]
+    with_nets, without = (
+        metric(study.cases["case1"], "position_rmse[m]"),
+        metric(study.further["case1 without nets"], "position_rmse[m]"),
+    )
     ratios = {
-        f"t_f = {t:g} s": study.stress[t, 1.0, False]["position_rmse[m]"] / study.stress[t, 1.0, True]["position_rmse[m]"]
+        f"t_f = {t:g} s": metric(study.stress[t, 1.0, False], "position_rmse[m]")
+        / metric(study.stress[t, 1.0, True], "position_rmse[m]")
         for t in STRESS_TIMES
         if completed(study.stress[t, 1.0, True]) and completed(study.stress[t, 1.0, False])
     }
@@ -84,14 +88,14 @@ def angles(study: Study) -> Claim:
 def realisable(study: Study) -> Claim:
     """Case 1, Fig. 6."""
     m = study.cases["case1"]
-    thrust, least = m["u"]["largest[N]"], m["rotors"]["least[N]"]
-    torque = max(m[name]["largest[N m]"] for name in ("tau_psi", "tau_theta", "tau_phi"))
+    thrust, least = metric(m, "u", "largest[N]"), metric(m, "rotors", "least[N]")
+    torque = max(metric(m, name, "largest[N m]") for name in ("tau_psi", "tau_theta", "tau_phi"))
     sign = "never negative" if least >= 0.0 else "a rotor would have to pull"
     return Claim(
         "inputs realisable",
         "Figure 6 describes the control input requirement which is very much realizable (Case 1).",
         f"thrust at most {thrust:.2f} N (weight 9.81 N), torques at most {torque:.2f} N m, rotors "
-        f"{least:.2f} to {m['rotors']['largest[N]']:.2f} N at l = 0.25 m, c = 0.05 m (our choice): {sign}",
+        f"{least:.2f} to {metric(m, 'rotors', 'largest[N]'):.2f} N at l = 0.25 m, c = 0.05 m (our choice): {sign}",
         judge(least >= 0.0 and thrust < 2.0 * 9.81),
         {"largest_thrust[N]": thrust, "largest_torque[N m]": torque, "rotors[N]": m["rotors"]},
     )
@@ -100,7 +104,7 @@ def realisable(study: Study) -> Claim:
 def no_yaw_torque(study: Study) -> Claim:
     """Case 1, Fig. 6."""
     m = study.cases["case1"]
-    yaw, pitch = m["tau_psi"]["largest[N m]"], m["tau_theta"]["largest[N m]"]
+    yaw, pitch = metric(m, "tau_psi", "largest[N m]"), metric(m, "tau_theta", "largest[N m]")
     later = np.abs(study.logs["case1"].table("tau_psi", "tau_theta")[study.logs["case1"].column("t") > 1.0]).max(axis=0)
     return Claim(
         "tau_psi = 0",
@@ -115,9 +119,9 @@ def no_yaw_torque(study: Study) -> Claim:
 
 def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, float]:
     """How much the other axes, their torque and angle move."""
-    moved = {f"{axis}[m]": metrics["position"][axis]["largest[m]"] for axis in axes}
-    return {**moved, f"{torque}[N m]": metrics[torque]["largest[N m]"], f"{angle} error[rad]":
-            metrics["attitude"][angle]["largest[rad]"]}  # fmt: skip
+    moved = {f"{axis}[m]": metric(metrics, "position", axis, "largest[m]") for axis in axes}
+    return {**moved, f"{torque}[N m]": metric(metrics, torque, "largest[N m]"), f"{angle} error[rad]":
+            metric(metrics, "attitude", angle, "largest[rad]")}  # fmt: skip
 
 
 def shown(values: dict[str, float]) -> str:

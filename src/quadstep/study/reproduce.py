@@ -4,10 +4,11 @@ import platform
 from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
+from typing import cast
 
 from quadstep import __version__
 from quadstep.flight.engine import Engine
-from quadstep.metrics.of_log import Metrics
+from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.page.paper import write_paper_page
 from quadstep.report import page, units
 from quadstep.report.pool import drawing_pool
@@ -75,8 +76,8 @@ def keyed(flights: Mapping[tuple[str, int, int], Metrics] | Mapping[tuple[str, s
 def stress_cell(metrics: Metrics) -> str:
     """One stress flight in a table: RMSE and largest tilt, or when and why it ended."""
     if completed(metrics):
-        return f"{short(1e3 * metrics['position_rmse[m]'])} mm, {metrics['largest_tilt[rad]']:.2f} rad"
-    return f"diverged at {metrics['ended[s]']:.2f} s: {metrics['outcome'].replace('_', ' ')}"
+        return f"{short(1e3 * metric(metrics, 'position_rmse[m]'))} mm, {metric(metrics, 'largest_tilt[rad]'):.2f} rad"
+    return f"diverged at {metric(metrics, 'ended[s]'):.2f} s: {str(metrics['outcome']).replace('_', ' ')}"
 
 
 def stress_table(study: Study) -> tuple[list[str], list[list[str]]]:
@@ -106,12 +107,18 @@ def case_rows(study: Study) -> list[list[str]]:
     """The cases: errors, settling and effort."""
     rows = []
     for name, m in study.cases.items():
-        errors = ", ".join(f"{short(1e3 * v['rmse[m]'])} / {short(1e3 * v['largest[m]'])}" for v in m["position"].values())
-        settled = [m["attitude"][a]["angle_settling[s]"] for a in ("theta", "phi")]
-        settling = "never" if None in settled else f"{max(settled):.2f} s"
-        torque = max(m[f"tau_{a}"]["largest[N m]"] for a in ("psi", "theta", "phi"))
-        weights = max(m["largest_weight_norm"].values())
-        effort = [f"{m['u']['largest[N]']:.2f} N", f"{m['u']['total_variation[N]']:.2g} N", f"{short(torque)} N m"]
+        errors = ", ".join(
+            f"{short(1e3 * v['rmse[m]'])} / {short(1e3 * v['largest[m]'])}" for v in group(m, "position").values()
+        )
+        settled: list[float | None] = [metric(m, "attitude", a, "angle_settling[s]") for a in ("theta", "phi")]
+        settling = "never" if None in settled else f"{max(cast('list[float]', settled)):.2f} s"
+        torque = max(metric(m, f"tau_{a}", "largest[N m]") for a in ("psi", "theta", "phi"))
+        weights = max(cast("dict[str, float]", m["largest_weight_norm"]).values())
+        effort = [
+            f"{metric(m, 'u', 'largest[N]'):.2f} N",
+            f"{metric(m, 'u', 'total_variation[N]'):.2g} N",
+            f"{short(torque)} N m",
+        ]
         rows.append([name, errors, settling, *effort, f"{weights:.2g}"])
     return rows
 
@@ -136,12 +143,12 @@ def facts(study: Study, claims: list[Claim]) -> list[page.Fact]:
     """The claims that hold, how well Case 1 follows its path, and how many stress flights complete."""
     case, nets = study.cases["case1"], [m for (_, _, on), m in study.stress.items() if on]
     through = sum(completed(m) for m in nets)
-    off = max(axis["largest[m]"] for axis in case["position"].values())
+    off = max(axis["largest[m]"] for axis in group(case, "position").values())
     return [
         page.Fact("claims that hold", f"{sum(c.verdict is Verdict.HOLDS for c in claims)} of {len(claims)}"),
         page.Fact(
             "Case 1, position RMSE",
-            units.quantity(case["position_rmse[m]"], "m"),
+            units.quantity(metric(case, "position_rmse[m]"), "m"),
             f"largest error along an axis {units.quantity(off, 'm')}",
         ),
         page.Fact(

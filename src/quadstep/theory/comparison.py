@@ -10,7 +10,7 @@ import numpy as np
 
 from quadstep.control.completed_backstepping import CompletedBackstepping, CompletedGains
 from quadstep.flight.engines import FlightPlan, fly_all
-from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.of_log import flight_metrics, metric
 from quadstep.numbers import Number, Vector, vector
 from quadstep.study.cases import HOLD, case_1
 
@@ -77,7 +77,7 @@ def grid() -> list[Cell]:
     ]
     metrics = [flight_metrics(log) for log in fly_all([plan_of(*key) for key in keys])]
     return [
-        Cell(*key, m["position_rmse[m]"] if m["outcome"] == "completed" else None, m["ended[s]"])
+        Cell(*key, metric(m, "position_rmse[m]") if m["outcome"] == "completed" else None, metric(m, "ended[s]"))
         for key, m in zip(keys, metrics, strict=True)
     ]
 

@@ -1,9 +1,9 @@
 """The quadrotor in Lagrange form, Eqs 1-10 and 66."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from quadstep.numbers import Matrix, Number, Structure, Vector, matrix, solve_symmetric, total, vector
+from quadstep.numbers import Matrix, Number, Vector, matrix, solve_symmetric, total, vector
 from quadstep.vehicle.disturbance import disturb
 from quadstep.vehicle.kinematics import (
     Kinematics,
@@ -84,12 +84,12 @@ def angular_acceleration(vehicle: Vehicle, attitude: Vector, rates: Vector, torq
 
 def derivative(
     vehicle: Vehicle,
-    disturbance: Structure,
+    disturbance: object,
     kinematics: Kinematics,
     state: State,
     thrust: Number,
     torque: Vector,
-    law: Callable[[Structure, State], tuple[Vector, Vector]] = disturb,
+    law: Callable[[Any, State], tuple[Vector, Vector]] = disturb,
 ) -> State:
     """Rate of every state under a held thrust u [N] and generalised torque tau [N m] (Eq. 9, Eq. 10).
 

@@ -6,7 +6,7 @@ Differences that are polynomials in symbols, sines and cosines are proved zero b
 
 import random
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import mpmath
 import sympy
@@ -15,8 +15,8 @@ from sympy.core.relational import Relational
 from quadstep.numbers import Matrix, Vector, flatten
 from quadstep.verify.rows import Check
 
-Expression: TypeAlias = Any
-"""Of SymPy, which has no types: an expression, a matrix, or a number."""
+Expression: TypeAlias = "sympy.Basic | sympy.MatrixBase"
+"""An expression or a number of SymPy, or a matrix of these. SymPy says nothing of its types, so that nothing is checked."""
 
 DIGITS = 40
 TOLERANCE = mpmath.mpf(10) ** -28
@@ -139,17 +139,17 @@ def unlike(what: str, ours: Expression, theirs: Expression) -> Check:
     return Check(what, "different", found, not equal)
 
 
-def near(what: str, found: Expression, expected: float, tolerance: float = 5e-4) -> Check:
+def near(what: str, found: Expression | float, expected: float, tolerance: float = 5e-4) -> Check:
     """Check: a number comes out as expected, to `tolerance` of its size (of 1 for small ones)."""
     return Check(what, short(expected), short(found), bool(abs(found - expected) <= tolerance * max(1.0, abs(expected))))
 
 
-def holds(what: str, truth: Expression, found: str = "", expected: str = "true") -> Check:
+def holds(what: str, truth: object, found: str = "", expected: str = "true") -> Check:
     """Check: something is so."""
     return Check(what, expected, found or str(bool(truth)).lower(), bool(truth))
 
 
-def short(number: Expression) -> str:
+def short(number: Expression | float) -> str:
     """A number in four digits."""
     return f"{float(number) + 0.0:.4g}"
 

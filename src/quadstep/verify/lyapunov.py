@@ -3,7 +3,7 @@
 The disturbance is chosen so that each net's ideal weights and error are known; so every inequality of the proof is a number.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepp
 from quadstep.control.command_filter import Filtered
 from quadstep.control.networks import Net, basis, random_input_weights
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Vector, sqrt, total
+from quadstep.numbers import Matrix, Number, Vector, sqrt, total
 from quadstep.vehicle.disturbance import Disturbance
 from quadstep.vehicle.kinematics import Kinematics, thrust_direction
 from quadstep.vehicle.lagrange import (
@@ -24,7 +24,6 @@ from quadstep.vehicle.lagrange import (
 )
 from quadstep.vehicle.rotors import Rotors
 from quadstep.vehicle.state import State
-from quadstep.verify.algebra import Expression
 
 Batch = NDArray[np.float64]
 COUNT, NEURONS, PERIOD = 4000, 4, 1e-3
@@ -69,7 +68,7 @@ class Weights(NamedTuple):
     error: Batch
 
 
-def batch(number: Expression) -> Batch:
+def batch(number: Number | Batch) -> Batch:
     """A number of a law that is an array, named as one."""
     return np.asarray(number, dtype=np.float64)
 
@@ -79,9 +78,9 @@ def frobenius(*matrices: Matrix) -> Batch:
     return batch(sqrt(total(m.norm() * m.norm() for m in matrices)))
 
 
-def inner(a: Matrix, b: Matrix) -> Expression:
+def inner(a: Matrix, b: Matrix) -> Number:
     """Trace of a^T b."""
-    return batch(total(x @ y for x, y in zip(a, b, strict=True)))
+    return cast(Number, batch(total(x @ y for x, y in zip(a, b, strict=True))))
 
 
 def moments(
@@ -105,8 +104,8 @@ def moments(
         flat = spread(3 * NEURONS, low, high).entries
         return Matrix(Vector(flat[3 * i : 3 * i + 3]) for i in range(NEURONS))
 
-    def between(low: float, high: float) -> Expression:
-        return draw.uniform(low, high, COUNT)
+    def between(low: float, high: float) -> Number:
+        return cast(Number, draw.uniform(low, high, COUNT))
 
     attitude = Vector([between(-3, 3), between(-1.2, 1.2), between(-3, 3)])
     state = State(spread(3, -1, 0.5), spread(3, -1, 0.5), attitude, spread(3, -1, 0.5))

@@ -6,7 +6,6 @@ from pathlib import Path
 from quadstep.atomic import write_beside
 from quadstep.errors import UserError
 from quadstep.files import JSON, read_bytes
-from quadstep.verify.algebra import Expression
 from quadstep.verify.rows import Result, Verdict
 
 HEADER = ("number", "what", "where", "verdict", "reason")
@@ -46,7 +45,7 @@ def closing(results: list[Result], seconds: float) -> str:
     return f"{rows}, {checks} checks, {seconds:.1f} s: {ending}"
 
 
-def document(results: list[Result], seconds: float) -> dict[str, Expression]:
+def document(results: list[Result], seconds: float) -> dict[str, object]:
     """Everything, for the JSON file."""
     return {
         "passed": all(result.passed for result in results),

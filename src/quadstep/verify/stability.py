@@ -2,6 +2,7 @@
 
 import numpy as np
 import sympy
+from numpy.typing import ArrayLike, NDArray
 
 from quadstep.control.backstepping import Backstepping
 from quadstep.control.networks import weight_rate
@@ -13,7 +14,7 @@ from quadstep.plants.lagrange import Lagrange, Limits, Made, Parameters
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import effective_inertia
 from quadstep.verify import closed_loop as loop
-from quadstep.verify.algebra import Expression, array, branch, holds, near, same, short, symbols
+from quadstep.verify.algebra import array, branch, holds, near, same, short, symbols
 from quadstep.verify.closed_loop import E1, E1_DOT, GAINS, LAMBDA_1, MEMORY, R1, R2, STATE
 from quadstep.verify.lyapunov import Batch, Moment, batch, moments
 from quadstep.verify.plant import MASS, body, inertia_matrix
@@ -25,7 +26,7 @@ NORM = sympy.sqrt((R1.T * R1)[0] + (R2.T * R2)[0])
 SLOPES = (1.0, 5.0, 25.0)
 
 
-def largest(sizes: Expression) -> float:
+def largest(sizes: ArrayLike) -> float:
     """Greatest magnitude."""
     return float(np.max(np.abs(sizes)))
 
@@ -96,11 +97,11 @@ def shape() -> Evidence:
      "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are by 48 and "
      "35")  # fmt: skip
 def gain_conditions() -> Evidence:
-    def smallest(gain: np.ndarray[Expression, Expression], inertia: np.ndarray[Expression, Expression]) -> float:
+    def smallest(gain: NDArray[np.float64], inertia: NDArray[np.float64]) -> float:
         product = inertia @ np.diag(SLOPES)
         return float(np.linalg.eigvalsh(np.diag(gain) - 0.5 * (product + product.T)).min())
 
-    def inertia_at(theta: float) -> np.ndarray[Expression, Expression]:
+    def inertia_at(theta: float) -> NDArray[np.float64]:
         j = effective_inertia(vector(0.0, theta, 0.0), vector(5.0, 5.0, 5.0), Kinematics.STANDARD)
         return np.array([list(line) for line in j])
 
