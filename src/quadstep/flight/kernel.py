@@ -48,7 +48,7 @@ class Processor(NamedTuple):
 
 @lru_cache(maxsize=1)
 def host() -> Processor:
-    """This machine's processor, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
+    """The processor of this machine, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
 
     A flight has the same bits for any of them. Instructions that this machine lacks end the process.
     """
