@@ -126,7 +126,7 @@ def refuse_idle(names: list[str], slopes: Array) -> None:
     """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{', '.join(found)}: to first order these keep any value they are given, and do not return")
+        raise UserError(f"{', '.join(found)}: to first order these keep any value given, and do not return by themselves")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:
