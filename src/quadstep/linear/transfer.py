@@ -26,7 +26,7 @@ ALIKE = 1e-5
 """Frequencies that differ by less than this share count as one."""
 
 FEW = 20
-"""Most samples of the law in a period for which all values are computed at each frequency; of more, one is followed."""
+"""Most samples of the law in a period for which all values at a frequency are computed; of more, single ones are followed."""
 
 NEWTON, CLOSE = 12, 1e-13
 """Steps of inverse iteration, and the largest change of the value by the last, relative to 1."""
