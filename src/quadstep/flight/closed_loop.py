@@ -1,6 +1,6 @@
-"""The interface of what an engine flies: a closed loop as laws over numbers, and the clock that says when each is due.
+"""The interface to the engines: a closed loop as laws over numbers, and the clock that determines when each is due.
 
-The engines only decide which numbers, and count the ticks.
+The engines only choose the kind of number, and count the ticks.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ class Outcome(IntEnum):
 
 
 class Clock(NamedTuple):
-    """The time as a law sees it. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
+    """Time as seen by a law. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
 
     time: Number
     tick: Number
@@ -77,7 +77,7 @@ class ClosedLoop(Protocol[Z, P]):
         ...
 
     def start(self, start: tuple[object, ...], parameters: P) -> Z:
-        """The cycle before the first tick: everything that lives from step to step."""
+        """The cycle before the first tick: everything that persists from step to step."""
         ...
 
     def advance(self, cycle: Z, parameters: P, clock: Clock) -> Z:

@@ -1,7 +1,7 @@
 """The closed loop of any plant: path, air, sensors, controller, actuators.
 
-Each of them runs at its own rate; the tasks of a tick stand in the order in which they depend on each other. What a flight
-does not have (air, sensing) is None in the loop and () in the cycle.
+Each of them runs at its own rate; the tasks of a tick are in the order in which they depend on each other. Parts that a flight
+does not have (air, sensing) are None in the loop and () in the cycle.
 """
 
 from collections.abc import Mapping
@@ -52,10 +52,10 @@ def sensors_of(p: Numbers) -> tuple[Sensors, Key]:
 
 
 class Cycle(NamedTuple):
-    """What lives from step to step.
+    """The state that persists from step to step.
 
     state: the plant's. air: of the turbulence. sensed: of the sensors and the estimator. memory: the controller's. command:
-    as it was asked for. held: what the actuators are told. waiting: what they will be told, oldest first.
+    as the controller gave it. held: the current actuator inputs. waiting: delayed actuator inputs, oldest first.
     """
 
     state: tuple[Structure, ...]
@@ -72,8 +72,8 @@ class Loop:
     """The structure of a flight: which laws are composed. Its numbers are a NamedTuple of the plant's, `p`.
 
     p has `path`, `gains`, `limits`; with air `wind`; with noise `key`; with sensing `sensors`. guided: whether there is a task
-    for the controller's `guide` even if it has none, so that another may take its place. late: samples of the law until the
-    actuators are told.
+    for the controller's `guide` even if it has none, so that another may take its place. late: delay in samples of the law
+    until the actuators receive a command.
     """
 
     plant: Plant
@@ -91,7 +91,7 @@ class Loop:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Air, sensors, and what the controller samples, as far as there are."""
+        """The tasks of air, sensors and controller, as far as the flight has them."""
         air = (Task("air", self.stir),) if self.air and self.air.stirs else ()
         sensing = (Task("sensing", self.sense), Task("fix", self.fix)) if self.sensing else ()
         return (*air, *sensing, *self.sampled)
@@ -119,7 +119,7 @@ class Loop:
         return cycle._replace(air=self.air.stir(cycle.air, p, clock)), 0.0
 
     def sense(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
-        """Gyro and accelerometer, and what the estimator makes of them."""
+        """A sample of gyro and accelerometer, and the estimator's prediction."""
         assert self.sensing
         felt = STILL
         if self.sensing.feels:
@@ -137,7 +137,7 @@ class Loop:
         ), 0.0
 
     def told(self, cycle: Cycle, p: Numbers) -> Structure:
-        """What the controller gets to know now."""
+        """What the controller measures now."""
         return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
@@ -154,12 +154,12 @@ class Loop:
         return replaced(told, **{name: more[name] for name in also})
 
     def wanted(self, time: Number, p: Numbers) -> Reference:
-        """The reference at time t [s], as the controller asks for it."""
+        """The reference at time t [s], as the controller needs it."""
         reference = self.path.reference(time, p.path)
         return reference._replace(ahead=self.ahead(time, p)) if self.controller.preview else reference
 
     def ahead(self, time: Number, p: Numbers) -> tuple[Reference, ...]:
-        """The references that the controller asks for at time t [s]: the path is written once, and looked up in a loop."""
+        """The references that the controller needs at time t [s]: the path's code is emitted once and evaluated in a loop."""
         like: list[Reference] = []
 
         def look(now: Number, later: Vector) -> tuple[Number, Vector]:
@@ -175,7 +175,7 @@ class Loop:
         return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
 
     def law(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
-        """The controller's law, what the actuators make of it, and whether the flight goes on."""
+        """The controller's law, the actuators' response to it, and whether the flight continues."""
         reference = self.wanted(clock.time, p)
         asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         command = self.plant.asked(p, asked)
@@ -193,7 +193,7 @@ class Loop:
         return changing
 
     def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
-        """The cycle one integrator step later; wind and events as they are in the middle of the step."""
+        """The cycle one integrator step later, with wind and events taken at the middle of the step."""
         middle = clock.time + 0.5 * clock.period
 
         def rate(state: tuple[Structure, ...]) -> tuple[Structure, ...]:
@@ -207,14 +207,14 @@ class Loop:
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
         return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
-    # What is scored
+    # Inputs of the score
 
     def position_error(self, cycle: Cycle, p: Numbers, time: Number) -> Vector:
-        """The wanted position less the true one [m]."""
+        """The desired position less the true one [m]."""
         return self.plant.error(cycle.state, self.path.reference(time, p.path))
 
     def inputs(self, cycle: Cycle) -> Vector:
-        """What the actuators are told."""
+        """The actuators' inputs."""
         return self.plant.inputs(cycle.held)
 
     def weight_norms(self, cycle: Cycle) -> Vector:

@@ -1,11 +1,11 @@
-"""Enclosures: numbers that hold every value that a law gives while its inputs stay in a box, in f64 and in exact arithmetic.
+"""Enclosures: numbers that contain every value of a law while its inputs stay in a box, in f64 and in exact arithmetic.
 
 An affine form (Stolfi and de Figueiredo, "Self-validated numerical methods and applications", 1997): the value is
 
     centre + sum of parts_i e_i + something of size `rest` at most,    each e_i in [-1, 1],
 
-where e_1, e_2 ... are the box's directions. What is linear in the inputs cancels as it does in the law; what is not, and every
-rounding, goes into `rest`: that of the flown operation, whose result in f64 the form holds as it holds the exact one, and that
+where e_1, e_2 ... are the box's directions. Linear terms in the inputs cancel as they do in the law; nonlinear ones, and every
+rounding, go into `rest`: that of the flown operation, whose f64 result the form contains as well as the exact one, and that
 of the form itself. Without directions it is a ball. Arrays throughout: one operation encloses many samples.
 """
 
@@ -19,40 +19,40 @@ from numpy.typing import NDArray
 from quadstep.numbers.caller import place
 
 Operand: TypeAlias = Any
-"""A number of any kind, or what is given beside one."""
+"""A number of any kind, or the other operand of one."""
 
 Array: TypeAlias = NDArray[Operand]
 
 ROUNDING = 2.0**-49
-"""Sixteen half units in the last place: more than the flown operation and the few that make its form lose together."""
+"""Sixteen half units in the last place: more than the flown operation and the few that compute its form lose together."""
 
 CLEAR = 1.0 + 1e-6
-"""By so much a distance from zero must be larger than what may be taken from it, for their difference to be known well."""
+"""Factor by which a distance from zero must exceed what may be subtracted from it, for their difference to be accurate."""
 
 ELEMENTARY = 2.0**-48
-"""What `elementary.py` may be off by, beside the value. `make proofs` checks that the polynomials, rounding included, use a
-quarter of it at most; 2.3 of its 16 units in the last place are the most that was measured (docs/decisions/0012).
+"""Relative error allowed for `elementary.py`. `make proofs` checks that the polynomials, rounding included, use a
+quarter of it at most; the largest measured error is 2.3 of its 16 units in the last place (docs/decisions/0012).
 """
 
 REDUCED = 2.0**-51
-"""What it may be off by beside 1 where an angle is reduced, or a sigmoid's argument turned into octaves."""
+"""Its error relative to 1 where an angle is reduced, or a sigmoid's argument is converted to octaves."""
 
 TINY = 1e-300
-"""More than what underflows."""
+"""More than any loss by underflow."""
 
 PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
-"""Numbers that are known, beside enclosures."""
+"""Known numbers that may be combined with enclosures."""
 
 
 class UndefinedError(Exception):
-    """A law that has no bounded value on all of a box: what, and where."""
+    """A law has no bounded value on all of a box; says what fails, and where."""
 
 
 class Fresh:
-    """Directions that functions may still take for what they are off a straight line by, so that it cancels too.
+    """Directions that functions may still use for their nonlinear remainders, so that these cancel too.
 
-    second: of so many first directions every product has a direction of its own, in rows behind them: e_i e_j in row second +
-    i second + j. What is of second order then cancels, and only what is of third order is left to the rest.
+    second: for this many first directions every product has its own direction, in rows after them: e_i e_j in row second +
+    i second + j. Second-order terms then cancel, and only third-order terms are left to the rest.
     """
 
     def __init__(self, first: int, past: int, second: int = 0) -> None:
@@ -81,7 +81,7 @@ class Enclosure:
 
     @property
     def tight(self) -> Array:
-        """How far a value may be from the centre, summed up from the parts."""
+        """How far a value may be from the centre, summed over the parts."""
         if not self.known:
             assert self.parts is not None
             summed = np.abs(self.parts).sum(axis=0)
@@ -103,13 +103,13 @@ class Enclosure:
 
     @property
     def size(self) -> Array:
-        """A bound of its magnitude."""
+        """A bound on its magnitude."""
         return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
 
     def made(
         self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, square: bool = False
     ) -> Enclosure:
-        """The form whose operations have lost `lost` in rounding."""
+        """The form with a loss of `lost` by rounding in its operations."""
         return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, square)
 
     def __add__(self, other: Operand) -> Operand:
@@ -195,14 +195,14 @@ class Enclosure:
         return chosen
 
     def over(self, other: Operand) -> Enclosure:
-        """self - other, for a comparison: no limit is as good as a far one."""
+        """self - other, for a comparison: an infinite limit is treated like a far one."""
         far = isinstance(other, float) and abs(other) == np.inf
         gap: Enclosure = self - (np.copysign(1e300, other) if far else other)
         return gap
 
     def __lt__(self, other: Operand) -> Truth:
         gap = self.over(other)
-        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0))  # what is no number is undecided
+        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0))  # NaN is undecided
 
     def __le__(self, other: Operand) -> Truth:
         gap = self.over(other)
@@ -216,7 +216,7 @@ class Enclosure:
 
 
 class Truth:
-    """What comparing enclosures gives: sample by sample, whether it can hold, and whether it can fail."""
+    """The result of comparing enclosures: sample by sample, whether the relation can hold, and whether it can fail."""
 
     __slots__ = ("fails", "holds")
     functions: Operand
@@ -238,7 +238,7 @@ class Truth:
 
 
 def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
-    """What a product may lose at the lower end of the floats: nothing where a factor is exactly zero."""
+    """What a product may lose by underflow: nothing if a factor is exactly zero."""
     may: Array = TINY * ((np.abs(a.centre) + a.reach) != 0.0)
     return may if b is None else may * ((np.abs(b.centre) + b.reach) != 0.0)
 
@@ -269,9 +269,9 @@ def product(a: Enclosure, b: Enclosure) -> Enclosure:
 
 
 def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend: Array) -> tuple[Array | None, Array]:
-    """Parts of a form to which curve d_a d_b is added, and what is left of it beside them; `bend` where they have no place.
+    """Parts of a form with curve d_a d_b added, and the remainder outside the parts; `bend` where the parts have no room.
 
-    d: what a form is off its centre.
+    d: deviation of a form from its centre.
     """
     n = a.fresh.second if a.fresh is not None else 0
     if not n or parts is None or a.parts is None or b.parts is None:
@@ -286,16 +286,16 @@ def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend
 
 
 class Third(NamedTuple):
-    """A smooth function's parabola at the centre. curve: half its second slope. bend: how far it leaves that parabola."""
+    """A smooth function's parabola at the centre. curve: half its second derivative. bend: bound on the deviation from it."""
 
     curve: Array
     bend: Array
 
 
 def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third, error: float = ROUNDING) -> Enclosure:
-    """A smooth function: its value and slope at the centre, and how far it leaves that line.
+    """A smooth function: its value and slope at the centre, and a bound on its deviation from that line.
 
-    error: of value and slope, and of the flown function, beside 1 and their size.
+    error: of value and slope, and of the flown function, relative to 1 and their size.
     """
     size = np.abs(slope)
     reach = size * x.reach + bend
@@ -305,7 +305,7 @@ def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third
 
 
 def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tuple[Array | None, Array]:
-    """Parts of a smooth function, and what is left beside them."""
+    """Parts of a smooth function, and the remainder."""
     parts = None if x.parts is None else slope * x.parts
     if third is None or x.fresh is None or not x.fresh.second or parts is None:
         return parts, bend
@@ -314,7 +314,7 @@ def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tu
 
 
 def of_its_own(x: Enclosure) -> Enclosure:
-    """The form with its rest as a direction of its own, where one is left."""
+    """The form with its rest as a separate direction, if one is left."""
     if x.fresh is None or x.parts is None or x.fresh.next >= x.fresh.past:
         return x
     parts = x.parts.copy()
@@ -324,7 +324,7 @@ def of_its_own(x: Enclosure) -> Enclosure:
 
 
 def inverse(x: Enclosure) -> Enclosure:
-    """1 / x: off its tangent by d^2 / (c^2 (c + d))."""
+    """1 / x, which deviates from its tangent by d^2 / (c^2 (c + d))."""
     size, width = np.abs(x.centre), x.tight
     if np.any(size <= width * CLEAR + TINY):
         raise UndefinedError(f"a division by a number that may be zero ({place()})")
@@ -336,7 +336,7 @@ def inverse(x: Enclosure) -> Enclosure:
 
 
 def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third) -> Enclosure:
-    """A smooth function that takes no direction of its own."""
+    """A smooth function that uses no separate direction."""
     size = np.abs(slope)
     reach = size * x.reach + bend
     lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
@@ -347,7 +347,7 @@ def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: 
 def without_fresh_error(
     x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0, third: Third | None = None
 ) -> Enclosure:
-    """An elementary function: value and slope are off by what `elementary.py` may be. also: of the value, beside that."""
+    """An elementary function: value and slope have the error of `elementary.py`. also: further error of the value."""
     size = np.abs(slope)
     reach = size * x.reach + bend * (1.0 + 1e-12)
     lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY
@@ -386,7 +386,7 @@ def merged(choice: Array, yes: Enclosure, no: Enclosure) -> Enclosure:
 
 
 def either(yes: Enclosure, no: Enclosure) -> Enclosure:
-    """What holds both: half of each, and as much as they are apart."""
+    """A form that contains both: half of each, and half their distance."""
     apart = (0.5 * yes) - (0.5 * no)
     middle: Enclosure = (0.5 * yes) + (0.5 * no)
     far = apart.size

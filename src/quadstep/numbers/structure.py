@@ -16,8 +16,8 @@ from quadstep.numbers.linear import Matrix, Vector
 S = TypeVar("S")
 
 Structure: TypeAlias = object
-"""A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
-parameters of a flight. Whoever looks into one says first what it is.
+"""A number, vector, or nested `NamedTuple` of them, whose type is known only to its creator: a state, a memory, gains, the
+parameters of a flight. Code that looks into one first states its type.
 """
 
 

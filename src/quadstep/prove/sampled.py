@@ -1,6 +1,6 @@
-"""The sampled closed loop as a map of one state: what flies, for any kind of number.
+"""The sampled closed loop as a map of one state: the laws that fly, for any kind of number.
 
-From sample to sample all loops of the controller have run as often as they do until they fall due together again.
+A sample spans the time until all loops of the controller fall due together again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock, Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
-from quadstep.flight.loop import Cycle, Loop
+from quadstep.flight.loop import Cycle, Loop, Numbers
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError
 from quadstep.prove.influence import Influence, of
@@ -36,16 +36,16 @@ class Recorded(Loop):
         """Numbered."""
         return {str(place): "" for place in range(self.leaves)}
 
-    def row(self, cycle: Structure, p: Structure, time: Number) -> list[Number]:
+    def row(self, cycle: Structure, p: Numbers, time: Number) -> list[Number]:
         """The cycle after its sample."""
         return flatten(cycle)
 
 
 class Sampled:
-    """A plan's closed loop from sample to sample, `span` steps each.
+    """A plan's closed loop from sample to sample, each of `span` steps.
 
-    places: of its state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never
-    depends (weights of nets that are off) are no state. period [s]; samples: of the flight.
+    places: of the state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never
+    depends (weights of nets that are off) are not states. period [s]; samples: of the flight.
     """
 
     def __init__(self, plan: FlightPlan) -> None:
@@ -78,7 +78,7 @@ class Sampled:
                 return sorted(found)
             found = more
 
-    def run(self, leaves: Sequence[Operand], tick: Operand, p: Structure | None = None) -> list[Operand]:
+    def run(self, leaves: Sequence[Operand], tick: Operand, p: Numbers | None = None) -> list[Operand]:
         """All leaves of the cycle one sample later. tick: steps since the start. Raises UndefinedError."""
         p = self.parameters if p is None else p
         cycle = rebuild(self.like, iter(leaves))
@@ -93,7 +93,7 @@ class Sampled:
             cycle = self.loop.advance(cycle, p, Clock(time, now, step))
         return flatten(cycle)
 
-    def step(self, x: Sequence[Operand], tick: Operand, p: Structure | None = None) -> list[Operand]:
+    def step(self, x: Sequence[Operand], tick: Operand, p: Numbers | None = None) -> list[Operand]:
         """The state one sample later. Raises UndefinedError."""
         leaves: list[Operand] = list(self.start)
         for place, value in zip(self.places, x, strict=True):
@@ -109,18 +109,18 @@ class Sampled:
         if not len(log.rows):
             raise UserError("the flight has no first sample: a number is not finite at t = 0 s")
         moving = len(flatten(self.like.state))
-        before = np.vstack([[self.start], log.rows[:-1]])  # what is sampled stays until the next sample
+        before = np.vstack([[self.start], log.rows[:-1]])  # sampled values stay until the next sample
         before[:, :moving] = log.rows[:, :moving]
         return before[:: self.span][:, self.places], log
 
     def at_rest(self, cycle: Cycle) -> list[float]:
-        """The state's numbers in a cycle."""
+        """The state's numbers from a cycle."""
         leaves = flatten(cycle)
         return [float(leaves[place]) for place in self.places]
 
 
 def short(names: Sequence[str]) -> list[str]:
-    """Names without the part of the cycle that they are of, but where that is the name of another before them."""
+    """Names without the part of the cycle that they belong to, unless an earlier name is the same."""
     found: dict[str, None] = {}
     for name in names:
         brief = name.partition(".")[2]
@@ -129,13 +129,13 @@ def short(names: Sequence[str]) -> list[str]:
 
 
 def refuse_unprovable(plan: FlightPlan) -> None:
-    """Raises UserError where a flight is more than equations from sample to sample."""
+    """Raises UserError if a flight is more than equations from sample to sample."""
     loop = plan.loop
     if not isinstance(loop, Loop):
         raise UserError("nothing can be proved about this kind of flight")
     if isinstance(loop.controller.alone, Opaque):
         raise UserError(
-            f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved of it"
+            f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved about it"
         )
     if loop.sensing is not None and loop.sensing.noisy:
         raise UserError("sensors: nothing can be proved with unbounded noise; set every noise, bias and walk to 0")
@@ -146,12 +146,12 @@ def refuse_unprovable(plan: FlightPlan) -> None:
 
 
 def refuse_ended(code: Operand) -> None:
-    """Raises UndefinedError where a flight may end."""
+    """Raises UndefinedError if a flight may end."""
     if isinstance(code, Enclosure) or (isinstance(code, float | np.ndarray) and np.any(np.asarray(code) != 0.0)):
         raise UndefinedError(f"the flight may end: {ending(code)}")
 
 
 def ending(code: Operand) -> str:
-    """What an outcome other than 0 may be."""
+    """The outcomes other than 0 that are possible, in words."""
     most = code.high if isinstance(code, Enclosure) else np.asarray(code)
     return REASONS.get(Outcome(min(int(np.max(most)), max(Outcome))), "a limit of the mission")

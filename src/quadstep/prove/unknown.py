@@ -1,14 +1,15 @@
-"""What is not known of a flight, and holds for all of it that is proved."""
+"""The unknowns of a flight: whatever is proved holds for all of their values."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
-from quadstep.numbers import Structure, Vector
+from quadstep.flight.loop import Numbers
+from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import Enclosure, Operand
 from quadstep.plants.lagrange import Parameters
 from quadstep.prove.sampled import Array
@@ -18,8 +19,8 @@ PUSHES, CONSTANTS = 6, 4
 
 
 class Unknown(NamedTuple):
-    """Bounds. force [N], torque [N m]: of each axis, held from sample to sample, anything else about them free. mass, inertia:
-    of the vehicle, constant, beside what the mission says (0.01: within 1 %). start [m]: of the position at first, each axis.
+    """Bounds. force [N], torque [N m]: per axis, constant from sample to sample, otherwise arbitrary. mass, inertia:
+    of the vehicle, constant, relative to the mission's (0.01: within 1 %). start [m]: of the initial position, per axis.
     """
 
     force: float = 0.0
@@ -30,17 +31,17 @@ class Unknown(NamedTuple):
 
     @property
     def pushes(self) -> Array:
-        """Bounds of what may change at every sample: three forces, three torques."""
+        """Bounds on the unknowns that may change at every sample: three forces, three torques."""
         return np.array([self.force] * 3 + [self.torque] * 3)
 
     @property
     def shares(self) -> Array:
-        """Bounds of what is constant: mass, three inertias, each as a share."""
+        """Bounds on the constant unknowns: mass, three inertias, each as a share."""
         return np.array([self.mass] + [self.inertia] * 3)
 
 
 def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
-    """Raises UserError where a plan has no such numbers, or for bounds that leave nothing."""
+    """Raises UserError if a plan has no such numbers, or for invalid bounds."""
     for name, value, most in zip(Unknown._fields, unknown, (1e3, 1e3, 0.9, 0.9, 1e3), strict=True):
         if not 0.0 <= value <= most:
             raise UserError(f"--{name}: should be from 0 to {most:g}, not {value:g}")
@@ -50,7 +51,7 @@ def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
         raise UserError(f"--{given[0]}: supported only on the paper's plant with its own disturbance; leave it out")
 
 
-def with_unknown(p: Structure, unknown: Unknown, first: int, total: int, samples: int) -> Structure:
+def with_unknown(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
     """The parameters as enclosures whose directions begin at `first`, of `total`."""
 
     def number(value: float, radius: float, place: int) -> Operand:
@@ -64,9 +65,10 @@ def with_unknown(p: Structure, unknown: Unknown, first: int, total: int, samples
     if not isinstance(p, Parameters) or not any(unknown[:4]):
         return p
     force, torque, shares = unknown.pushes[:3], unknown.pushes[3:], unknown.shares
-    disturbance = p.disturbance._replace(
-        force=Vector(number(x, r, i) for i, (x, r) in enumerate(zip(p.disturbance.force, force, strict=True))),
-        torque=Vector(number(x, r, 3 + i) for i, (x, r) in enumerate(zip(p.disturbance.torque, torque, strict=True))),
+    before = cast(Disturbance, p.disturbance)
+    disturbance = before._replace(
+        force=Vector(number(x, r, i) for i, (x, r) in enumerate(zip(before.force, force, strict=True))),
+        torque=Vector(number(x, r, 3 + i) for i, (x, r) in enumerate(zip(before.torque, torque, strict=True))),
     )
     inertia = p.vehicle.inertia
     vehicle = p.vehicle._replace(
