@@ -74,6 +74,7 @@ class Opaque(Law):
     """Calls the callable; has no memory of its own."""
 
     Gains: ClassVar[type] = OpaqueGains
+    nature: ClassVar[str] = "plain Python code"
 
     def start(self, measured: Measured, gains: OpaqueGains) -> tuple[()]:
         """Nothing."""

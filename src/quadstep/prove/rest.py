@@ -22,6 +22,8 @@ LENGTH = 1e-14
 """More than what a quaternion's length is off one by after `renormalised`, a few units in the last place."""
 
 SMALL, MOST_STEPS, AT_REST, SAME = 1e-9, 20, 1e-9, 1e-12
+CURVED = 0.05
+"""How much of a change of `SMALL` may be off its slope; of the laws without an edge at rest it is 0.004 at the most."""
 
 
 class Rest(NamedTuple):
@@ -112,6 +114,8 @@ def rest(loop: Sampled) -> Rest:
             state[place] = state[other]
         if np.all(np.abs(change) <= AT_REST * (1.0 + np.abs(state[live]))):
             refuse_idle([loop.names[place] for place in live], inner)
+            size = np.maximum(np.abs(found.parts[live, :, 0]).sum(axis=1), SMALL)
+            refuse_edge([loop.names[place] for place in live], found.rest[live, 0] > CURVED * size)
             return reduced(loop, Rest(state, tuple(map(int, live)), twins, -1, inner))
     raise UserError("no state was found in which the loop rests")
 
@@ -127,6 +131,13 @@ def refuse_idle(names: list[str], slopes: Array) -> None:
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
         raise UserError(f"{', '.join(found)}: to first order these stay where they are put, and do not return by themselves")
+
+
+def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
+    """Raises UserError for numbers that a sample leaves on no straight line, however small the deviation."""
+    found = [name for name, bends in zip(names, bent, strict=True) if bends]
+    if found:
+        raise UserError(f"{', '.join(found)}: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:

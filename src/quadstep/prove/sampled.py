@@ -135,7 +135,7 @@ def refuse_unprovable(plan: FlightPlan) -> None:
         raise UserError("nothing can be proved about this kind of flight")
     if isinstance(loop.controller.alone, Opaque):
         raise UserError(
-            f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved of it"
+            f"controller: {loop.controller.name} is {loop.controller.alone.nature}, which has no equations: nothing can be proved of it"
         )
     if loop.sensing is not None and loop.sensing.noisy:
         raise UserError("sensors: nothing can be proved with unbounded noise; set every noise, bias and walk to 0")
