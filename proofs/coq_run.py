@@ -3,6 +3,7 @@
 import re
 import subprocess
 from collections.abc import Iterable
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 from proofs.statement import Statement
@@ -31,10 +32,7 @@ def files() -> list[str]:
     for path in SOURCES.glob("*.v"):
         needs = re.findall(r"^Require Import (.*)\.$", path.read_text(encoding="utf-8"), re.MULTILINE)
         wanted[path.stem] = [name for line in needs for name in line.split()]
-    ordered: list[str] = []
-    while len(ordered) < len(wanted):
-        ordered += sorted(name for name in wanted if name not in ordered and set(wanted[name]) <= set(ordered))
-    return ordered
+    return [name for name in TopologicalSorter(wanted).static_order() if name in wanted]
 
 
 def prove(statements: Iterable[Statement], folder: Path) -> set[str]:

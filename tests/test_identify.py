@@ -235,7 +235,14 @@ def test_the_report_says_what_was_found_and_what_is_left(tmp_path, flights, trut
     )
     write_report(tmp_path / "r.html", Run(vehicle, with_fitted(found), [], None, None, None), flights[:1], start())
     text = (tmp_path / "r.html").read_text()
-    for words in ("rotor.rise_time", "the reason", "No flight was held out", "made0", "residual, 1 ahead", "flown again"):
+    for words in (
+        "rotor.rise_time",
+        "the reason",
+        "No flight was held out",
+        "made0",
+        "residual, 1 ahead",
+        "real and simulated position",
+    ):
         assert words in text, words
 
 

@@ -56,7 +56,7 @@ def test_logs_are_read_as_they_were_written(open_page, tmp_path, record):
         f"{t},{x},{v}" for t, x, v in zip(record.time, position[:, 0], record.channels["voltage"][:, 0], strict=True)
     )
     csv.write_text(f"time[s],x[m],volts[V]\n{rows}\n")
-    assert take(page, csv).startswith("log.csv: CSV with 2 signals, of 0.5 s.")
+    assert take(page, csv).startswith("log.csv: CSV with 2 signals, 0.5 s long.")
     times, values = signal(page, "x")
     np.testing.assert_array_equal(values, position[:, 0])
     np.testing.assert_array_equal(times, record.time - record.time[0])
@@ -112,7 +112,7 @@ def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
         ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(8), "ULog without a signal"),
         ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(range(256)) * 4, "ULog"),
         ("a.mcap", b"\x89MCAP0\r\n" + b"\x04" + bytes([255] * 8), "MCAP"),
-        ("<b>.csv", b"t,x\n", "<b>.csv: no table"),
+        ("<b>.csv", b"t,x\n", "<b>.csv: not a table"),
     ],
 )
 def test_a_broken_log_is_one_line_and_nothing_is_taken(open_page, tmp_path, name, content, words):

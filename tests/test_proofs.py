@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from fractions import Fraction
+from graphlib import CycleError
 from pathlib import Path
 
 import numpy as np
@@ -250,9 +251,17 @@ def test_an_axiom_beyond_the_reals_is_refused(monkeypatch, tmp_path):
 
 def test_files_come_after_what_they_need():
     order = coq_run.files()
-    assert order[0] == "Basics"
+    assert order.index("Basics") < order.index("Plant")
     assert set(order) == {coq_run.STATEMENTS, *(path.stem for path in coq_run.SOURCES.glob("*.v"))}
     assert order.index(coq_run.FUNCTIONS) < order.index(coq_run.STATEMENTS) < order.index("Plant")
+
+
+def test_files_that_need_one_another_are_no_endless_search(monkeypatch, tmp_path):
+    (tmp_path / "A.v").write_text("Require Import B.\n")
+    (tmp_path / "B.v").write_text("Require Import A.\n")
+    monkeypatch.setattr(coq_run, "SOURCES", tmp_path)
+    with pytest.raises(CycleError):
+        coq_run.files()
 
 
 def test_scripts_for_gappa_ask_for_the_rounding_of_the_code():

@@ -64,13 +64,14 @@ def start(folder: Path) -> str:
     where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
     if where not in ("127.0.0.1", "::1"):
         raise RuntimeError(f"Ray would listen on {where}")
-    ray.init(
-        address="local",
-        include_dashboard=False,
-        log_to_driver=False,
-        logging_level=logging.CRITICAL,
-        _temp_dir=str(folder / ROOM),
-    )
+    settings = {"include_dashboard": False, "log_to_driver": False, "logging_level": logging.CRITICAL}
+    try:
+        ray.init(address="local", _temp_dir=str(folder / ROOM), **settings)
+    except Exception as error:  # Ray knows no kind of its own
+        if "timed out" not in str(error):
+            raise
+        shut_down()  # it gives its processes 30 s, which is not enough on a busy machine; what they have loaded is cached now
+        ray.init(address="local", _temp_dir=str(folder / ROOM), **settings)
     address: str = ray.get_runtime_context().gcs_address
     return address
 
