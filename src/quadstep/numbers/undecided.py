@@ -24,7 +24,9 @@ def undecided(condition: Truth, yes: Operand, no: Operand, like: Enclosure) -> E
     if yes is large and no is small:
         return larger(one, other)
     if yes is small and no is large:
-        return -larger(-one, -other)
+        found = -larger(-one, -other)
+        found.floor = np.minimum(one.low, other.low)
+        return found
     return either(one, other)
 
 

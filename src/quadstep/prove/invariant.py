@@ -179,7 +179,7 @@ class Guess(NamedTuple):
 
 
 def first_guess(at: Set) -> Guess:
-    """From a box of starts as large as the law has values and slopes that contract for, nothing said of what is of third order.
+    """From a box of starts as large as the law has values and contracting slopes for; nothing is said of third order.
 
     Raises UndefinedError.
     """

@@ -63,7 +63,9 @@ def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Stru
             continue
         other = at.twins.get(place)
         as_it_was = isinstance(found[place], float) and found[place] == value
-        if place not in at.live and not (found[place] is found[other] if other is not None else as_it_was):
+        if other is not None and found[place] is not found[other]:
+            raise UndefinedError(f"{loop.names[place]} may differ from {loop.names[other]}")
+        if place not in at.live and other is None and not as_it_was:
             raise UndefinedError(f"{loop.names[place]} does not stay as it is")
     return [found[place] for place in at.live]
 
@@ -137,7 +139,8 @@ def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
     """Raises UserError for numbers that a sample leaves on no straight line, however small the deviation."""
     found = [name for name, bends in zip(names, bent, strict=True) if bends]
     if found:
-        raise UserError(f"{', '.join(found)}: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
+        named = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+        raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:
