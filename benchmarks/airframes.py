@@ -1,4 +1,4 @@
-"""Real vehicles: all that moves and all that is measured, at once, in many flights; and a controller that is not compiled."""
+"""Real vehicles with every effect and every sensor enabled, in many flights; and a controller that is not compiled."""
 
 import os
 import time

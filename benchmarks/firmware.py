@@ -1,4 +1,4 @@
-"""`python -m benchmarks.firmware`: what exported laws take on Cortex-M4F, the table of docs/export.md.
+"""`python -m benchmarks.firmware`: the cost of exported laws on Cortex-M4F, the table of docs/export.md.
 
 Of the Crazyflie on a circle, in f32: exact numbers, which no busy machine can blur. Needs `arm-none-eabi-gcc` and QEMU.
 """

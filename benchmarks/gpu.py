@@ -1,4 +1,4 @@
-"""Very many flights on a graphics processor: measured where there is one, else what the assembler says of the program."""
+"""Very many flights on a graphics processor: measured where there is one, else the assembler's figures for the program."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""NVIDIA's assembler, where it is installed: what it makes of PTX without a graphics processor at hand."""
+"""NVIDIA's assembler, where it is installed: it compiles PTX without a graphics processor at hand."""
 
 import importlib.util
 import re

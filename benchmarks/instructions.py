@@ -1,4 +1,4 @@
-"""`python -m benchmarks.instructions`: vector instructions of compiled loops, which no busy machine can blur.
+"""`python -m benchmarks.instructions`: vector instructions of compiled loops, which a busy machine cannot distort.
 
 Of the whole object file, as `objdump` reads it: the loop, what is done once before it, and functions that it calls.
 """

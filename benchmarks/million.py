@@ -1,4 +1,4 @@
-"""`quadstep campaign` as a whole process: a million flights with their Parquet files, and what more flights cost.
+"""`quadstep campaign` as a whole process: a million flights with their Parquet files, and the cost of further flights.
 
 As a file: python -m benchmarks.million 10000000 1, for ten times as many of 1 s.
 """

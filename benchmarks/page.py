@@ -1,4 +1,4 @@
-"""The live page in Chromium: how soon its first picture is there, and how soon a moved control has been flown and drawn.
+"""The live page in Chromium: the time to its first picture, and from moving a control to the new flight on screen.
 
 `python -m benchmarks.page [FILE.html...]` prints the rows alone, or measures pages that are there already.
 """

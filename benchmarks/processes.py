@@ -1,4 +1,4 @@
-"""Whole processes: import, the study, and what an installation weighs."""
+"""Whole processes: import, the study, and the size of an installation."""
 
 import json
 import os

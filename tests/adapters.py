@@ -1,4 +1,4 @@
-"""The adapters of firmware as the tests write, compile and run them, against headers of our own or in a firmware's tree."""
+"""Firmware adapters, written, compiled and run for the tests, against headers of our own or in a firmware's tree."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Fake autopilots that speak what the real ones speak: they hold a vehicle where it is, or misbehave."""
+"""Fake autopilots that speak the protocols of the real ones: they hold a vehicle where it is, or misbehave."""
 
 import json
 import math

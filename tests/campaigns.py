@@ -1,4 +1,4 @@
-"""What the tests of campaigns share: small missions, campaigns written to a folder, and what is in a campaign's folder."""
+"""Shared by the tests of campaigns: small missions, campaigns written to a folder, and the content of a campaign's folder."""
 
 import json
 import os

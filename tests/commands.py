@@ -1,4 +1,4 @@
-"""Commands run as a user runs them, and what they leave."""
+"""Commands run as a user runs them, and their results."""
 
 import contextlib
 import csv

@@ -1,4 +1,4 @@
-"""Boxes of states around which a law is enclosed, and whether points in them stay in what it makes of them."""
+"""Boxes of states around which a law is enclosed, and whether the images of points in them stay in the enclosure."""
 
 import numpy as np
 

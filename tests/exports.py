@@ -1,4 +1,4 @@
-"""Exported laws as the tests make and run them."""
+"""Exported laws, built and run for the tests."""
 
 import ctypes
 import shutil

@@ -1,4 +1,4 @@
-"""What some tests need that a machine may lack: whether it is here, and how to have it."""
+"""Requirements of some tests that a machine may lack: whether they are met, and how to install them."""
 
 import os
 import shutil

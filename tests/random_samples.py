@@ -1,4 +1,4 @@
-"""Samples for laws of real vehicles, drawn at random, and what NumPy and SciPy make of them: nothing here is the package's."""
+"""Random samples for laws of real vehicles, and results by NumPy and SciPy: nothing here uses the package."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

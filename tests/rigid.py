@@ -1,4 +1,4 @@
-"""A rigid body in NumPy with a thrust and torques, ideal and at once: laws of real vehicles are held to it."""
+"""A rigid body in NumPy with ideal, undelayed thrust and torques, to check laws of real vehicles against."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

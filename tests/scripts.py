@@ -1,4 +1,4 @@
-"""Laws pushed through JavaScript."""
+"""Laws evaluated in JavaScript."""
 
 import json
 

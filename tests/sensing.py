@@ -1,4 +1,4 @@
-"""What the tests of the sensors share: random flights with exact rates and specific force, and laws compiled once."""
+"""Shared by the tests of the sensors: random flights with exact rates and specific force, and laws compiled once."""
 
 import numpy as np
 from llvmlite import ir

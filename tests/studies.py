@@ -1,4 +1,4 @@
-"""What the tests of comparisons share: a small study of short flights, and what a folder of results holds."""
+"""Shared by the tests of comparisons: a small study of short flights, and the content of a folder of results."""
 
 import csv
 import json

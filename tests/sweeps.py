@@ -1,4 +1,4 @@
-"""Flights on which engines are compared: with logs, and scored very many at once."""
+"""Flights for comparing engines: with logs, and very many at once with scores only."""
 
 import hashlib
 

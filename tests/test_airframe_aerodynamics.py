@@ -1,4 +1,4 @@
-"""Drag, lift, flapping and the ground's cushion: directions, magnitudes, terminal speed."""
+"""Drag, lift, flapping and ground effect: directions, magnitudes, terminal speed."""
 
 import math
 

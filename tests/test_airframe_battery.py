@@ -1,4 +1,4 @@
-"""Battery sag: the circuit's equation, its ends, and the speed it leaves."""
+"""Battery sag: the circuit's equation, its limits, and the remaining rotor speed."""
 
 import numpy as np
 import pytest

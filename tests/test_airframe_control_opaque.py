@@ -1,4 +1,4 @@
-"""Any Python callable as a controller: what it is told, what becomes of its answer, and what it raises."""
+"""Any Python callable as a controller: its inputs, the effect of its answer, and its exceptions."""
 
 import numpy as np
 import pytest

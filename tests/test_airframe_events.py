@@ -1,4 +1,4 @@
-"""Payloads and faults: what they weigh, when, and which way they pull."""
+"""Payloads and faults: their weight, their times, and the direction of their effect."""
 
 import numpy as np
 import pytest

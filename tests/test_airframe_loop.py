@@ -1,4 +1,4 @@
-"""The closed loop of a real vehicle: every engine flies it alike, each part at its own rate, late and noisy as it should."""
+"""The closed loop of a real vehicle: equal on every engine, each part at its own rate, with its latency and noise."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Missions for real vehicles through the command line: what they write, and one line for everything that is wrong in them."""
+"""Missions for real vehicles on the command line: the files they write, and one line for every mistake in them."""
 
 import json
 import math

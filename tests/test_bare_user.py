@@ -1,4 +1,4 @@
-"""As in a container with `--read-only --user 12345:12345`: no name, no home, nothing to write but the results' folder."""
+"""As in a container with `--read-only --user 12345:12345`: no name, no home, nowhere to write but the results' folder."""
 
 import json
 import os

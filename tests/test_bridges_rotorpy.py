@@ -1,4 +1,4 @@
-"""Our controllers asked by RotorPy, RotorPy's in our missions."""
+"""Our controllers called by RotorPy, RotorPy's in our missions."""
 
 import sys
 from importlib import import_module

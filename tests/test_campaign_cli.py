@@ -1,4 +1,4 @@
-"""`quadstep campaign`: what it says, and one line for every mistake in a campaign file or on the command line."""
+"""`quadstep campaign`: its output, and one line for every mistake in a campaign file or on the command line."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""A campaign on a graphics processor: what varies and the noise drawn there, by the laws that draw them here."""
+"""A campaign on a graphics processor: varying values and noise are drawn there, by the same laws as here."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How keys vary: the quantile functions against scipy's, ranges, weights, and what is refused."""
+"""How keys vary: the quantile functions against scipy's, ranges, weights, and invalid input."""
 
 import tomllib
 

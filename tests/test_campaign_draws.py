@@ -1,4 +1,4 @@
-"""The values of what varies: from the flight's number alone, as distributed as the file says, the same in any span."""
+"""The values of varying keys: from the flight's number alone, distributed as the file says, the same in any span."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""A campaign that is killed, interrupted, short of disk or not alone: one line, what was flown is kept, and it can go on."""
+"""A campaign that is killed, interrupted, short of disk or not alone: one line, flights are kept, and it can be resumed."""
 
 import ctypes
 import os

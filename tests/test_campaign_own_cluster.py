@@ -1,4 +1,4 @@
-"""`--engine ray` without RAY_ADDRESS: a cluster of this machine only, which nobody else reaches and of which nothing stays."""
+"""`--engine ray` without RAY_ADDRESS: a cluster of this machine only, unreachable for others, with nothing left behind."""
 
 import contextlib
 import fcntl

@@ -1,4 +1,4 @@
-"""report.html of a campaign: what it shows is what the flights were, for every kind of campaign, and it is there whole."""
+"""report.html of a campaign: it shows what the flights did, for every kind of campaign, and appears whole."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""What a campaign has shown: every number of a small table by hand."""
+"""The summary of a campaign: every number of a small table by hand."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`quadstep campaign --until`: looks whose intervals hold together, and what is said and resumed."""
+"""`quadstep campaign --until`: looks with jointly valid intervals, the output, and resumed runs."""
 
 import json
 from itertools import islice

@@ -1,4 +1,4 @@
-"""`quadstep certify`: what it writes, what it says, how it ends, and what it refuses."""
+"""`quadstep certify`: its files, its output, its exit codes, and what it refuses."""
 
 from contextlib import nullcontext
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""CITATION.cff says what this is: its version, its licence, and the paper."""
+"""CITATION.cff states the version, the licence, and the paper."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`quadstep fly`: what it writes, what it says, and how it ends."""
+"""`quadstep fly`: its files, its output, and its exit codes."""
 
 import math
 import xml.etree.ElementTree as ET

@@ -1,4 +1,4 @@
-"""The folder of results: never half-written, never another mission's results overwritten unasked."""
+"""The folder of results: never half-written, never another mission's results overwritten without being asked to."""
 
 import json
 from pathlib import Path

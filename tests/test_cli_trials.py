@@ -1,4 +1,4 @@
-"""What a hostile trial found once stays mended."""
+"""Faults that a hostile trial found stay fixed."""
 
 import json
 

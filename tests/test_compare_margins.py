@@ -1,4 +1,4 @@
-"""How much a controller bears, against flights whose limits are known."""
+"""How much a controller tolerates, compared with flights whose limits are known."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""`quadstep compare` from file to folder: what it writes, what is the same for all, how it goes on, and what it refuses."""
+"""`quadstep compare` from file to folder: its files, what all controllers share, resumed runs, and what it refuses."""
 
 import json
 import math

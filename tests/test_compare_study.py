@@ -1,4 +1,4 @@
-"""A study file: what it is laid out as, what everybody knows, and what is refused."""
+"""A study file: the runs it expands to, what every controller knows, and what is refused."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Tuning with equal budgets: one cost for all, and searches that go on where they stopped."""
+"""Tuning with equal budgets: one cost for all, and searches that resume where they stopped."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Completion in shells: the scripts, and what they ask for."""
+"""Shell completion: the scripts, and the words they request."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Kinematic inversion (Eqs 40-52): the force comes back from the thrust and attitude that it asked for."""
+"""Kinematic inversion (Eqs 40-52): the force is recovered from the thrust and attitude computed for it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The predictor: dead reckoning against SciPy, and flights with a late fix that go as if it were not late."""
+"""The predictor: dead reckoning against SciPy, and flights with a late fix that equal those without the delay."""
 
 import numpy as np
 import pytest

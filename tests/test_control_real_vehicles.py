@@ -1,4 +1,4 @@
-"""Controllers of real vehicles as laws: signs by finite rotations, rates by differences, limits, and what is learnt when."""
+"""Controllers of real vehicles as laws: signs by finite rotations, rates by differences, limits, and when they learn."""
 
 import math
 from pathlib import Path

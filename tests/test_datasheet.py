@@ -1,4 +1,4 @@
-"""Vehicles from data sheets: what was measured is recovered, what is wrong is named, and the result flies."""
+"""Vehicles from data sheets: measured values are recovered, errors are named, and the result flies."""
 
 import tomllib
 from itertools import product

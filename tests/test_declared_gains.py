@@ -1,4 +1,4 @@
-"""What follows from the declaration of a gain: keys, checks, lines of `quadstep new`, units, sliders, searches, conditions."""
+"""Derived from a gain's declaration: keys, checks, lines of `quadstep new`, units, sliders, searches, conditions."""
 
 import json
 import tomllib

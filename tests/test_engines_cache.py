@@ -1,4 +1,4 @@
-"""Compiled code kept between runs: used when sound, replaced when damaged, done without when it cannot be kept."""
+"""Compiled code kept between runs: used when intact, replaced when damaged, skipped when it cannot be written."""
 
 import os
 import subprocess

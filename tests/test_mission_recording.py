@@ -1,4 +1,4 @@
-"""Recorded paths: what real logs look like is read, every flaw is named with file, line and column."""
+"""Recorded paths: files like real logs are read, and every flaw is named with file, line and column."""
 
 import math
 

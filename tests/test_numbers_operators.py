@@ -1,4 +1,4 @@
-"""What Python's own functions do with a number that is only written down."""
+"""Python's own functions applied to a recorded number, which has no value yet."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A law written once and called several times gives in lanes what it gives in line, whatever it takes from around it."""
+"""A law written once and called several times gives the same in lanes as when inlined, whatever values it captures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a controller of one's own may command, measure and know ahead; and the loops that it may have."""
+"""What a user's controller may command, measure and know in advance; and the loops that it may have."""
 
 import re
 

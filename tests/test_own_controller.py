@@ -1,4 +1,4 @@
-"""A controller of one's own, in a file beside its mission, flies and gets its page; what it does not say is nowhere."""
+"""A user's controller, in a file beside its mission, flies and gets its page; what it does not report appears nowhere."""
 
 import csv
 import json

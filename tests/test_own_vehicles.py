@@ -1,4 +1,4 @@
-"""Vehicles and disturbances of the user's own, in files that missions name; and entry points for all that may be one's own."""
+"""Vehicles and disturbances of the user's own, in files that missions name; and entry points for whatever users can add."""
 
 import re
 from importlib.metadata import EntryPoint

@@ -1,4 +1,4 @@
-"""The page as a file: what it holds, that no text of a user is more than text, what it says of flights it cannot fly."""
+"""The page as a file: its content, that a user's text is never more than text, and its message on flights it cannot fly."""
 
 import base64
 import json

@@ -1,4 +1,4 @@
-"""The page in Firefox: it draws, flies like Python, takes a log that is dropped on it, and complains of nothing."""
+"""The page in Firefox: it draws, flies like Python, takes a log that is dropped on it, and reports no error."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Guided walks: read from Markdown, held to what the page has, refused in one line."""
+"""Guided walks: read from Markdown, checked against the page's content, refused in one line."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Enclosures hold what a law gives on a box: every function, every law, in f64 and in exact arithmetic."""
+"""Enclosures contain a law's values on a box: every function, every law, in f64 and in exact arithmetic."""
 
 import mpmath
 import numpy as np

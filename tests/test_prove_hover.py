@@ -1,4 +1,4 @@
-"""`quadstep prove`: hover that is no stable equilibrium, by enclosed eigenvalues."""
+"""`quadstep prove`: hover that is not a stable equilibrium, by enclosed eigenvalues."""
 
 from pathlib import Path
 

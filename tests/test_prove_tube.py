@@ -1,4 +1,4 @@
-"""`quadstep prove`: tubes that every flight stays in, and certificates that an independent check confirms or refuses."""
+"""`quadstep prove`: tubes in which every flight stays, and certificates that an independent check confirms or refuses."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The listings of docs/python.md run, from the top down, and print what stands there."""
+"""The listings of docs/python.md run, from the top down, and print what is shown there."""
 
 import re
 import shutil

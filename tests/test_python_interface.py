@@ -1,4 +1,4 @@
-"""quadstep from Python: missions without files, what a flight can be asked, and errors in one line."""
+"""quadstep from Python: missions without files, the interface of a flight, and errors in one line."""
 
 import json
 import pickle

@@ -1,4 +1,4 @@
-"""The processes that draw: what they load, what they say when something goes wrong, and that they end."""
+"""The drawing processes: what they load, what they report when something goes wrong, and that they end."""
 
 import multiprocessing
 import os

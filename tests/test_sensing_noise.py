@@ -1,4 +1,4 @@
-"""The noise of each sensor: its size, its independence, and that none is drawn where there is none."""
+"""The noise of each sensor: its size, its independence, and that a noiseless sensor draws none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What was skipped stands at the end of a run with its cure; `--complete` lets nothing pass that could be installed."""
+"""Skipped tests are listed at the end of a run with the remedy; `--complete` fails for anything that could be installed."""
 
 import subprocess
 import sys

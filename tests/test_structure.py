@@ -1,4 +1,4 @@
-"""How the modules of the package stand to one another, read from their source."""
+"""Dependencies between the modules of the package, read from their source."""
 
 import ast
 from collections.abc import Iterator

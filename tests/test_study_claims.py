@@ -1,4 +1,4 @@
-"""The claims: each is judged by what was measured, and its verdict turns when the measure does."""
+"""The claims: each is judged by its measurement, and its verdict changes with the measurement."""
 
 import copy
 import json

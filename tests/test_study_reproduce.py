@@ -1,4 +1,4 @@
-"""`quadstep reproduce`, run once as a user does, and everything it leaves."""
+"""`quadstep reproduce`, run once as a user does, and everything it writes."""
 
 import html
 import json

@@ -1,4 +1,4 @@
-"""The repaired theorem through the functions that fly, and the completed controller beside the paper's."""
+"""The repaired theorem through the functions that fly, and the completed controller compared with the paper's."""
 
 import json
 from functools import cache

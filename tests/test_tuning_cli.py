@@ -1,4 +1,4 @@
-"""`quadstep tune` as a user meets it: what it writes and says, and one line for whatever is wrong."""
+"""`quadstep tune` as a user runs it: its files and output, and one line for every mistake."""
 
 import re
 import tomllib

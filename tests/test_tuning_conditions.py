@@ -1,4 +1,4 @@
-"""The controller's conditions: no candidate flies that breaks them, and the result keeps them."""
+"""The controller's conditions: no candidate that violates them flies, and the result satisfies them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Candidates on the proving ground: gains that no law can be made of are lost flights, not the end of the search."""
+"""Candidates on the proving ground: gains from which no law can be built count as lost flights and do not end the search."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What flights are worth: by hand."""
+"""The cost of flights, computed by hand."""
 
 import numpy as np
 import pytest

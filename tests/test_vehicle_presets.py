@@ -1,4 +1,4 @@
-"""The vehicles that come with the package: they hover, turn the way they are told, and every number says where it is from."""
+"""The vehicles that come with the package: they hover, turn in the commanded direction, and every number has a source."""
 
 import importlib.util
 import math

@@ -1,4 +1,4 @@
-"""One sign or index changed in a law turns at least one row red.
+"""One sign or index changed in a law makes at least one row fail.
 
 A mutant is the law's own source with one place changed; only the code of the running functions is exchanged, and put back.
 `python -m tests.mutations` makes many more, of which some run here.

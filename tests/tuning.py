@@ -1,4 +1,4 @@
-"""What the tests of tuning share: short missions that can be tuned, and what a folder holds."""
+"""Shared by the tests of tuning: short missions that can be tuned, and the content of a folder."""
 
 import csv
 import json

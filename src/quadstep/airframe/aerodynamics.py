@@ -1,6 +1,6 @@
-"""What moving air does: drag of body and rotors, translational lift, flapping, and the cushion of air over the ground.
+"""Effects of moving air: drag of body and rotors, translational lift, flapping, and ground effect.
 
-The forms are those of RotorPy 3.0.0 (Folk, Paulos and Kumar 2023), but flapping has the opposite sign: there a positive
+The formulas are those of RotorPy 3.0.0 (Folk, Paulos and Kumar 2023), but flapping has the opposite sign: there a positive
 coefficient tips a vehicle towards where it flies.
 """
 

@@ -6,11 +6,11 @@ from quadstep.airframe.plant import Airframe
 from quadstep.numbers import Number, Vector, maximum, minimum, sqrt
 
 LIVELY = 60.0
-"""Angular acceleration about a level axis that suffices for the usual gains [rad/s^2]."""
+"""Angular acceleration about a horizontal body axis that suffices for the default gains [rad/s^2]."""
 
 
 def agility(geometry: Geometry, airframe: Airframe, allocation: Allocation) -> Number:
-    """How fast the loops of a vehicle can be, against those of the 2.6 kg one on which the usual gains were found.
+    """How fast the loops of a vehicle can be, relative to those of the 2.6 kg one on which the default gains were found.
 
     At most 1; less where the rotors take longer than its 40 ms, or turn the vehicle with less than `LIVELY`.
     """

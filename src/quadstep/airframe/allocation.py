@@ -43,7 +43,7 @@ class Allocation(NamedTuple):
 
 
 def columns(geometry: Geometry, moment: Number) -> list[Vector]:
-    """What one newton of each rotor makes: (u [N], tau_x, tau_y, tau_z [N m]) about the body's origin.
+    """Thrust and torque from one newton of each rotor: (u [N], tau_x, tau_y, tau_z [N m]) about the body's origin.
 
     moment: torque per thrust k_m / k_f [m]. u is the part along body z; a rotor with a tilted axis also pushes sideways.
     """
@@ -55,12 +55,12 @@ def columns(geometry: Geometry, moment: Number) -> list[Vector]:
 
 
 def mixing(geometry: Geometry, moment: Number) -> tuple[Vector, ...]:
-    """Four rows, thrust and the torques about x, y and z, of what one newton of each rotor makes; as `columns`."""
+    """The same as `columns`, as four rows: thrust and the torques about x, y and z from one newton of each rotor."""
     return Matrix(columns(geometry, moment)).T.rows
 
 
 def mix(geometry: Geometry, moment: Number, thrusts: Vector) -> tuple[Number, Vector]:
-    """(u [N], torque about the body's axes [N m]) that rotor thrusts [N] make; moment: k_m / k_f [m]."""
+    """(u [N], torque about the body's axes [N m]) that rotor thrusts [N] produce; moment: k_m / k_f [m]."""
     pairs = zip(columns(geometry, moment), thrusts, strict=True)
     thrust, *torque = total(thrust * column for column, thrust in pairs)
     return thrust, Vector(torque)
@@ -82,9 +82,9 @@ def allocation(geometry: Geometry, rotor: Rotor) -> Allocation:
 
 
 def allocate(geometry: Geometry, allocation: Allocation, thrust: Number, torque: Vector) -> tuple[Vector, Number, Vector]:
-    """Rotor speeds [rad/s] for a wanted thrust [N] and torque about body axes [N m], and the thrust and torque they make.
+    """Rotor speeds [rad/s] for a commanded thrust [N] and torque about body axes [N m], and the thrust and torque produced.
 
-    These are what was wanted unless a rotor is at a limit; see the module. Every rotor must carry a part of the thrust.
+    These are the commanded ones unless a rotor is at a limit; see the module. Every rotor must carry part of the thrust.
     """
     roll, pitch, yaw = torque
     least, most = allocation.least, allocation.most
@@ -156,5 +156,5 @@ def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Num
 
 
 def held(x: Number, low: Number, high: Number) -> Number:
-    """`x` held between `low` and `high`; unlike `clip` it hands on a NaN."""
+    """`x` held between `low` and `high`; unlike `clip` it propagates NaN."""
     return minimum(high, maximum(low, x))

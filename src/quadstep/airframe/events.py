@@ -1,4 +1,4 @@
-"""What happens to a vehicle while it flies: a payload is taken up or let go, a rotor loses efficiency."""
+"""Events during a flight: a payload is picked up or released, a rotor loses efficiency."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from quadstep.numbers import Matrix, Number, Vector, matrix, total, vector, wher
 
 
 class Payload(NamedTuple):
-    """A point mass at a place of the body. start, end [s]; mass [kg]; position: body axes, from its origin [m]."""
+    """A point mass fixed to the body. start, end [s]; mass [kg]; position: body axes, from its origin [m]."""
 
     start: Number
     end: Number
@@ -25,7 +25,7 @@ class RotorFault(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Everything that happens in a flight."""
+    """All events of a flight."""
 
     payloads: tuple[Payload, ...] = ()
     faults: tuple[RotorFault, ...] = ()

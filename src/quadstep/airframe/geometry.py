@@ -1,4 +1,4 @@
-"""Where the rotors of a vehicle are, and which effects are computed: structure, known when a flight is compiled."""
+"""The positions of a vehicle's rotors, and the effects that are computed: structure, known when a flight is compiled."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,9 +8,9 @@ from quadstep.numbers import Matrix, matrix, vector
 
 @dataclass(frozen=True)
 class Mount:
-    """A rotor's place: position of its hub [m], and axis, the unit vector along which it pushes; body axes.
+    """A rotor's mount: position of its hub [m], and axis, the unit vector along which it pushes; body axes.
 
-    spin: +1 turns counter-clockwise seen against its axis (right-handed about it), -1 clockwise. The body feels the opposite.
+    spin: +1 turns counter-clockwise seen against its axis (right-handed about it), -1 clockwise; the reaction is opposite.
     """
 
     position: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""Drag of the rotors as they turn in hover."""
+"""Drag of the rotors at hover speed."""
 
 from quadstep.airframe.aerodynamics import hub_drag
 from quadstep.airframe.allocation import Allocation, allocate

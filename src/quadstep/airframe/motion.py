@@ -1,4 +1,4 @@
-"""What a rigid body is doing, free of singularities.
+"""The motion of a rigid body, free of singularities.
 
 World axes x, y, z with z up; body axes x forward, y left, z up along the thrust; both right-handed.
 """

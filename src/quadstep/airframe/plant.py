@@ -41,7 +41,7 @@ def derivative(
     wind: Vector,
     effects: Effects,
 ) -> AirframeState:
-    """Rate of every state with the rotors told to turn at `wanted_speeds` [rad/s], in wind [m/s], world axes.
+    """Rate of every state with the rotors commanded to turn at `wanted_speeds` [rad/s], in wind [m/s], world axes.
 
     efficiency: each rotor's share of its forces left after a fault. position, velocity: of the body's origin.
     """
@@ -74,7 +74,7 @@ def derivative(
 
 
 def specific_force(airframe: Airframe, state: AirframeState, rate: AirframeState) -> Vector:
-    """What an accelerometer at the body's origin feels [m/s^2], body axes: R^T (acceleration - g). rate: of `derivative`."""
+    """Specific force at the body's origin [m/s^2], body axes: R^T (acceleration - g). rate: from `derivative`."""
     x, y, z = rate.velocity
     return rotation_matrix(state.attitude).T @ Vector((x, y, z + airframe.gravity))
 

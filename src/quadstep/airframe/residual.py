@@ -1,4 +1,4 @@
-"""What a small network has learned beside a vehicle's laws: accelerations that flights show and the laws do not explain."""
+"""A small network that adds to a vehicle's laws: accelerations that flights show and the laws do not explain."""
 
 from typing import NamedTuple
 

@@ -20,8 +20,8 @@ def motion_rate(
 ) -> Motion:
     """Rate of the motion under a force [N] and a torque about the body's origin [N m], both in body axes, and gravity [m/s^2].
 
-    rotation: R of the motion's attitude. spin: angular momentum of the rotors against the body [N m s], body axes; the torque
-    holds what its own rate does.
+    rotation: R of the motion's attitude. spin: the rotors' angular momentum relative to the body [N m s], body axes; torque
+    includes the effect of its rate.
 
     With c the centre of gravity and I the inertia about it: I alpha = torque - c x force - omega x (I omega + spin), and the
     origin's acceleration is that of the centre, force / m + g, less alpha x c + omega x (omega x c).
@@ -34,6 +34,6 @@ def motion_rate(
 
 
 def renormalised(state: AirframeState) -> AirframeState:
-    """The state with its quaternion at length one; integration moves it by a little."""
+    """The state with its quaternion normalised; integration changes its length a little."""
     length = state.attitude.norm()  # zero only where a diverging one has overflowed
     return state._replace(attitude=state.attitude * (1.0 / where(length > 0.0, length, 1.0)))

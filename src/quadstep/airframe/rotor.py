@@ -1,4 +1,4 @@
-"""Rotors: how their speeds follow what is wanted, and how together they push and turn the body that carries them."""
+"""Rotors: how their speeds follow the commands, and the total force and torque that they exert on the body."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -12,7 +12,7 @@ NOTHING = vector(0.0, 0.0, 0.0)
 
 
 class Rotor(NamedTuple):
-    """What all rotors of a vehicle share.
+    """Parameters that all rotors of a vehicle share.
 
     thrust: k_f [N s^2]. torque: k_m [N m s^2]. inertia: J_r, rotor and motor bell about the axis [kg m^2]. rise, fall: time
     constants [s]. slowest, fastest [rad/s]. radius [m].
@@ -29,9 +29,9 @@ class Rotor(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """What one rotor is doing.
+    """The state of one rotor.
 
-    speed: w [rad/s]. rate: of it [rad/s^2]. share: of its forces, left after a fault [-]. cushion: factor of the ground on its
+    speed: w [rad/s]. rate: of w [rad/s^2]. share: of its forces, left after a fault [-]. cushion: factor of the ground on its
     thrust [-]. air: velocity of its hub through the air [m/s], body axes.
     """
 
@@ -43,7 +43,7 @@ class Turning(NamedTuple):
 
 
 class RotorLoads(NamedTuple):
-    """What all rotors do, body axes. force [N]; torque about the body's origin [N m]; spin: angular momentum [N m s]."""
+    """Effect of all rotors, body axes. force [N]; torque about the body's origin [N m]; spin: angular momentum [N m s]."""
 
     force: Vector
     torque: Vector
@@ -51,9 +51,9 @@ class RotorLoads(NamedTuple):
 
 
 def speed_rate(rotor: Rotor, speed: Number, wanted: Number, fastest: Number) -> Number:
-    """Rate of a rotor's speed [rad/s^2] towards the wanted one, which is held between the slowest and `fastest` [rad/s].
+    """Rate of a rotor's speed [rad/s^2] towards the commanded one, which is limited to the slowest and `fastest` [rad/s].
 
-    A lag of first order, with `rise` where the rotor is too slow and `fall` where it is too fast.
+    A first-order lag, with `rise` if the rotor is too slow and `fall` if it is too fast.
     """
     gap = clip(wanted, rotor.slowest, fastest) - speed
     return gap * where(gap > 0.0, 1.0 / rotor.rise, 1.0 / rotor.fall)
@@ -65,7 +65,7 @@ def rotor_loads(rotor: Rotor, drag: Drag, rotors: Iterable[tuple[Mount, Turning]
     Force: (k_f w^2 + k_h |v across a|^2) a - w K v. Torque: r x force - s (k_m w^2 + J_r w_dot) a + k_flap w v x a. Spin:
     J_r s w a. s is the mount's spin, K = diag(k_d, k_d, k_z) in the rotor's axes. A fault scales all but what J_r does.
 
-    Flapping blades rise ahead, a quarter turn after they advance against the air, so they tip the vehicle back.
+    Flapping blades rise at the front, a quarter turn after they advance against the air, so they tip the vehicle back.
     """
     force = levers = reaction = spin_up = spin = flapping = NOTHING
     for mount, (speed, rate, share, cushion, air) in rotors:

@@ -1,1 +1,1 @@
-"""Control laws as C99: traced once, written as functions that give the bits of every other engine."""
+"""Control laws as C99: traced once and written as functions with the same results, to the bit, as every other engine."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from quadstep.errors import UserError
 
 BITS = ("-ffp-contract=off", "-fno-math-errno")
-"""What keeps the bits, and what lets a square root be one instruction."""
+"""Flags that preserve the bits, and one that allows a square root as one instruction."""
 
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wfloat-equal", "-Wshadow")
 
@@ -18,7 +18,7 @@ LONGEST = 120.0
 
 
 def compiler() -> list[str]:
-    """The command of the compiler: `CC`, or cc, gcc or clang. Raises UserError where there is none."""
+    """The command of the compiler: `CC`, or cc, gcc or clang. Raises UserError if there is none."""
     said = shlex.split(os.environ.get("CC", ""))
     if said:
         if shutil.which(said[0]) is None:
@@ -31,7 +31,7 @@ def compiler() -> list[str]:
 
 
 def compile_c(folder: Path, arguments: list[str], command: list[str] | None = None) -> str:
-    """Run the compiler in a folder; what it warned of. Raises UserError with its first line where it refuses."""
+    """Run the compiler in a folder and return its warnings. Raises UserError with its first line if it fails."""
     line = [*(command or compiler()), "-std=c99", *BITS, *arguments]
     try:
         run = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False, timeout=LONGEST)

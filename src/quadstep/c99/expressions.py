@@ -1,4 +1,4 @@
-"""Recorded numbers as expressions of C99: what each is called, and what it reads."""
+"""Recorded numbers as C99 expressions: the name of each, and what it reads."""
 
 import re
 from collections import Counter
@@ -10,17 +10,17 @@ from quadstep.numbers.rows import LEFT
 from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT
 
 LONGEST = 84
-"""Characters of an expression that is written into another one."""
+"""Longest expression that is written inside another one [characters]."""
 
 INDICES = "ijkl"
-"""Counters of loops, from the outermost inwards."""
+"""Loop counters, from the outermost inwards."""
 
 MEMORY = re.compile(r"^(s\d+)\.|\[([is]\d+)\]")
-"""What a text says of loops: the memory of a scan, a row."""
+"""Placeholders in a text for loops: the memory of a scan, a row."""
 
 
 class Naming(NamedTuple):
-    """What the law calls its numbers, and where it computes them; by place."""
+    """The law's names for its numbers, and the lines that compute them; by place."""
 
     names: dict[int, str]
     origins: dict[int, str]
@@ -41,7 +41,7 @@ class Expressions:
         self.depth = 0
 
     def leaf(self, place: int) -> bool:
-        """Whether a number is there without computing."""
+        """Whether a number exists without being computed."""
         return self.nodes[place].operation in (CONSTANT, INPUT)
 
     def kind(self, place: int) -> str:
@@ -50,7 +50,7 @@ class Expressions:
         return "bool" if operation in CONDITIONS else "uint32_t" if operation.startswith("word") else "real"
 
     def name(self, place: int, usual: str = "v") -> str:
-        """A name of its own: the law's, shortened to what C tells apart."""
+        """A unique name: the law's, shortened to the length that C distinguishes."""
         wanted = re.sub(r"\W", "", self.naming.names.get(place, ""), flags=re.ASCII)[:26].strip("_") or usual
         wanted = wanted if not wanted[0].isdigit() else f"v{wanted}"
         name, number = wanted, 1
@@ -65,7 +65,7 @@ class Expressions:
         return MEMORY.sub(lambda one: f"{self.memories[one[1]]}." if one[1] else f"[{self.indices[one[2]]}]", text)
 
     def taken_reads(self) -> frozenset[str]:
-        """What expressions written since the last call have read."""
+        """The targets that expressions written since the last call have read."""
         reads, self.reads = self.reads, frozenset()
         return reads
 
@@ -84,7 +84,7 @@ class Expressions:
         return self.expression(place)
 
     def expression(self, place: int) -> str:
-        """What computes it."""
+        """The expression that computes it."""
         node = self.nodes[place]
         if node.operation == "item":
             return self.text(node.operands[0]) + self.scoped(node.text)

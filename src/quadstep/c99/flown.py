@@ -1,6 +1,6 @@
-"""A controller that is its own export: compiled by the C compiler of this machine and called sample by sample.
+"""A controller that flies as its own export: compiled by this machine's C compiler and called sample by sample.
 
-Every call is given the whole memory and gives it back, so a sample depends on nothing else, as a law over numbers.
+Every call takes the whole memory and returns it, so a sample depends on nothing else, like a law over numbers.
 """
 
 import ctypes
@@ -38,7 +38,7 @@ class CompiledGains(NamedTuple):
 
 @dataclass(frozen=True)
 class Compiled(Controller):
-    """The law in C. inner: as quadstep has it. shape: names of all leaves of memory and command.
+    """The law in C. inner: the law in Python. shape: names of all leaves of memory and command.
 
     told: fields of a measurement. memory, command: of the right structure.
     """
@@ -61,7 +61,7 @@ class Compiled(Controller):
         self, loop: str, memory: object, measured: object, reference: Reference, gains: CompiledGains, t: Number,
         period: Number,
     ) -> object:  # fmt: skip
-        """One of its loops; nothing, if it has none of this name."""
+        """One of its loops; does nothing if it has none of this name."""
         if loop not in self.loops():
             return memory
         return self._asked(self.loops().index(loop), memory, measured, reference, gains, t, period)[0]
@@ -74,7 +74,7 @@ class Compiled(Controller):
         return command, memory
 
     def _measured(self, measured: object) -> list[Number]:
-        """What of a measurement the code is told."""
+        """The fields of a measurement that the code takes."""
         return [leaf for name in self.told for leaf in flatten(getattr(measured, name))]
 
     def _asked(
@@ -120,7 +120,7 @@ class Library:
         self.state, self.clock = State, Clock
 
     def answer(self, inputs: Array) -> list[float]:
-        """Memory and command after a call; NaN where the code refuses what it is given."""
+        """Memory and command after a call; NaN if the code rejects its input."""
         which, t, period = int(inputs[0]), float(inputs[1]), float(inputs[2])
         after = 3 + self.memory
         state = self.state()
@@ -143,14 +143,14 @@ class Library:
         return self.given(state, function(*given), list(command))
 
     def given(self, state: ctypes.Structure, status: int, command: list[float]) -> list[float]:
-        """What a call gave."""
+        """The result of a call."""
         if status:
             return [math.nan] * (self.memory + self.command)
         return [*state.memory, *command]
 
 
 def remembering(function: Callable[[Array], list[float]]) -> Callable[[Array], list[float]]:
-    """The function, which repeats its answer where it is asked the same again: lanes fill up a block with one flight."""
+    """The function, which returns the same answer when called again with the same input: lanes pad a block with one flight."""
     asked, answer = b"", [0.0]
 
     def asking(inputs: Array) -> list[float]:
@@ -165,9 +165,9 @@ def remembering(function: Callable[[Array], list[float]]) -> Callable[[Array], l
 
 @contextmanager
 def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, CompiledGains]]:
-    """A controller and gains that fly the plan's own controller through compiled C inside the block.
+    """A controller and gains that fly the plan's own controller as compiled C while the block runs.
 
-    Raises UserError for a law that cannot be written in C, and where there is no C compiler.
+    Raises UserError for a law that cannot be written in C, and if there is no C compiler.
     """
     law = exported(plan, precise, logged=True)
     with tempfile.TemporaryDirectory(prefix="quadstep-c-") as folder:

@@ -1,4 +1,4 @@
-"""sin, cos, exp, sigmoid, log and atan2 in C, written out from those of every engine, whose bits they give."""
+"""sin, cos, exp, sigmoid, log and atan2 in C, generated from the engines' own functions, with the same bits."""
 
 from functools import lru_cache, reduce
 from typing import cast
@@ -38,10 +38,10 @@ STEPS = {
         "    return (real)((int32_t)((qs_bits(x) >> {size}) & {exponent}) - {less});\n}"
     ),
 }
-"""Steps on the bits of a number, and what the C library has that IEEE 754 fixes to the bit."""
+"""Operations on the bits of a number, and C library functions that IEEE 754 defines to the bit."""
 
 WAVES = {"sin": 0.0, "cos": 1.0}
-"""Quarter turns that a function is ahead of the sine: both are one function, `wave`."""
+"""Quarter turns by which a function leads the sine: both are one function, `wave`."""
 
 NEEDS = {
     "power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",),
@@ -55,7 +55,7 @@ KINDS = {
     False: {"abs": "fabsf", "sqrt": "sqrtf", "word": "uint32_t", "size": "23", "bias": "127", "mantissa": "0x7FFFFFu",
             "half": "0x3F000000u", "exponent": "0xFFu", "less": "126"},
 }  # fmt: skip
-"""What the steps' text says for f64 (True) and f32 (False)."""
+"""Words filled into these texts for f64 (True) and f32 (False)."""
 
 
 def functions(used: frozenset[str], precise: bool) -> str:
@@ -92,7 +92,7 @@ def written(name: str, precise: bool) -> str:
 
 
 def wave(steps: Elementary, x: Number, ahead: Number) -> Number:
-    """The sine of x and so many quarter turns, 0 or 1: `Elementary.sin` and `cos` to the bit."""
+    """The sine of x plus 0 or 1 quarter turns: `Elementary.sin` and `cos` to the bit."""
     sine, cosine, quarter = steps.turn(x)
     quarter = quarter + ahead
     value = steps.where(steps.bit(quarter, 0), cosine, sine)

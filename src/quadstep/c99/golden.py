@@ -1,7 +1,7 @@
-"""Golden vectors: samples of a law as Python computes them, and a test in C that asks for the same bits.
+"""Golden vectors: samples of a law as computed by Python, and a test in C that requires the same bits.
 
-The samples follow each other on one memory, over the whole path, at motions that stray from it; thrust and torque that the
-law is told are those that its own last command made.
+The samples follow each other with one memory, over the whole path, at motions that deviate from it; the thrust and torque
+given to the law are those that its own last command produced.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,17 +25,17 @@ TEXTS = Path(__file__).parent / "texts"
 
 FEWEST_SAMPLES, SAMPLES = 8, 80
 MOST_OPERATIONS = 600_000
-"""Of all samples, Python's being slow: laws that need more get fewer samples."""
+"""Most operations of all samples, as Python is slow: laws that need more get fewer samples."""
 
 STRAYING = {"position": 0.3, "velocity": 0.5, "rates": 1.0, "attitude": 0.3}
-"""How far entries of a measurement are from the path; of others 0.2."""
+"""Deviation of a measurement's entries from the path; 0.2 for entries not listed."""
 
 FAR, FARTHER = 4, 6.0
-"""Every so many samples, attitude and rates stray so much more."""
+"""How often, in samples, attitude and rates deviate more, and by which factor."""
 
 
 class Sample(NamedTuple):
-    """One sample; what the numbers are made of depends on the kind."""
+    """One sample; its numbers are of either kind."""
 
     tick: int
     measured: Structure
@@ -58,7 +58,7 @@ def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
 
 
 def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
-    """The same, by the numbers' own rules."""
+    """The same, in the arithmetic of these numbers."""
     subject, precise, clocked = exported.subject, exported.precise, exported.clocked
     law, gains, parameters = subject.controller, in_kind(subject.gains, precise), in_kind(subject.parameters, precise)
     draw = uniform()
@@ -116,7 +116,7 @@ def strayed(measured: Structure, reference: Reference, draw: Iterator[float], fa
 
 
 def fed_back(measured: Structure, made: Structure) -> Structure:
-    """The measurement, told what the last command made."""
+    """The measurement with what the last command produced."""
     if made is None or not hasattr(made, "_fields"):
         return measured
     return measured._replace(**{name: getattr(made, name) for name in ("thrust", "torque") if name in measured._fields})
@@ -126,7 +126,7 @@ def fed_back(measured: Structure, made: Structure) -> Structure:
 
 
 def golden_header(exported: Exported, vectors: Golden) -> str:
-    """The vectors as constants of C."""
+    """The vectors as C constants."""
     precise, clocked = exported.precise, exported.clocked
 
     def rows(name: str, structures: list[Structure]) -> str:
@@ -155,7 +155,7 @@ def golden_header(exported: Exported, vectors: Golden) -> str:
 
 
 def test_source(exported: Exported) -> str:
-    """The test: the same bits as the vectors, a zero's sign apart, and what the guards promise."""
+    """The test: the same bits as the vectors, except for a zero's sign, and the behaviour that the guards promise."""
     name, upper = exported.name, exported.name.upper()
     calls = [LOOP.replace("LOOP", loop).replace("NAME", name).replace("UPPER", upper) for loop in loops(exported)]
     words = {

@@ -1,4 +1,4 @@
-"""Guards around an exported law: what it does with numbers that are not finite, with old ones, and when it gives up."""
+"""Guards around an exported law: its behaviour for non-finite numbers, for old ones, and when it diverges."""
 
 import re
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from quadstep.c99.words import COMMAND_WORDS
 from quadstep.numbers import Structure, leaf_names
 
 FEW = 40
-"""Numbers that are added where they are; more go through a function, with twice the instructions and a quarter of the code."""
+"""Most numbers that are summed inline; more go through a function, with twice the instructions and a quarter of the code."""
 
 SUM = """/* Whether a number is finite; a sum is not if one of its terms is not. */
 static inline bool qs_finite(real sum)
@@ -33,19 +33,19 @@ static bool qs_all_finite(const real *numbers, size_t count)
 
 
 class Run(NamedTuple):
-    """Numbers of a struct that follow on one another. start: of the struct's numbers. names: as C has them."""
+    """Consecutive numbers of a struct. start: index among the struct's numbers. names: in C."""
 
     pointer: str
     start: int
     names: tuple[str, ...]
 
     def finite(self) -> str:
-        """That all of them are."""
+        """The expression that tests whether all of them are finite."""
         return f"qs_all_finite(&((const real *)(const void *){self.pointer})[{self.start}], {len(self.names)}u)"
 
 
 def finite(exported: Exported) -> str:
-    """The functions that ask whether numbers are finite. A sum that overflows is refused too."""
+    """The functions that test whether numbers are finite. A sum that overflows is refused too."""
     text = SUM + ("" if few(exported) else LOOP)
     return text.replace("MOST", "0x7FF0000000000000u" if exported.precise else "0x7F800000u").rstrip()
 
@@ -97,13 +97,13 @@ def guards(exported: Exported) -> list[str]:
 
 
 def checked(exported: Exported, what: str) -> list[Run]:
-    """The numbers which a function takes from what it is told."""
+    """The numbers that a function takes from its inputs."""
     told = (("measured", measured_part(exported.subject.measured)), ("reference", exported.subject.reference))
     return [run for pointer, value in told for run in runs(pointer, value, taken(exported, [what], pointer, value))]
 
 
 def joined(exported: Exported, what: str) -> list[Run]:
-    """The same, in as few runs as may be: with what stands between, if another function of the law takes it."""
+    """The same in as few runs as possible, including numbers in between if another function of the law takes them."""
     found = []
     for pointer, value in (("measured", measured_part(exported.subject.measured)), ("reference", exported.subject.reference)):
         own, names = taken(exported, [what], pointer, value), list(fields_of(value))
@@ -135,29 +135,29 @@ def runs(pointer: str, structure: Structure, taken: list[str]) -> list[Run]:
 
 
 def few(exported: Exported) -> bool:
-    """Whether all numbers that are asked for are few enough to be added where they are."""
+    """Whether the numbers to test are few enough to be summed inline."""
     whole = [checked(exported, what) for what in ("start", *loops(exported), "law")]
     return sum(len(run.names) for run in (*(run for found in whole for run in found), *asked(exported))) <= FEW
 
 
 def told_finite(exported: Exported, what: str) -> str:
-    """That what a function takes is finite; nothing if it takes nothing."""
+    """The test that a function's inputs are finite; empty if it takes none."""
     return all_finite(exported, checked(exported, what) if few(exported) else joined(exported, what))
 
 
 def all_finite(exported: Exported, found: list[Run]) -> str:
-    """That these are; nothing for none."""
+    """The test that these are finite; empty for none."""
     if few(exported):
         return f"qs_finite({' + '.join(name for run in found for name in run.names)})" if found else ""
     return " && ".join(run.finite() for run in found)
 
 
 ASKED = ("thrust", "torque", "rates", "thrusts", "speeds")
-"""What is never NaN in a command; the rest is for the log."""
+"""Fields of a command that must be finite; the rest is for the log."""
 
 
 def asked(exported: Exported) -> list[Run]:
-    """What a command asks for."""
+    """The commanded quantities."""
     command = exported.code.command
     return runs("command", command, [name for name in fields_of(command) if name in ASKED or name not in COMMAND_WORDS])
 

@@ -1,4 +1,4 @@
-"""The interface of an exported law: what it is told and gives, its functions, its header."""
+"""The interface of an exported law: its inputs and outputs, its functions, its header."""
 
 import re
 from collections.abc import Mapping
@@ -25,11 +25,11 @@ STATUS = (
     ("DIVERGED", "the law returned NaN or infinity: last command repeated; call start() before continuing"),
     ("SATURATED", "the actuators cannot produce the command"),
 )
-"""Bits of the status that the functions return; 0: all is well."""
+"""Bits of the status that the functions return; 0: no error."""
 
 
 class Clocked(NamedTuple):
-    """When samples are due. step [s]. every: steps from one sample to the next, of each loop and the law, by name. last: tick
+    """When samples are due. step [s]. every: steps from one sample to the next, for each loop and the law, by name. last: tick
     of the flight's end.
     """
 
@@ -43,7 +43,7 @@ class Clocked(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """A law and how it is to be called. name: begins every name. about: lines of its origin, for the head of each file.
+    """A law and how it is to be named. name: prefix of every name. about: lines on its origin, for the head of each file.
 
     most_age: of a measurement [s].
     """
@@ -58,12 +58,12 @@ class Exported(NamedTuple):
 
 
 def title(exported: Exported) -> str:
-    """What the law is called."""
+    """The law's name."""
     return exported.subject.controller.label or exported.name
 
 
 def c_name(text: str) -> str:
-    """A name of a controller as one of C."""
+    """A controller's name as a C identifier."""
     name = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
     return name if name and not name[0].isdigit() else f"law_{name}"
 
@@ -75,7 +75,7 @@ def head(exported: Exported, what: str) -> str:
 
 
 def struct(name: str, lines: list[str], comment: str) -> str:
-    """A struct of its own name."""
+    """A named struct."""
     return "\n".join([f"/** {comment} */", "typedef struct", "{", *lines, f"}} {name};"])
 
 

@@ -1,4 +1,4 @@
-"""A controller and what the actuators make of its commands, recorded as functions of C."""
+"""A controller, and the actuators' response to its commands, recorded as C functions."""
 
 from collections import namedtuple
 from collections.abc import Callable, Mapping
@@ -84,7 +84,7 @@ KEYWORDS = frozenset(
         "clock",
     ]
 )
-"""What no local may be called."""
+"""Names that no local may have."""
 
 
 class Subject(NamedTuple):
@@ -102,8 +102,8 @@ class Code(NamedTuple):
     """A law in C. functions: the statements of each. reads: what each takes from memory. used: functions of numbers that
     they call.
 
-    memory, vehicle, command, made: structures of what C's structs hold; NamedTuples, perhaps empty. asked: a command as the
-    law gives it. operations: of all functions, every turn of a loop counted.
+    memory, vehicle, command, made: the contents of C's structs; NamedTuples, perhaps empty. asked: a command as the
+    law returns it. operations: of all functions, counting every turn of a loop.
     """
 
     functions: Mapping[str, list[str]]
@@ -118,7 +118,7 @@ class Code(NamedTuple):
 
 
 def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
-    """The functions start, guide, law and made. logged: whether commands carry what a log wants to know.
+    """The functions start, guide, law and made. logged: whether commands include values for the log.
 
     Raises TypeError for a law that cannot be written in C.
     """
@@ -188,7 +188,7 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
 
 
 def like(subject: Subject) -> tuple[Structure, Structure]:
-    """A command and what is made of it, as floats, by a sample of the law itself."""
+    """A command and the actuators' response, as floats, from a sample of the law itself."""
     memory = subject.controller.start(subject.measured, subject.gains)
     given = subject.measured, subject.reference, subject.gains, 0.0, 0.01
     for loop in subject.controller.loops():
@@ -198,13 +198,13 @@ def like(subject: Subject) -> tuple[Structure, Structure]:
 
 
 def measured_part(measured: Structure) -> Structure:
-    """What is measured of all that could be."""
+    """The fields that are measured, out of all that could be."""
     taken = [name for name, value in fields_of(measured).items() if flatten(value) and not all(map(isnan, flatten(value)))]
     return only(measured, taken)
 
 
 def only(value: Structure, names: list[str]) -> Structure:
-    """The same with these fields alone."""
+    """The same with only these fields."""
     return namedtuple("Part", names)(*(getattr(value, name) for name in names))
 
 
@@ -214,7 +214,7 @@ def begins(text: str, path: str) -> bool:
 
 
 def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
-    """The fields that are taken."""
+    """The fields that are used."""
     kept = {name: field for name, field in fields_of(value).items() if any(begins(text, f"{path}.{name}") for text in inputs)}
     inner = {
         name: field if as_array(field) or not hasattr(field, "_fields") else pruned(field, f"{path}.{name}", inputs)
@@ -224,7 +224,7 @@ def pruned(value: Structure, path: str, inputs: list[str]) -> Structure:
 
 
 def reach(record: NamedRecord, results: list[Output]) -> list[int]:
-    """Every number that results come from, those within loops too."""
+    """Every number that results depend on, including those inside loops."""
     seen: set[int] = set()
     waiting = [one.place for one in results]
     while waiting:

@@ -1,4 +1,4 @@
-"""While a law is recorded: what it calls its numbers, and on which of its lines it computes them."""
+"""Names that a law gives its numbers while it is recorded, and the lines on which it computes them."""
 
 import linecache
 import sys
@@ -16,13 +16,13 @@ from quadstep.numbers.script import CONSTANT, INPUT, ScriptCondition, ScriptNumb
 
 ROOT = Path(__file__).parent.parent
 SILENT = (str(ROOT / "numbers"), str(ROOT / "c99"))
-"""Code whose lines explain nothing about a law."""
+"""Code whose lines say nothing about a law."""
 
 RECORDER = str(ROOT / "c99" / "law.py")
 """Calls laws."""
 
 GIVEN = frozenset(("self", "memory", "measured", "reference", "gains", "t", "period"))
-"""What a law is given has its name already."""
+"""Parameters of a law, which have names already."""
 
 
 class NamedRecord(ScanRecord):
@@ -43,7 +43,7 @@ class NamedRecord(ScanRecord):
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """A block in which locals of laws give their numbers names."""
+        """A block in which the locals of laws name their numbers."""
 
         def returned(frame: FrameType, event: str, _argument: object) -> None:
             code = frame.f_code
@@ -60,7 +60,7 @@ class NamedRecord(ScanRecord):
             sys.setprofile(before)
 
     def call(self, name: str, value: object) -> None:
-        """Give what a local holds its name, unless it has one."""
+        """Name the numbers that a local holds after it, unless they have a name."""
         if isinstance(value, ScriptNumber | ScriptCondition):
             if value.record is self and self.nodes[value.place].operation not in (CONSTANT, INPUT):
                 self.naming.names.setdefault(value.place, name)
@@ -79,20 +79,20 @@ class NamedRecord(ScanRecord):
 
 
 def lawful(frame: FrameType | None) -> FrameType | None:
-    """The innermost frame of a law; None where what records it has no law around itself."""
+    """The innermost frame of a law; None if the recording code is not called from a law."""
     while frame and frame.f_code.co_filename.startswith(SILENT):
         frame = None if frame.f_code.co_filename == RECORDER else frame.f_back
     return frame
 
 
 def line_of(frame: FrameType) -> str:
-    """File, line and text, as a comment of C may hold it."""
+    """File, line and text, in a form allowed in a C comment."""
     file = frame.f_code.co_filename
     text = linecache.getline(file, frame.f_lineno).strip()
     return remark(f"{Path(file).name}:{frame.f_lineno}: {text}")
 
 
 def remark(text: str) -> str:
-    """A text that can stand in a comment of C: nothing that ends it or begins another."""
+    """A text that is safe inside a C comment: without anything that ends it or begins another."""
     safe = one_line(text).replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "? ?")
     return safe.encode("ascii", "backslashreplace").decode().rstrip("\\")

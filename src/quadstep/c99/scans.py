@@ -1,7 +1,7 @@
-"""Scans in C: one node of the record stands for a loop, whose step is recorded once.
+"""Scans in C: one node of the record represents a loop, whose step is recorded once.
 
-A scan has a struct of its own, named after its step: the carry, and the rows that it makes. Rows that it is given are read
-where they stand; numbers that stand nowhere yet are written into an array first.
+A scan has its own struct, named after its step: the carry, and the rows that it makes. Its input rows are read
+where they are stored; numbers that are not stored yet are written into an array first.
 """
 
 from collections import namedtuple
@@ -13,12 +13,12 @@ from quadstep.numbers.rows import TURN, RowMatrix, RowRecord
 from quadstep.numbers.scan import Rows, Step, matrices, same_shape, shaped
 
 FILLED, SCAN = "filled", "scan"
-"""Operations: an array of numbers, entry by entry; a loop whose turns follow on one another."""
+"""Operations: an array of numbers, entry by entry; a loop whose turns depend on one another."""
 
 
 class Scan(NamedTuple):
-    """counter: names its turns and its memory. step: the name of the law's function. memory: what its struct holds, as any
-    numbers. begin: what is stored there before the first turn; turn: what each turn leaves.
+    """counter: names its turns and its memory. step: the name of the law's function. memory: the contents of its struct, any
+    numbers. begin: values stored there before the first turn; turn: values that each turn stores.
     """
 
     counter: str
@@ -38,7 +38,7 @@ class ScanRecord(RowRecord):
         self.scans: dict[int, Scan] = {}
 
     def in_memory(self, rows: Matrix) -> RowMatrix:
-        """A matrix as an array: where it stands, or filled with its numbers."""
+        """A matrix as an array: the one in which it is stored, or one filled with its numbers."""
         if isinstance(rows, RowMatrix):
             return rows
         shape = len(rows), len(rows.rows[0])

@@ -52,7 +52,7 @@ PRAGMAS = """/*
 
 
 def step_arguments(exported: Exported, what: str) -> list[str]:
-    """Of the function that has the law's own statements."""
+    """Parameters of the function that contains the law's own statements."""
     name = exported.name
     memory = [f"{name}_memory *memory"] if has_numbers(exported.code.memory) else []
     params = [f"const {name}_params *params"]

@@ -1,4 +1,4 @@
-"""Structures of numbers as structs of C, and as inputs of a law that is being recorded."""
+"""Structures of numbers as C structs, and as inputs of a law that is being recorded."""
 
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
@@ -14,14 +14,14 @@ INDENT = "    "
 
 
 class Array(NamedTuple):
-    """An array of C. sizes: from the outside in. entries: its numbers, in order."""
+    """A C array. sizes: from the outside in. entries: its numbers, in order."""
 
     sizes: tuple[int, ...]
     entries: tuple[object, ...]
 
 
 def as_array(value: Structure) -> Array | None:
-    """A vector, a matrix, a table or a plain tuple of these as an array; None for what is none."""
+    """A vector, a matrix, a table or a plain tuple of these as an array; None for anything else."""
     if isinstance(value, Table):
         return Array((value.size,), tuple(value.values))
     if isinstance(value, Vector):
@@ -34,7 +34,7 @@ def as_array(value: Structure) -> Array | None:
         return None
     known = [row for row in rows if row is not None]
     if len({row.sizes for row in known}) > 1:
-        raise TypeError("a tuple of vectors of different lengths has no array of C")
+        raise TypeError("a tuple of vectors of different lengths does not fit a C array")
     return Array((len(known), *(known[0].sizes if known else ())), tuple(entry for row in known for entry in row.entries))
 
 
@@ -57,7 +57,7 @@ def as_structs(value: Structure) -> tuple[Structure, ...]:
 
 
 def as_struct(value: Structure, name: str) -> Structure:
-    """A structure with named fields; what has none becomes the only field, of this name."""
+    """A structure with named fields; a value without any becomes the only field, with this name."""
     if hasattr(value, "_fields"):
         return value
     if isinstance(value, tuple) and not value:
@@ -66,19 +66,19 @@ def as_struct(value: Structure, name: str) -> Structure:
 
 
 def as_given(value: Structure, like: Structure) -> Structure:
-    """What `as_struct` has made of something of this shape, as it was."""
+    """The inverse of `as_struct` for something of this shape."""
     return value if hasattr(like, "_fields") or not value else value[0]
 
 
 def unlike(value: Structure) -> bool:
-    """Whether a tuple has parts of different shapes, each of which is then a member of its own."""
+    """Whether a tuple has parts of different shapes, each of which then becomes a separate member."""
     if not isinstance(value, tuple) or hasattr(value, "_fields"):
         return False
     return len({tuple(leaf_names(one)) for one in value}) > 1
 
 
 def parts_of(value: Structure) -> Mapping[str, Structure]:
-    """The members of a struct: fields, and those parts that are members of their own, `chains_0` and on."""
+    """The members of a struct: fields, and parts that are separate members, `chains_0` and so on."""
     parts: dict[str, Structure] = {}
     for name, field in fields_of(value).items():
         parts |= {f"{name}_{i}": one for i, one in enumerate(field)} if unlike(field) else {name: field}
@@ -145,9 +145,9 @@ def number(value: object, precise: bool) -> str:
 
 
 def found(record: RowRecord, value: Structure, text: str, after: tuple[int, ...] = ()) -> Structure:
-    """The structure as a law finds it in memory under this name (`memory->`): long arrays stay there.
+    """The structure as a law finds it in memory under this name (`memory->`): long arrays stay in memory.
 
-    after: places of what leaves it there; none for what is there before.
+    after: places of the numbers that produce it there; none if it exists beforehand.
     """
     if isinstance(value, Table):
         return ScriptTable(record, text, value.size)
@@ -170,12 +170,12 @@ def is_long(value: Matrix | Vector) -> bool:
 
 
 def placed(record: RowRecord, text: str, after: tuple[int, ...]) -> int:
-    """The place of what is in memory under this name."""
+    """The place of the number in memory under this name."""
     return record.place(LEFT if after else INPUT, *after, text=text)
 
 
 def inner(value: tuple[Structure, ...], made: Callable[[Structure, str], Structure], text: str) -> Structure:
-    """A tuple of what is made of each part and of its name in memory."""
+    """A tuple with a function applied to each part and its name in memory."""
     if hasattr(value, "_fields"):
         start = text if text[-1] in ">." else f"{text}."
         return value._make(made(field, start + name) for name, field in fields_of(value).items())  # type: ignore[attr-defined]
@@ -191,14 +191,14 @@ class Output(NamedTuple):
 
 
 class Stored(NamedTuple):
-    """What it takes to leave structures in memory: numbers, and arrays by the loops that make them."""
+    """The assignments that store structures in memory: numbers, and arrays by the loops that make them."""
 
     numbers: list[Output]
     arrays: list[Output]
 
 
 def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Stored:
-    """Leave structures at places in memory. What an array is made of is read before any array is stored."""
+    """Store structures at places in memory. The inputs of every array are read before any array is stored."""
     numbers: list[Output] = []
     waiting: list[tuple[str, RowMatrix | RowVector]] = []
 
@@ -225,7 +225,7 @@ def stored(record: RowRecord, results: Sequence[tuple[str, Structure]]) -> Store
 
 
 def read_first(record: RowRecord, array: RowMatrix | RowVector, others: set[str]) -> RowMatrix | RowVector:
-    """The array; one that waits to be computed while others are stored, and one that stands where another goes, as made."""
+    """The array; one not yet computed while others are stored, or stored where another goes, is computed now."""
     if array.array is not None and record.nodes[array.array].text not in others:
         return array
     if array.array is None and not others:

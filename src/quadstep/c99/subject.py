@@ -1,4 +1,4 @@
-"""What of a mission is exported."""
+"""The part of a mission that is exported."""
 
 from typing import Protocol
 
@@ -39,7 +39,7 @@ def refuse_opaque(controller: Controller) -> None:
 
 
 def subject_of(plan: Planned) -> Subject:
-    """The law of a flight with its gains, and what its vehicle makes of commands. Raises UserError for an opaque law."""
+    """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
     loop, parameters = plan.loop, plan.parameters
     refuse_opaque(loop.controller)
     measured = loop.told(loop.start(plan.start, parameters), parameters)
@@ -54,7 +54,7 @@ def clock_of(plan: Planned) -> Clocked:
 
 
 def exported(plan: Planned, precise: bool, about: tuple[str, ...] = (), logged: bool = False) -> Exported:
-    """The law in C. Raises UserError for one that cannot be written in it."""
+    """The law in C. Raises UserError if it cannot be written in C."""
     subject = subject_of(plan)
     name = c_name(subject.controller.name or type(subject.controller).__name__)
     try:

@@ -1,4 +1,4 @@
-"""Units, frames and meanings of what a law is told and gives, as the comments of a header say them."""
+"""Units, frames and meanings of a law's inputs and outputs, as comments of a header."""
 
 from collections.abc import Callable
 
@@ -65,7 +65,7 @@ MODEL_WORDS = {
     "slowest": "rad/s, of a rotor",
     "fastest": "rad/s, of a rotor",
 }
-"""What a law takes from the vehicle without a key."""
+"""Quantities without a key that a law takes from the vehicle."""
 
 
 def from_table(words: dict[str, str]) -> Callable[[str], str]:
@@ -74,7 +74,7 @@ def from_table(words: dict[str, str]) -> Callable[[str], str]:
 
 
 def of_gains(controller: Controller, gains: object) -> Callable[[str], str]:
-    """Unit and meaning of a gain, as its law declares them; of gains that were worked out, as these declare them."""
+    """Unit and meaning of a gain, as declared by its law; for computed gains, as declared by these."""
     declared = dict(getattr(type(gains), "_field_defaults", {})) | dict(type(controller).declarations())
 
     def comment(name: str) -> str:

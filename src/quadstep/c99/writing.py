@@ -1,8 +1,8 @@
 """Recorded numbers as statements of C99.
 
-A number that a law gives a name to, or that is used again, becomes a local; what is used once is written into its user. A
-result is stored as soon as nothing reads any more what it replaces, so that few numbers wait at a time. What the rows of an
-array become is computed where it is to stay, if nothing reads its former rows later.
+A number that a law names, or that is used more than once, becomes a local; one used once is written inline. A
+result is stored as soon as nothing reads the value that it replaces, so that few numbers are alive at a time. New rows of an
+array are computed in place if nothing reads its old rows later.
 """
 
 import re
@@ -20,7 +20,7 @@ INDENT = "    "
 
 
 class Line(NamedTuple):
-    """A statement. reads: targets whose former value it takes. origin: line of the law. makes: what a loop leaves."""
+    """A statement. reads: targets whose old value it uses. origin: line of the law. makes: results of a loop."""
 
     text: list[str]
     reads: frozenset[str]
@@ -32,7 +32,7 @@ class Writer(Expressions):
     """Writes the numbers of one record as the body of one function."""
 
     def body(self, results: Stored) -> list[str]:
-        """The statements that give numbers and arrays to their targets."""
+        """The statements that assign numbers and arrays to their targets."""
         return self._with_stores(self._block(results, ""), results.numbers)
 
     def _block(self, results: Stored, counter: str) -> list[Line]:
@@ -64,16 +64,16 @@ class Writer(Expressions):
                 lines.append(self._local(place))
         return lines
 
-    # What is needed, and where it stays
+    # What is needed, and where it is stored
 
     def _count(self, wanted: set[int], counter: str) -> list[int]:
-        """What has to be computed here, in order; how often each number is used is noted."""
+        """The numbers to be computed here, in order; counts how often each is used."""
         inside = {place for place in wanted if not counter or counter in self.record.turning[place]}
         for place in range(max(wanted, default=-1), -1, -1):
             if place not in inside:
                 continue
             node = self.nodes[place]
-            weight = 2 if node.operation in ("loop", SCAN) else 1  # a loop takes a number again and again
+            weight = 2 if node.operation in ("loop", SCAN) else 1  # a loop uses a number repeatedly
             for operand in node.operands:
                 self.uses[operand] += weight
                 if (not counter or counter in self.record.turning[operand]) and not self.leaf(operand):
@@ -81,7 +81,7 @@ class Writer(Expressions):
         return sorted(inside)
 
     def _storage(self, needed: list[int], arrays: list[Output]) -> dict[int, str]:
-        """Where arrays are made: those that are results at their target, and what these are made from there too if it may."""
+        """Where arrays are made: results at their target, and the arrays that they are made from there too, if possible."""
         storage = {one.place: one.target for one in arrays}
         waiting = list(storage)
         while waiting:
@@ -98,7 +98,7 @@ class Writer(Expressions):
         return storage
 
     def _joined(self, needed: list[int]) -> dict[int, list[int]]:
-        """By loop, those that only add up what its rows become and arrays from before: they take the same turns."""
+        """By loop, the loops that only sum over its new rows and older arrays: they share its turns."""
         joined: dict[int, list[int]] = {}
         for place in needed:
             body = self.record.loops.get(place)
@@ -113,7 +113,7 @@ class Writer(Expressions):
         return joined
 
     def _reads_array(self, place: int, target: str) -> bool:
-        """Whether an assignment takes entries of the array of this name."""
+        """Whether an assignment uses entries of the array of this name."""
         node = self.nodes[place]
         if node.operation not in ("item", "loop", SCAN):
             return False
@@ -131,7 +131,7 @@ class Writer(Expressions):
         return Line([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
 
     def _filled(self, place: int) -> list[Line]:
-        """An array that is given its entries one by one."""
+        """An array whose entries are assigned one by one."""
         node = self.nodes[place]
         name = self.names[place] = self.name(place, "rows")
         columns = int(node.text.rpartition("[")[2][:-1])
@@ -167,7 +167,7 @@ class Writer(Expressions):
         return Line(lines, reads, self._origin(place), (self.memories[scan.counter],))
 
     def _loop(self, places: list[int], storage: dict[int, str]) -> list[Line]:
-        """Loops over the same rows as one, with what they need before it."""
+        """Loops over the same rows merged into one, with the statements that they need first."""
         before: list[Line] = []
         inner: list[str] = []
         origin = self._origin(places[0])
@@ -197,7 +197,7 @@ class Writer(Expressions):
         return [*before, Line(text, self.taken_reads(), origin, tuple(made))]
 
     def _stays(self, place: int, storage: dict[int, str]) -> bool:
-        """Whether a loop would copy an array to where it stands."""
+        """Whether a loop would copy an array onto itself."""
         body, nodes = self.record.loops[place], [self.nodes[one] for one in self.record.loops[place].stored]
         sources = {node.operands for node in nodes}
         if len(sources) != 1 or any(node.operation != "item" for node in nodes):
@@ -208,7 +208,7 @@ class Writer(Expressions):
         return source in storage and storage[source] == storage.get(place) and [one.text for one in nodes] in (columns, rows)
 
     def _before(self, place: int) -> list[Line]:
-        """Locals for the numbers in memory that a loop takes."""
+        """Locals for the numbers in memory that a loop uses."""
         return [
             self._hoisted(operand)
             for operand in self.nodes[place].operands
@@ -216,7 +216,7 @@ class Writer(Expressions):
         ]
 
     def _is_number(self, operand: int) -> bool:
-        """Whether an input that a loop takes is a number, not an array."""
+        """Whether an input of a loop is a number, not an array."""
         return not any(node.operation == "item" and node.operands[0] == operand for node in self.nodes)
 
     def _hoisted(self, place: int) -> Line:
@@ -271,7 +271,7 @@ class Writer(Expressions):
         return lines
 
     def _with_stores(self, lines: list[Line], outputs: list[Output]) -> list[str]:
-        """The statements, with what is stored as early as it may be."""
+        """The statements, with results stored as early as possible."""
         waiting: dict[int, list[str]] = {}
         placed = [(self.scoped(target), place) for target, place in outputs]
         targets = {target for target, _ in placed}

@@ -1,7 +1,7 @@
 """A campaign on a Ray cluster: spans of flights flown wherever a core is free, assembled as on one machine.
 
-A span that is lost with its worker or its node is flown again elsewhere; a flight depends on its number only, so nobody can
-tell. `docs/cluster.md` says how to run one and what it was measured to do.
+A span that is lost with its worker or its node is flown again elsewhere; a flight depends on its number only, so this changes
+nothing. `docs/cluster.md` explains how to run one and gives measurements.
 """
 
 import pickle
@@ -26,22 +26,22 @@ from quadstep.errors import UserError
 from quadstep.flight.sweep import Sweep, Swept
 
 SPAN = 16_384
-"""Flights of one task at most: some seconds of work, two megabytes of results."""
+"""Most flights of one task: some seconds of work, two megabytes of results."""
 
 SMALLEST_SPAN = 256
-"""Below this a task costs more than its flights."""
+"""With fewer flights, a task costs more than flying them."""
 
 AHEAD = 2
-"""Tasks that wait or run for each core, so that none is idle and the driver is not flooded."""
+"""Tasks waiting or running per core, so that no core is idle and the driver is not flooded."""
 
 LOSSES = 20
-"""How often a span may be lost with its worker or node; beyond this, the span itself brings them down."""
+"""How often a span may be lost with its worker or node; beyond this, the span itself is taken to bring them down."""
 
 PATIENCE = 60.0
 """How long a cluster may be without any core [s]: nodes come and go."""
 
 FLYERS: dict[object, Flyer] = {}
-"""This worker's flyer by its order; at most one."""
+"""This worker's flyer, by its order; at most one."""
 
 
 class OneThread(Sweep):
@@ -58,8 +58,8 @@ class OneThread(Sweep):
 class Order(NamedTuple):
     """Instructions for workers.
 
-    needs: what decides a flight's bits. fingerprint: of the campaign. campaign: packed, as only a worker that has all it
-    needs can unpack it.
+    needs: what determines a flight's bits. fingerprint: of the campaign. campaign: pickled, since only a worker that has all
+    of `needs` can unpickle it.
     """
 
     needs: tuple[tuple[str, str], ...]
@@ -73,13 +73,13 @@ def order(campaign: Campaign) -> Order:
 
 
 def needs() -> tuple[tuple[str, str], ...]:
-    """What decides a flight's bits on a machine, besides the campaign: names and what they are here."""
+    """What determines a flight's bits on a machine, besides the campaign: names, and their values here."""
     packages = [(name, version(name)) for name in ("numpy", "llvmlite")]
     return (("quadstep", __version__), *packages)
 
 
 def fly_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> pa.Table:
-    """Flights of a campaign, whose laws stay compiled for the worker's next span. told: an `Order`. Raises UserError."""
+    """The flights of a span; the laws stay compiled for the worker's next span. told: an `Order`. Raises UserError."""
     if told not in FLYERS:
         FLYERS.clear()
         FLYERS[told] = Flyer(unpacked(Order(*told)), OneThread)
@@ -97,7 +97,7 @@ def unpacked(told: Order) -> Campaign:
 
 
 def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
-    """Refuses what decides a flight's bits where it is not as wanted. here: says where. Raises UserError."""
+    """Refuses a machine whose `needs` differ. here: names the machine. Raises UserError."""
     for (name, mine), (_, theirs) in zip(needs(), wanted, strict=False):
         if mine != theirs:
             raise UserError(
@@ -118,7 +118,7 @@ class Span(NamedTuple):
 
 
 def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Progress) -> Iterator[tuple[Chunk, pa.Table]]:
-    """The flights of each chunk, as they come. Raises UserError for a cluster that is not there or cannot fly."""
+    """The flights of each chunk, as they arrive. Raises UserError for a cluster that is absent or cannot fly."""
     with connected() as ray:
         size = span_size(sum(chunk.past - chunk.first for chunk in chunks), cores(ray))
         pieces = Pieces()
@@ -131,13 +131,13 @@ def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Prog
 
 
 def span_size(flights: int, cores: int) -> int:
-    """Flights per task: few enough that every core gets several and all end together. No result depends on it."""
+    """Flights per task: few enough that every core gets several and all finish together. No result depends on it."""
     even = -(-flights // (4 * max(1, cores)))
     return min(max(even, SMALLEST_SPAN), SPAN)
 
 
 def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
-    """The chunks in order, cut to pieces."""
+    """The chunks in order, cut into spans."""
     for chunk in chunks:
         for first in range(chunk.first, chunk.past, size):
             yield Span(chunk, first, min(first + size, chunk.past))
@@ -146,12 +146,12 @@ def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
 def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError.
 
-    Tasks that are still flying when this ends do so with the connection: Ray aborts the driver where it cancels a task that
+    Tasks still flying when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
     ends at the same moment.
     """
 
     def quadstep_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> object:
-        # Ray sends a function within another as it stands, so that even a worker without quadstep can say so.
+        # Ray sends a nested function by value, so that even a worker without quadstep can report that it has none.
         from quadstep.campaign.cluster import fly_span  # noqa: PLC0415 (on the worker)
 
         return fly_span(told, first, past)
@@ -172,7 +172,7 @@ def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span]) -> Gener
 
 
 def over(ray: ModuleType, flying: list[object]) -> list[object]:
-    """The finished tasks, at least one. Raises UserError for a cluster that has lost all its cores."""
+    """Finished tasks, at least one. Raises UserError for a cluster that has lost all its cores."""
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):
             raise UserError(
@@ -183,7 +183,7 @@ def over(ray: ModuleType, flying: list[object]) -> list[object]:
 
 
 def fetched(ray: ModuleType, reference: object, what: str) -> Any:
-    """The result of a task. what: it is, in words. Raises what was raised there, UserError for an unsuitable worker."""
+    """The result of a task. what: the task, in words. Raises what the task raised, or UserError for an unsuitable worker."""
     try:
         return ray.get(reference)
     except ray.exceptions.RayTaskError as error:
@@ -195,7 +195,7 @@ def fetched(ray: ModuleType, reference: object, what: str) -> Any:
 
 
 def refuse(error: Any) -> NoReturn:
-    """Raise what a task raised on its worker."""
+    """Raise the exception that a task raised on its worker."""
     cause = error.cause
     if isinstance(cause, UserError):
         raise cause from None
@@ -209,7 +209,7 @@ def refuse(error: Any) -> NoReturn:
 
 
 class Pieces:
-    """Tables of spans until their chunk is whole."""
+    """Tables of spans, kept until their chunk is complete."""
 
     def __init__(self) -> None:
         self.tables: dict[Chunk, dict[int, pa.Table]] = {}

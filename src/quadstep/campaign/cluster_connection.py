@@ -1,7 +1,7 @@
-"""The connection to a Ray cluster: the one of RAY_ADDRESS, or one of this machine's cores that nobody else can reach.
+"""The connection to a Ray cluster: the one at RAY_ADDRESS, or one of this machine's cores that nobody else can reach.
 
-Who controls a cluster runs any Python on its nodes, and in the driver. So a cluster is joined only where it was named, and one
-that is started here listens on the loopback interface only and asks for a token that only its own processes know.
+Whoever controls a cluster can run any Python on its nodes and in the driver. So a cluster is joined only if named, and one
+that is started here listens on the loopback interface only and requires a token that only its own processes know.
 """
 
 import json
@@ -24,18 +24,18 @@ from quadstep.errors import UserError
 
 QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",  # nothing is sent anywhere
-    "RAY_DEDUP_LOGS_SKIP_REGEX": ".*",  # what becomes of lost workers is not for the user's screen
-    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # else a warning about graphics processors that nobody asked for
+    "RAY_DEDUP_LOGS_SKIP_REGEX": ".*",  # messages about lost workers are not for the user's screen
+    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # else Ray warns about graphics processors, unasked
 }
-"""What Ray reads as it is imported."""
+"""Settings that Ray reads when it is imported."""
 
 OWN = {
     "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",  # Ray's switch for nodes at 127.0.0.1, on Linux too
     "RAY_AUTH_MODE": "token",
     "RAY_AUTH_TOKEN": secrets.token_hex(32),
 }
-"""The same for a cluster of this machine's cores. Other users of the machine reach its loopback interface, hence the token.
-Ray keeps the first token that it reads, hence one token a process.
+"""The same for a cluster of this machine's cores. Other users of the machine reach its loopback interface, hence a token.
+Ray keeps the first token that it reads, hence one token per process.
 """
 
 KEEPER = Path(__file__).with_name("cluster_keeper.py")
@@ -47,7 +47,7 @@ JOINING = 60.0
 """Longest time for it to admit a driver [s]. Ray itself would try for minutes, and then end the process."""
 
 START = 120.0
-"""How long a cluster of this machine's cores may take to start [s]: some seconds, on a machine that has nothing else to do."""
+"""How long a cluster of this machine's cores may take to start [s]; on an idle machine it takes some seconds."""
 
 END = 20.0
 """Longest time for it to end [s]."""
@@ -74,7 +74,7 @@ def connected() -> Iterator[ModuleType]:
                 join(ray, address)
             yield ray
         finally:
-            with own_handler(), muted():  # what becomes of tasks that an interrupted driver leaves is for nobody's screen
+            with own_handler(), muted():  # messages about tasks that an interrupted driver leaves behind are for nobody
                 ray.shutdown()
 
 
@@ -153,7 +153,7 @@ def ended(keeper: subprocess.Popen[bytes]) -> None:
     keeper.stdin.close()
     with suppress(subprocess.TimeoutExpired):
         keeper.wait(END)
-    with suppress(ProcessLookupError):  # as it should be
+    with suppress(ProcessLookupError):  # the normal case
         os.killpg(keeper.pid, signal.SIGKILL)
     while select.select([keeper.stdout], [], [], END)[0] and os.read(keeper.stdout.fileno(), 4096):
         pass

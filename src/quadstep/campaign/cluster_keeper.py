@@ -2,7 +2,7 @@
 
 Run by `cluster_connection.py`, which sets the environment that keeps Ray on the loopback interface and behind a token. It
 answers with one line of JSON, `{"address": "127.0.0.1:PORT"}` or `{"error": "..."}`, and runs until its standard input is
-closed: by a driver that is done, or by the kernel after a driver that was killed. Needs nothing but Ray.
+closed: by a driver that is done, or by the kernel after the driver was killed. Needs nothing but Ray.
 """
 
 import contextlib
@@ -17,15 +17,16 @@ import sys
 import tempfile
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import NoReturn, TextIO
 
 PREFIX = "quadstep-ray-"
 ROOM = "r"
-"""The folder within it that Ray is given, and opens to everybody."""
+"""The folder within it that Ray is given, and makes accessible to everybody."""
 
 LONGEST = 14
-"""Letters of the folder for temporary files at most: the paths of Ray's sockets below it must not have more than 103."""
+"""Longest path of the folder for temporary files: the paths of Ray's sockets below it must not exceed 103 characters."""
 
 REMOVAL = """
 import os, shutil, signal, sys
@@ -36,13 +37,13 @@ while os.path.exists(sys.argv[2]):  # a process that is ending may still write
 """Ends a group of processes and removes a folder."""
 
 PATIENCE = 10.0
-"""How long Ray has for ending in its own way, or for a start that nobody waits for any more [s]."""
+"""How long Ray may take to end by itself, or for a start that nobody waits for any more [s]."""
 
 
 def main() -> None:
     """Start, answer, wait, end."""
     driver = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what Ray may print is no answer
+    os.dup2(2, 1)  # what Ray prints must not be taken for the answer
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # as Ray has it too, once it is started
     folder, _ = locked_folder()
     over = threading.Event()
@@ -64,14 +65,21 @@ def start(folder: Path) -> str:
     where: str = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
     if where not in ("127.0.0.1", "::1"):
         raise RuntimeError(f"Ray would listen on {where}")
-    settings = {"include_dashboard": False, "log_to_driver": False, "logging_level": logging.CRITICAL}
+    begin = partial(
+        ray.init,
+        address="local",
+        include_dashboard=False,
+        log_to_driver=False,
+        logging_level=logging.CRITICAL,
+        _temp_dir=str(folder / ROOM),
+    )
     try:
-        ray.init(address="local", _temp_dir=str(folder / ROOM), **settings)
+        begin()
     except Exception as error:  # Ray knows no kind of its own
         if "timed out" not in str(error):
             raise
         shut_down()  # it gives its processes 30 s, which is not enough on a busy machine; what they have loaded is cached now
-        ray.init(address="local", _temp_dir=str(folder / ROOM), **settings)
+        begin()
     address: str = ray.get_runtime_context().gcs_address
     return address
 
@@ -84,7 +92,7 @@ def answer(driver: TextIO, **said: str) -> None:
 
 
 def watch(over: threading.Event, folder: Path, driver: TextIO) -> None:
-    """Wait for the driver's end; see to it that this program ends soon after, in whatever Ray is stuck."""
+    """Wait for the driver's end; make sure that this program ends soon after, wherever Ray may be stuck."""
     sys.stdin.buffer.read()
     over.set()
     time.sleep(PATIENCE)
@@ -99,7 +107,7 @@ def shut_down() -> None:
 
 
 def end(folder: Path, driver: TextIO) -> NoReturn:
-    """End what is left of the cluster, this program too, and remove its folder: Ray's agents would stay for a minute.
+    """End what is left of the cluster, including this program, and remove its folder: Ray's agents would stay for a minute.
 
     A process of another group does it, since what still runs here would write to the folder again. The driver's pipe stays
     open until it has done so.
@@ -111,9 +119,9 @@ def end(folder: Path, driver: TextIO) -> NoReturn:
 
 
 def locked_folder() -> tuple[Path, int]:
-    """A new folder for Ray's session, for the eyes of this user only, and the handle whose lock says that it is in use.
+    """A new folder for Ray's session that only this user can read, and the handle whose lock marks it as in use.
 
-    Removes those of this user that are not in use: whoever was to remove them was killed.
+    Removes this user's folders that are not in use: left behind by processes that were killed.
     """
     place = short_place()
     for old in Path(place).glob(PREFIX + "*"):

@@ -11,7 +11,7 @@ from quadstep.numbers import Table
 
 
 def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[list[float]]:
-    """The corners of a box; of a box with very many, both ends and each edge from the lower one."""
+    """The corners of a box; if there are too many, its two ends and the corners next to them."""
     ends = [sorted({a.item(), b.item()}) for a, b in zip(low, high, strict=True)]
     if len(ends) <= 5:
         yield from map(list, itertools.product(*ends))
@@ -24,7 +24,7 @@ def corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[lis
 
 
 def groups(columns: list[NDArray[np.generic]], count: int) -> Iterator[tuple[tuple[int, ...], NDArray[np.int64]]]:
-    """Flights that agree in these columns of places: the places, and the flights'."""
+    """Flights grouped by equal places in these columns: the places, and the flights of each group."""
     if not columns:
         yield (), np.arange(count)
         return
@@ -50,17 +50,17 @@ def option(drawn: Drawn, place: int) -> object:
 
 
 def same(alone: object, together: object, place: int) -> bool:
-    """Whether a leaf of a single flight is what the arrays have for it, to the bit."""
+    """Whether a leaf of a single flight equals the arrays' value for it, to the bit."""
     if isinstance(alone, Table) or isinstance(together, Table):
         return isinstance(alone, Table) and isinstance(together, Table) and alone.values == together.values
     return bool(alone == (together[place] if isinstance(together, np.ndarray) else together))
 
 
 def without(values: Mapping[str, object], name: str) -> dict[str, object]:
-    """All but one."""
+    """All entries but one."""
     return {key: value for key, value in values.items() if key != name}
 
 
 def shown(values: Mapping[str, object]) -> str:
-    """Values for one line."""
+    """Values on one line."""
     return ", ".join(f"{name} = {value!r:.40}" for name, value in itertools.islice(values.items(), 8))

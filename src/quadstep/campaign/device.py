@@ -1,6 +1,6 @@
-"""A campaign on a graphics processor, which draws what varies and the noise by itself where it can.
+"""A campaign on a graphics processor, which draws the varying values and the noise itself where it can.
 
-The same laws draw there as here: the mission is built once more, with the processor's numbers in place of arrays.
+The same laws draw the values: the mission is built once more, with the processor's numbers in place of arrays.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ def generated_batch(flyer: Flyer) -> Batch | None:
 
 
 def generate(campaign: Campaign, planner: Planner, batch: Batch) -> Generate:
-    """The law that gives the varying numbers of a flight from its number."""
+    """The law that computes the varying numbers of a flight from its number."""
     base = key(campaign.file.seed, 0).words
     values = {name: column.at(0) for name, column in planner.typical.items()}
 
@@ -64,7 +64,7 @@ class DeviceFlyer(Flyer):
         )
 
     def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
-        """The flights from `first` up to `past`. What was drawn is written as drawn here, in f64.
+        """The flights from `first` up to `past`. The drawn values are written as they are drawn here, in f64.
 
         Raises UserError for values that cannot be flown.
         """

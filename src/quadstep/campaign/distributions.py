@@ -1,4 +1,4 @@
-"""How a key of the mission varies from flight to flight, as a user writes it, with its quantile function."""
+"""How a key of the mission varies from flight to flight, as the user writes it, with its quantile function."""
 
 import math
 from itertools import accumulate
@@ -27,7 +27,7 @@ def ordered(low: float | None, high: float | None) -> None:
 
 
 class Uniform(Section):
-    """Any number between low and high."""
+    """Uniform between low and high."""
 
     type: Literal["uniform"]
     low: Annotated[Finite, Quantity("", "lower bound, in the key's unit")]
@@ -39,12 +39,12 @@ class Uniform(Section):
         return self
 
     def quantile(self, u: Number) -> Number:
-        """The value below which a share u of all lies."""
+        """The quantile function: the value below which a draw lies with probability u."""
         return self.low + (self.high - self.low) * u
 
 
 class Sobol(Uniform):
-    """As uniform, evenly spread: the next dimension of one Sobol sequence that all such keys share."""
+    """Uniform, but evenly spread: the next dimension of one Sobol sequence that all such keys share."""
 
     type: Literal["sobol"]  # type: ignore[assignment]
 
@@ -74,7 +74,7 @@ class Normal(Section):
         return below, above
 
     def quantile(self, u: Number) -> Number:
-        """The value below which a share u of all lies."""
+        """The quantile function: the value below which a draw lies with probability u."""
         if self.low is not None and self.low > self.mean:  # shares close to 1 have few digits left: use the other tail
             high = None if self.high is None else 2.0 * self.mean - self.high
             other = self.model_copy(update={"low": high, "high": 2.0 * self.mean - self.low})
@@ -106,12 +106,12 @@ class LogNormal(Section):
         return Normal(type="normal", mean=log(self.median), deviation=self.sigma, low=low, high=high)
 
     def quantile(self, u: Number) -> Number:
-        """The value below which a share u of all lies."""
+        """The quantile function: the value below which a draw lies with probability u."""
         return within(exp(self.logarithm.quantile(u)), self.low, self.high)
 
 
 class Choice(Section):
-    """One of some values, which may be anything that the key takes; equally likely, or by weights."""
+    """One of several values of any kind that the key accepts; equally likely, or by weights."""
 
     type: Literal["choice"]
     values: Annotated[
@@ -140,7 +140,7 @@ class Choice(Section):
         return self.values
 
     def place(self, u: Number) -> NDArray[np.int64]:
-        """Which option, for an array of u."""
+        """The index of the option, for an array of u."""
         weights = self.weights or (1.0,) * len(self.values)
         *ends, last = accumulate(weights)
         return np.searchsorted(np.array(ends) / last, np.asarray(u), side="right")
@@ -193,7 +193,7 @@ def as_rows(rows: object) -> object:
 
 
 class Correlated(Section):
-    """Keys that are jointly normal. deviations and correlation, or covariance; neither may leave a direction impossible."""
+    """Keys that are jointly normal, by deviations and correlation, or by covariance; positive definite in either case."""
 
     keys: Annotated[
         tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=64), Quantity("", "keys of the mission")
@@ -234,7 +234,7 @@ class Correlated(Section):
 
     @property
     def factor(self) -> tuple[tuple[float, ...], ...]:
-        """Lower triangle L with L L^T the covariance. ValueError where there is none."""
+        """Lower triangular L with L L^T the covariance. Raises ValueError where there is none."""
         name, matrix = "covariance", np.array(self.covariance)
         if self.covariance is None:
             deviations = np.array(self.deviations)
@@ -256,12 +256,12 @@ class Correlated(Section):
 
 
 def by_key(table: object) -> object:
-    """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A distribution is what has a type."""
+    """`vehicle.mass = {...}` in TOML is a table in a table; here it is a key. A table with a type is a distribution."""
     return dotted(table, is_value) if isinstance(table, dict) else table
 
 
 def is_value(table: dict[str, object]) -> bool:
-    """Whether a table is a distribution, or is meant as one, and not a level of keys."""
+    """Whether a table is a distribution, or is meant as one, rather than a level of keys."""
     return not table or isinstance(table.get("type"), str) or not all(isinstance(one, dict) for one in table.values())
 
 

@@ -1,4 +1,4 @@
-"""The values of what varies, from the flight's number alone: drawn in any order, on any machine, always the same."""
+"""The values of the varying keys, from the flight's number alone: the same in any order and on any machine."""
 
 import json
 import warnings
@@ -13,10 +13,10 @@ from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, key, uniforms
 
 VERSION = 2
-"""Version of the draws, raised whenever seed and number of a flight give other values. Version 1 depended on the machine."""
+"""Version of the draws, raised whenever a flight's seed and number give other values. Version 1 depended on the machine."""
 
 STREAM = 2**25
-"""Of the random numbers that campaigns draw; a flight's own noise uses small numbers."""
+"""Stream of the random numbers that campaigns draw; a flight's own noise uses small stream numbers."""
 
 A_TICK = 128
 """Numbers drawn at one tick of the counter."""
@@ -26,7 +26,7 @@ Values: TypeAlias = NDArray[Any]
 
 
 class Drawn(NamedTuple):
-    """A column of values. options: where it is not None, `values` are places in it."""
+    """A column of values. options: if not None, `values` are indices into it."""
 
     values: Values
     options: tuple[object, ...] | None = None
@@ -65,7 +65,7 @@ def noise_keys(seed: int, flights: NDArray[np.int64]) -> Key:
 
 def draw(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, Drawn]:
     """The values of each key for the flights of these consecutive numbers."""
-    with np.errstate(all="ignore"):  # what is beyond the range of numbers is refused with its flight
+    with np.errstate(all="ignore"):  # a value beyond the range of floats is refused with its flight
         return drawn_columns(file, flights)
 
 
@@ -76,7 +76,7 @@ def drawn_columns(file: CampaignFile, flights: NDArray[np.int64]) -> dict[str, D
     points = iter(sobol(file.seed, flights, len(spread)))
     drawn = from_shares(file, shared)
     every = 1
-    for name, one in reversed(file.vary.items()):  # the last grid turns fastest
+    for name, one in reversed(file.vary.items()):  # the last grid varies fastest
         if isinstance(one, Grid):
             drawn[name] = Drawn((flights // every) % len(one.options), one.options)
             every *= len(one.options)
@@ -94,14 +94,14 @@ def from_shares(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Draw
 
 
 def shares(file: CampaignFile, key: Key) -> dict[str, Number]:
-    """A number uniform in (0, 1) for each key that is drawn by itself; a law over numbers."""
+    """A number uniform in (0, 1) for each key that is drawn independently; a law over numbers."""
     names = [name for name, one in file.vary.items() if not isinstance(one, Sobol | Grid)]
     names += [name for group in file.correlated for name in group.keys]
     return dict(zip(names, many_uniforms(key, len(names)), strict=True))
 
 
 def continuous(file: CampaignFile, shared: dict[str, Number]) -> dict[str, Number]:
-    """The values of the keys whose distribution is continuous; a law over numbers."""
+    """The values of the keys with continuous distributions; a law over numbers."""
     drawn = {
         name: one.quantile(shared[name])
         for name, one in file.vary.items()
@@ -119,7 +119,7 @@ def many_uniforms(key: Key, count: int) -> list[Number]:
 
 
 def sobol(seed: int, flights: NDArray[np.int64], dimensions: int) -> list[Values]:
-    """Columns of a Sobol sequence (Joe and Kuo 2008), shifted digitally by the seed so that none is at a corner."""
+    """Columns of a Sobol sequence (Joe and Kuo 2008), digitally shifted by the seed so that no point is at a corner."""
     if not dimensions:
         return []
     from scipy.stats import qmc  # noqa: PLC0415 (an extra, loaded where it is used)
@@ -128,7 +128,7 @@ def sobol(seed: int, flights: NDArray[np.int64], dimensions: int) -> list[Values
     if flights[0]:
         sequence.fast_forward(int(flights[0]))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a count that is no power of two: the sequence goes on with the next chunk
+        warnings.simplefilter("ignore")  # a count that is not a power of two: the sequence continues with the next chunk
         points = sequence.random(len(flights))
     whole = (points * 2.0**32).astype(np.uint64)
     shifts = [int(u * 2.0**32) for u in many_uniforms(key(seed ^ 0x50B01, 0), dimensions)]

@@ -12,10 +12,10 @@ class CampaignEngine(StrEnum):
 
 
 MOST_FLIGHTS = 10**9
-"""Of one campaign; random numbers know 2^32."""
+"""Most flights of one campaign; the random numbers distinguish 2^32."""
 
 LARGEST_CHUNK = 2**20
-"""Flights in one file of results: they are in memory together, 100 bytes and more each."""
+"""Most flights in one file of results: they are in memory together, 100 bytes or more each."""
 
 MOST_CHUNKS = 20_000
-"""Files of one campaign: its manifest names each and is rewritten with each."""
+"""Most files of one campaign: its manifest names each file and is rewritten with each."""

@@ -1,4 +1,4 @@
-"""A span of flights of a campaign: drawn, built, flown, and laid out as a table with one row per flight."""
+"""Spans of a campaign's flights: drawn, built, flown, and returned as a table with one row per flight."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -16,7 +16,7 @@ from quadstep.flight.sweep import Sweep, Swept, joined
 from quadstep.numbers import Table, flatten
 
 MOST_SWEEPS = 256
-"""Sweeps kept ready."""
+"""Number of sweeps kept ready."""
 
 FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "success"
 OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
@@ -25,7 +25,7 @@ Progress = Callable[[int], None]
 
 
 class Sweeper(Protocol):
-    """Flies a batch: `Sweep` or a class with its methods."""
+    """What flies a batch: `Sweep` or a class with its methods."""
 
     def fly(self, values: NDArray[np.float64], *, progress: Progress | None = None) -> Swept:
         """Fly a flight for each row of values."""
@@ -56,7 +56,7 @@ class Flyer:
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
 
     def swept(self, batch: Batch, progress: Progress | None) -> Swept:
-        """The flights of a batch. Raises what a controller that is no law over numbers raised."""
+        """The flights of a batch. Raises what an opaque controller raised."""
         sweep, loop = self.sweep(batch), batch.loop.loop
         if not loop.controller.one_at_a_time:
             found = sweep.fly(batch.rows, progress=progress)

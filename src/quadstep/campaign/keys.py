@@ -12,7 +12,7 @@ Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def parts(key: str) -> list[str]:
-    """The names and places that a key consists of. Raises UserError for an empty one."""
+    """The names and indices that a key consists of. Raises UserError for an empty one."""
     found = key.split(".")
     if not all(found) or any(part.isdigit() and not re.fullmatch("0|[1-9][0-9]{0,5}", part) for part in found):
         raise UserError(f"{key!r:.60} is not a key; keys are dotted, such as vehicle.mass or path.end.2")
@@ -20,9 +20,9 @@ def parts(key: str) -> list[str]:
 
 
 def dotted(table: Mapping[str, object], whole: Callable[[dict[str, object]], bool], prefix: str = "") -> dict[str, object]:
-    """Tables within a table as one table with dotted keys.
+    """Nested tables as one table with dotted keys.
 
-    whole: whether a table is a value. Raises ValueError for a key given twice.
+    whole: whether a table counts as a value. Raises ValueError for a key given twice.
     """
     found: dict[str, object] = {}
     for key, value in table.items():
@@ -36,7 +36,7 @@ def dotted(table: Mapping[str, object], whole: Callable[[dict[str, object]], boo
 
 
 def with_value(content: Mapping[str, object], key: str, value: object, defaults: object) -> dict[str, object]:
-    """A copy of a mission's content in which `key` has this value; lists that are not there, and the type of
+    """A copy of a mission's content in which `key` has this value; absent lists, and the types of
     tables, are taken from `defaults`.
 
     Raises UserError where the key leads into something that is neither a table nor a list.
@@ -45,7 +45,7 @@ def with_value(content: Mapping[str, object], key: str, value: object, defaults:
 
 
 def placed(content: object, rest: list[str], value: object, defaults: object, key: str) -> object:
-    """`with_value` from some way down the key."""
+    """`with_value` from an inner level of the key on."""
     if not rest:
         return value
     name, *below = rest
@@ -73,7 +73,7 @@ def overridden(section: Checked, key: str, value: object) -> Checked:
 
 
 def replaced(section: object, rest: list[str], value: object) -> object:
-    """`overridden` from some way down the key. Raises TypeError where there is no number to replace."""
+    """`overridden` from an inner level of the key on. Raises TypeError where there is no number to replace."""
     if not rest:
         if isinstance(section, bool) or not isinstance(section, float | int):
             raise TypeError(f"no number: {section!r:.60}")
@@ -84,6 +84,6 @@ def replaced(section: object, rest: list[str], value: object) -> object:
         return (*section[:place], replaced(section[place], below, value), *section[place + 1 :])
     if isinstance(section, BaseModel):
         changed = section.model_copy(update={name: replaced(getattr(section, name), below, value)})
-        changed.__dict__.pop("modelled", None)  # a mission keeps its vehicle once that is built; this is another
+        changed.__dict__.pop("modelled", None)  # a mission caches its vehicle once that is built; this is another
         return changed
     raise TypeError(f"nothing inside {section!r:.60}")

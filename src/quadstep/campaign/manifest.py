@@ -1,4 +1,4 @@
-"""The manifest of a campaign: what was flown, by what, and which files hold it."""
+"""The manifest of a campaign: what was flown, by which version and machine, and which files hold the flights."""
 
 import os
 import platform
@@ -71,13 +71,13 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
 
 
 def machine() -> dict[str, Any]:
-    """The machine, as far as results may depend on it."""
+    """Facts about the machine on which results may depend."""
     processor = host().name
     return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """The manifest in a folder, None where there is none. Raises UserError for one that cannot be read."""
+    """The manifest in a folder, or None. Raises UserError for one that cannot be read."""
     path = folder / MANIFEST
     if not os.path.lexists(path):
         return None

@@ -6,10 +6,10 @@ PEAK = 0.3989422804014326779
 """Density at the mean, 1 / sqrt(2 pi)."""
 
 TERMS = 20
-"""Of the series up to one deviation from the mean: the next is below 1e-25."""
+"""Terms of the series, used up to one deviation from the mean: the next term is below 1e-25."""
 
 DEPTH = 500
-"""Of the continued fraction from there on, where a depth of 400 suffices."""
+"""Depth of the continued fraction used beyond; 400 suffice."""
 
 
 def probability(x: float) -> float:
@@ -32,6 +32,6 @@ def probability(x: float) -> float:
 
 
 def density(x: float) -> float:
-    """Of a standard normal distribution at x. The square is taken in two parts: its round-off would be magnified."""
+    """Density of the standard normal distribution at x. The square is taken in two parts: its round-off would be magnified."""
     near = round(x * 64.0) / 64.0
     return PEAK * exp(-0.5 * (near * near)) * exp(-0.5 * ((x - near) * (x + near)))

@@ -1,4 +1,4 @@
-"""The pictures of a campaign: how its flights ended, how far they were from the path, and what that depends on."""
+"""The figures of a campaign: how its flights ended, how far they were from the path, and what that depends on."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ Numbers = NDArray[np.float64]
 
 FILL, LINE, LIMIT = "0.8", "black", "#b2182b"
 PLACES = 60
-"""Bars of a histogram, at most."""
+"""Most bars of a histogram."""
 
 POINTS = 300
 """Of a curve."""
@@ -31,7 +31,7 @@ SCREEN = Sheet()
 
 
 class Metric(NamedTuple):
-    """What is drawn of a metric. values: of completed flights, finite; limit: above it a flight has failed."""
+    """What is drawn for a metric. values: of completed flights, finite; limit: above it a flight has failed."""
 
     name: str
     values: Numbers
@@ -39,7 +39,7 @@ class Metric(NamedTuple):
 
 
 def draw_distributions(path: Path, metrics: Sequence[Metric], flights: int, sheet: Sheet = SCREEN) -> None:
-    """Above, a histogram of each metric; below, the share of all flights that are worse, those that ended early among them."""
+    """Above, a histogram of each metric; below, the share of all flights that are worse, including those that ended early."""
     with drawing(sheet):
         columns = sheet.side_by_side(len(metrics), 2.2)
         rows, width = -(-len(metrics) // columns), 0.4 + 4.3 * len(metrics)
@@ -104,7 +104,7 @@ def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
 
 
 def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, Numbers], sheet: Sheet = SCREEN) -> None:
-    """How many flights ended in which way, and the times at which flights ended early. ended: times by outcome [s]."""
+    """The number of flights by outcome, and the times at which flights ended early. ended: times by outcome [s]."""
     flights = sum(outcomes.values())
     timed = {name: times for name, times in ended.items() if len(times)}
     with drawing(sheet):
@@ -137,7 +137,7 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
 
 
 def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:
-    """A bar for each key and each of what is explained. ranking: by key, then by what is explained; the first on top."""
+    """A bar for each key and each explained quantity. ranking: by key, then by quantity; the first on top."""
     explained = list(dict.fromkeys(name for found in ranking.values() for name in found))
     with drawing(sheet):
         height = 0.9 + 0.24 * len(ranking) * (len(explained) + 0.5)
@@ -175,8 +175,8 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
 
 
 class ByKey(NamedTuple):
-    """What is drawn over a key. good: share of successes in each bin that has flights, by bin; errors: `QUANTILES` of the
-    position RMSE of completed flights, by bin that has any.
+    """What is drawn over a key. good: share of successes by bin, for bins that have flights; errors: `QUANTILES` of the
+    position RMSE of completed flights by bin, for bins that have any.
     """
 
     good: dict[int, Estimate]
@@ -184,7 +184,7 @@ class ByKey(NamedTuple):
 
 
 def by_key(found: Bins, success: NDArray[np.bool_], rmse: Numbers) -> ByKey:
-    """The flights of each bin. rmse: a number a flight, NaN where it did not complete."""
+    """The flights of each bin. rmse: one number per flight, NaN where it did not complete."""
     counts = np.bincount(found.places, minlength=found.size)
     good = np.bincount(found.places, success, minlength=found.size).astype(int)
     known = np.isfinite(rmse)
@@ -268,7 +268,7 @@ def draw_errors(axes: Axes, found: Bins, errors: Mapping[int, Numbers]) -> None:
 
 
 def middles(found: Bins, places: Sequence[int]) -> Numbers:
-    """The middle of some ranges, as it looks."""
+    """The middle of some ranges as it appears on the axis."""
     assert found.edges is not None
     left, right = found.edges[list(places)], found.edges[[place + 1 for place in places]]
     middle: Numbers = np.sqrt(left * right) if found.log else 0.5 * (left + right)

@@ -1,8 +1,8 @@
-"""From drawn values to flights: most keys become numbers of the flight at once for all flights, the others one by one.
+"""From drawn values to flights: most keys become numbers for all flights at once, the others flight by flight.
 
 A mission builds its flight by arithmetic. Given an array in place of a number, it builds many flights in one go; where it
 cannot (a value that is rounded, compared or decides the structure), each value is built on its own. Which keys are of which
-kind is found out by trying, and by comparing the flights with those built one by one, number by number.
+kind is found by trial: the flights are compared with those built one by one, number by number.
 """
 
 from collections import defaultdict
@@ -28,22 +28,22 @@ from quadstep.mission.schema import Mission
 from quadstep.numbers import Structure, Table, flatten, leaf_names, rebuild
 
 TYPICAL = 256
-"""Flights from which the planner learns what can be built in one go: the first of the campaign, always the same."""
+"""Flights on which the planner finds out what can be built in one go: the first of the campaign, always the same."""
 
 TRIED = 3
-"""Flights on which it is tried whether a key can be built in one go."""
+"""Flights on which each key is tried."""
 
 FEWEST_ALIKE = 8
-"""Flights that have to agree, on average, in what cannot be built in one go, for a batch of each such value."""
+"""Flights that have to share, on average, each value that cannot be built in one go, for a batch per value to pay."""
 
 MOST_STRUCTURES = 200
-"""Programs that one campaign may need; each takes about a second to compile."""
+"""Most programs that one campaign may need; each takes about a second to compile."""
 
 
 class Batch(NamedTuple):
-    """Flights of one structure and clock. members: their places among those asked for. loop, ticks: with scores.
+    """Flights of one structure and clock. members: their places among those requested. loop, ticks: with scores.
 
-    start, parameters: of one of them; places: of the leaves that vary; rows: their values, one row per flight.
+    start, parameters: of one of the flights; places: of the leaves that vary; rows: their values, one row per flight.
     """
 
     members: NDArray[np.int64]
@@ -66,8 +66,8 @@ class Batch(NamedTuple):
 class Planner:
     """Builds flights of one mission in which some keys vary.
 
-    content, defaults: of the mission as written, and with every default. typical: values of what varies, by key; on these it
-    is tried what can be built in one go. seed: of the noise; each flight has its own. score_period: [s], None for the
+    content, defaults: the mission as written, and with every default. typical: values of the varying keys; the trial of what
+    can be built in one go uses them. seed: of the noise; each flight has its own. score_period: [s], None for the
     mission's log period.
     """
 
@@ -131,7 +131,7 @@ class Planner:
         self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], drawn: Mapping[str, Drawn],
         flights: NDArray[np.int64], members: NDArray[np.int64],
     ) -> Iterator[Batch]:  # fmt: skip
-        """The flights that agree in what is not a number."""
+        """The flights that agree in every value that is not a number."""
         identity = tuple(map(repr, fixed.values()))
         if identity not in self.direct:
             self.direct[identity] = self.find_direct(fixed, {name: numbers(self.typical[name]) for name in columns})
@@ -164,7 +164,7 @@ class Planner:
         self, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64],
         members: NDArray[np.int64],
     ) -> Iterator[Batch]:  # fmt: skip
-        """Batches of flights each of which was built on its own; everything but tables counts as varying."""
+        """Batches of flights that were built one by one; everything but tables counts as varying."""
         plans = [
             self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
             for i in range(len(members))
@@ -205,11 +205,11 @@ class Planner:
     # What can be built in one go
 
     def is_numeric(self, drawn: Drawn) -> bool:
-        """Whether a column is of numbers for a key that takes any."""
+        """Whether a column holds numbers for a key that takes any number."""
         return drawn.options is None or all(type(one) is float for one in drawn.options)
 
     def array_plan(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
-        """A plan with arrays among its leaves. Raises what arithmetic on them may raise."""
+        """A plan with arrays among its leaves. Raises whatever arithmetic on them may raise."""
         first = {name: column[0].item() for name, column in columns.items()}
         with np.errstate(all="ignore"):
             plan = self.built({**fixed, **first}, {name: np.ascontiguousarray(column) for name, column in columns.items()})
@@ -222,14 +222,14 @@ class Planner:
         return plan
 
     def built(self, values: dict[str, object], numbers: Mapping[str, object]) -> FlightPlan:
-        """The plan of a mission with these values, some of which are then other kinds of numbers."""
+        """The plan of a mission with these values, some of which are other kinds of numbers."""
         mission = self.mission(values)
         for name, number in numbers.items():
             mission = overridden(mission, name, number)
         return mission.plan(self.folder, warn=False)
 
     def find_direct(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
-        """The keys that arrays can stand for: alone, and all together, with the very numbers of flights built one by one."""
+        """The keys that arrays can stand for, alone and together, giving exactly the numbers of flights built one by one."""
         spread = {name: np.array([column.min(), np.median(column), column.max()]) for name, column in columns.items()}
         first = {name: column[0].item() for name, column in columns.items()}
         found = [name for name in columns if self.agrees({**fixed, **without(first, name)}, {name: spread[name]})]
@@ -262,9 +262,9 @@ class Planner:
     def check(
         self, identity: object, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64]
     ) -> None:
-        """Refuse values that the mission refuses. Ranges are checked by their corners, one by one only where a corner fails.
+        """Refuse values that the mission refuses. Ranges are checked at their corners, one by one only where a corner fails.
 
-        What a mission asks of several keys is linear in them (an order, a sum), so that the corners speak for all between.
+        What a mission requires of several keys is linear in them (an order, a sum), so the corners decide for all others.
         """
         if not columns:
             if identity not in self.checked:
@@ -292,7 +292,7 @@ def planner(campaign: Campaign) -> Planner:
     file = campaign.file
     typical = draw(file, np.arange(TYPICAL))
     for name, one in file.vary.items():
-        if isinstance(one, Grid):  # all of it, however slowly it turns
+        if isinstance(one, Grid):  # all its values, however slowly it varies
             places = np.linspace(0, len(one.options) - 1, TYPICAL).round().astype(np.int64)
             typical[name] = Drawn(places, one.options)
     return Planner(

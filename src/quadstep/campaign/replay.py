@@ -1,4 +1,4 @@
-"""One flight of a campaign on its own, to be flown again with its full log."""
+"""A single flight of a campaign, to be flown again with its full log."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from quadstep.terminal.screen import command
 
 
 class Replay(NamedTuple):
-    """values: what was drawn, by key. mission: with them. plan: the flight, with its own noise."""
+    """A flight. values: as drawn, by key. mission: with these values. plan: of the flight, with its own noise."""
 
     values: dict[str, object]
     mission: Mission
@@ -38,7 +38,7 @@ def replay(campaign: Campaign, flight: int) -> Replay:
 
 
 def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Campaign, Replay]:
-    """A campaign file and one of its flights. results: the campaign's folder, if not the usual one. Raises UserError."""
+    """A campaign file and one of its flights. results: the campaign's folder, if not the default. Raises UserError."""
     campaign = read_campaign(path)
     check_replay(campaign, results or Path("out") / path.stem, results is not None)
     with needed_by("`quadstep fly --flight`"):
@@ -46,6 +46,6 @@ def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Cam
 
 
 def replay_command(file: Path, flight: int, folder: Path) -> str:
-    """What to type to fly one flight of the campaign in `folder` again."""
+    """The command that flies one flight of the campaign in `folder` again."""
     elsewhere = [] if folder == Path("out") / file.stem else ["--results", folder]
     return command("fly", file, "--flight", flight, *elsewhere)

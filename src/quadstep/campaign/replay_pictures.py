@@ -1,4 +1,4 @@
-"""A flight of a campaign flown again with its log, as a picture: its error over time, its path from above and aside."""
+"""A replayed flight of a campaign as a figure: its error over time, its path from above and from the side."""
 
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,14 @@ from quadstep.report.figures import thin
 from quadstep.report.sheet import Sheet
 
 MOST_ROWS = 20_000
-"""Of a log that is made for a picture."""
+"""Most rows of a log that is made for a figure."""
 
 ROOM = 1.0
-"""Seen around the wanted path, in sizes of it: a flight that is lost leaves the view, and the path can still be seen."""
+"""Margin around the desired path, in sizes of it: a flight that diverges leaves the view, and the path stays visible."""
 
 
 def for_a_picture(plan: FlightPlan) -> FlightPlan:
-    """The same flight with no more rows than can be seen."""
+    """The same flight with no more rows than the figure can show."""
     every = max(plan.ticks.log, -(-plan.ticks.last // MOST_ROWS))
     return plan._replace(ticks=plan.ticks._replace(log=every))
 
@@ -57,7 +57,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
         errors.set_xlabel("time [s]")
         errors.set_ylabel("distance from the path [m]")
         low, high = view(wanted, flown)
-        across = int(np.argmax(np.ptp(wanted[:, :2], axis=0)))  # aside: along the longer of x and y
+        across = int(np.argmax(np.ptp(wanted[:, :2], axis=0)))  # from the side: along the longer of x and y
         for axes, a, b in ((top, 0, 1), (side, across, 2)):
             draw_path(axes, wanted[:, [a, b]], flown[:, [a, b]])
             axes.set_xlim(low[a], high[a])
@@ -72,7 +72,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
 
 
 def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
-    """One view: the wanted path, the flown one, where it began and where it ended."""
+    """One view: the desired path, the flown one, where it began and where it ended."""
     for points, name, style in ((wanted, "wanted", LINES[3]), (flown, "flown", LINES[0])):
         axes.plot(*points[:: max(1, len(points) // 2000)].T, label=name, **style)
     axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
@@ -80,7 +80,7 @@ def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64
 
 
 def view(wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower and upper corner of what is shown: a cube around both paths, as far as they are near the wanted one."""
+    """Lower and upper corner of the view: a cube around both paths, as far as they are near the desired one."""
     size = max(float(np.ptp(wanted, axis=0).max()), 0.5)
     least, most = wanted.min(axis=0) - ROOM * size, wanted.max(axis=0) + ROOM * size
     both = np.clip(np.concatenate([wanted, flown]), least, most)

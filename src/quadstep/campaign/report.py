@@ -47,17 +47,17 @@ GLANCE = {
     "distributions": "Distance from the path: completed flights, and the share of all flights that are farther away",
     "ranking": "Sensitivity: the share of the variance that each key explains, with its interval",
 }
-"""The figures of the summary, as far as they are drawn."""
+"""Figures of the summary, if they are drawn."""
 
 FEWEST, FEWEST_EITHER = 40, 10
-"""Flights without which nothing is said about what explains the error; failures and successes each, about failure."""
+"""Fewest flights for a statement on what explains the error; fewest failures and successes, each, for one on failure."""
 
 MOST_PICTURES = 12
-"""Keys that are drawn: those that explain most."""
+"""Most keys that get a figure: those that explain most."""
 
 
 class Explained(NamedTuple):
-    """The indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
+    """The sensitivity indices of the keys for one result, largest first, and the strongest pair; said: why there are none."""
 
     shares: dict[str, Estimate]
     pair: Interaction | None
@@ -73,9 +73,9 @@ class Again(NamedTuple):
 
 
 def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet = SCREEN) -> list[str]:
-    """Write it beside its place, then move it there; the names of its files. path: of the campaign file, as the user gave it.
+    """Write it to a temporary folder, then move it into place; returns its files' names. path: of the campaign file, as given.
 
-    Raises UserError for a disk that does not take it.
+    Raises UserError if it cannot be written.
     """
     with store.explained():
         temporary = Path(tempfile.mkdtemp(dir=store.folder, prefix=WRITING))
@@ -94,7 +94,7 @@ def moved(temporary: Path, store: Store) -> list[str]:
     """Move all files into the campaign's folder, the page last, and remove those of an earlier report; their names."""
     names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
     before = [name for name in store.manifest.get("files", []) if isinstance(name, str)]
-    store.save(files=sorted({*before, *names}))  # so that what a kill leaves is known to be ours
+    store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
     (store.folder / FIGURES).mkdir(exist_ok=True)
     for name in sorted(names, key=lambda name: name == REPORT):
         (temporary / name).chmod(0o644)
@@ -106,7 +106,7 @@ def moved(temporary: Path, store: Store) -> list[str]:
 
 
 def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:
-    """The body of the page; its pictures are drawn into `folder`."""
+    """The body of the page; its figures are drawn into `folder`."""
     flown = store.read([OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     through = np.asarray(flown[OUTCOME].combine_chunks().indices) == OUTCOMES.index(OUTCOMES[0])
     success = flown[SUCCESS].to_numpy()
@@ -121,7 +121,7 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
 
 
 def number(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """A column, what is missing or not finite as NaN."""
+    """A column, with NaN for missing or non-finite values."""
     values: NDArray[np.float64] = column.to_numpy().astype(float)
     return np.where(np.isfinite(values), values, np.nan)
 
@@ -157,7 +157,7 @@ def distribution_section(
 
 
 def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
-    """Which flights ended this way."""
+    """The flights with this outcome."""
     column = flown[OUTCOME].combine_chunks()
     chosen: NDArray[np.bool_] = np.asarray(column.indices) == column.dictionary.to_pylist().index(name)
     return chosen
@@ -188,13 +188,13 @@ def key_sections(
 
 
 def ranked(keys: list[str], found: Mapping[str, Mapping[str, Estimate]]) -> dict[str, dict[str, Estimate]]:
-    """All keys with what they explain of each result, the one that explains most of any first."""
+    """All keys with the share of each result that they explain, the key with the largest share first."""
     ranking = {key: {name: shares[key] for name, shares in found.items() if key in shares} for key in keys}
     return dict(sorted(ranking.items(), key=lambda item: -max((one.value for one in item[1].values()), default=-1.0)))
 
 
 def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], campaign: Campaign) -> Explained:
-    """Of the logarithm of the position RMSE of completed flights."""
+    """Indices for the logarithm of the position RMSE of completed flights."""
     known = np.nan_to_num(rmse) > 0.0
     count = int(known.sum())
     if count < FEWEST:
@@ -203,7 +203,7 @@ def explained_error(columns: Mapping[str, Varied], rmse: NDArray[np.float64], ca
 
 
 def explained_failure(columns: Mapping[str, Varied], success: NDArray[np.bool_], campaign: Campaign) -> Explained:
-    """Of failure, as 0 or 1, over all flights."""
+    """Indices for failure, as 0 or 1, over all flights."""
     good, flights = int(success.sum()), len(success)
     for count, what in ((flights - good, "failed"), (good, "succeeded")):
         if count < FEWEST_EITHER:
@@ -243,7 +243,7 @@ def worst_section(store: Store, campaign: Campaign, summary: Summary, path: Path
 
 
 def flown_again(campaign: Campaign, flights: list[int]) -> list[Again]:
-    """These flights with their logs, those that can be."""
+    """These flights with their logs, if they can be replayed."""
     replays: list[Replay | str] = []
     for flight in flights:
         try:

@@ -1,4 +1,4 @@
-"""What report.html of a campaign says between its pictures."""
+"""The text of a campaign's report.html."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -20,13 +20,13 @@ from quadstep.mission.read import check_mission
 from quadstep.report import page, units
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
-"""What is explained."""
+"""Names of the explained quantities."""
 
 SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 
 
 def glance(summary: Summary, figures: Sequence[str]) -> str:
-    """The finding: one sentence, three numbers with their intervals, and figures that show them."""
+    """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
     answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
@@ -78,7 +78,7 @@ def pairs(table: Mapping[str, object]) -> str:
 
 
 def ended(summary: Summary) -> dict[str, int]:
-    """How many flights ended in which way, those that completed told apart by whether they succeeded."""
+    """The number of flights by outcome; completed ones are split by whether they succeeded."""
     good = round(summary.success.value * summary.flights)
     completed = summary.outcomes.get(OUTCOMES[0], 0)
     counts = {SUCCEEDED: good, ABOVE: completed - good}
@@ -94,7 +94,7 @@ def outcomes(summary: Summary) -> list[str]:
 
 
 def spanned(one: Estimate) -> page.Span:
-    """A share, drawn."""
+    """A share as a bar."""
     return page.Span(percent(one), one.low, one.value, one.high)
 
 
@@ -129,7 +129,7 @@ def ranking(
     found: Mapping[str, Mapping[str, Estimate]],
     said: Mapping[str, tuple[str, Interaction | None]],
 ) -> list[str]:
-    """What the ranking says, in words and as a table."""
+    """The ranking, in words and as a table."""
     lines = []
     for name, (why, pair) in said.items():
         if why:
@@ -173,7 +173,7 @@ def ranking(
 
 
 def keys(count: int, most: int) -> list[str]:
-    """What the pictures of the keys show."""
+    """Explanation of the keys' figures."""
     chosen = (
         f" These are the {most} of {count} keys that explain most; the others are in the flight files." if count > most else ""
     )
@@ -186,7 +186,7 @@ def keys(count: int, most: int) -> list[str]:
 
 
 def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, folder: Path) -> list[str]:
-    """A table with a column for each, and the command that flies it again. path: of the campaign; folder: of its results."""
+    """A table with a column per flight, and the command that replays it. path: of the campaign; folder: of its results."""
     flights = summary.worst
     names = list(dict.fromkeys(name for one in values for name in one))
     rows = [
@@ -215,7 +215,7 @@ def known(value: float | None) -> str:
 
 
 def length(value: float | None) -> str:
-    """A length [m] in a unit that suits it, or a dash."""
+    """A length [m] in a suitable unit, or a dash."""
     return "–" if value is None else units.quantity(value, "m", 4)
 
 
@@ -227,7 +227,7 @@ def of_flight(one: Worst) -> str:
 
 
 def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
-    """What to say of a flight that does not end as it did in the campaign, or not at all near it."""
+    """A note on a flight that ends differently from the campaign's, or far from it."""
     now = log.outcome.name.lower().replace("_", "-")
     largest = max((float((error @ error) ** 0.5) for error in position_errors(log)), default=0.0)
     if now != one.outcome:
@@ -241,7 +241,7 @@ def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
 
 
 def closing() -> list[str]:
-    """How to read it."""
+    """How to read the report."""
     return [
         page.heading("How to read this", "reading"),
         page.paragraph(

@@ -19,7 +19,7 @@ REPORT = "report.html"
 
 
 class Finished(NamedTuple):
-    """A campaign that is over."""
+    """A finished campaign."""
 
     campaign: Campaign
     summary: Summary
@@ -36,7 +36,7 @@ def fly_campaign(
     progress: Callable[[int, int], None] | None = None,
     sheet: Sheet | None = None,
 ) -> Finished:
-    """Fly the campaign in `path` into `folder`. progress: told flights over and flights in all. sheet: what the
+    """Fly the campaign in `path` into `folder`. progress: called with flights done and flights in all. sheet: what the
     figures are drawn on.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
@@ -67,7 +67,7 @@ def fly_campaign(
 
 
 def interrupted(store: Store) -> InterruptedRun:
-    """What is said on Ctrl-C, once the manifest names every file: it may have come while the last one was written."""
+    """The message after Ctrl-C, once the manifest names every file: the last one may just have been written."""
     store.save()
     kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
     return InterruptedRun(f"{kept} of {wanted} files of flights are kept in {store.folder}; continue with --resume")
@@ -77,7 +77,7 @@ Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]
 
 
 def engine_for(campaign: Campaign, engine: CampaignEngine) -> Callable[[Sequence[Chunk], Progress], Flown]:
-    """What flies chunks of a campaign, giving their flights as they come. Raises UserError where it cannot."""
+    """The function that flies chunks of a campaign, yielding flights as they finish. Raises UserError where it cannot."""
     if engine is CampaignEngine.GPU:
         from quadstep.campaign.device import device_flyer  # noqa: PLC0415 (40 ms, only for graphics processors)
 
@@ -97,7 +97,7 @@ def engine_for(campaign: Campaign, engine: CampaignEngine) -> Callable[[Sequence
 
 
 def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
-    """The report, and the manifest's last word."""
+    """Write the report and the final manifest."""
     from quadstep.campaign.report import write_report  # noqa: PLC0415 (figures are drawn only here)
 
     files = write_report(store, campaign, summary, path, sheet)

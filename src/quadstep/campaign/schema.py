@@ -28,7 +28,7 @@ CHUNK = 65_536
 """Flights in one file of results: what a killed run loses at most."""
 
 MOST_KEYS = 512
-"""That may vary; each takes 8 bytes of every flight."""
+"""Most keys that may vary; each takes 8 bytes per flight."""
 
 NOT_FLOWN = {
     "name": "a name does not affect flights",
@@ -99,7 +99,7 @@ class CampaignFile(Section):
 
     @property
     def combinations(self) -> int:
-        """Of the grids' values."""
+        """The number of combinations of the grids' values."""
         return math.prod(len(one.options) for one in self.vary.values() if isinstance(one, Grid))
 
     @property
@@ -109,7 +109,7 @@ class CampaignFile(Section):
 
 
 class Campaign(NamedTuple):
-    """A campaign and its mission as read.
+    """A campaign and its mission as they were read.
 
     file: as checked. text: of the campaign file. content: of the mission, as the user wrote it; defaults: the same with every
     default. source, folder: of the mission, for errors and for the files it names. metrics: of its flights, with units.
@@ -125,16 +125,16 @@ class Campaign(NamedTuple):
 
     @property
     def thresholds(self) -> dict[str, str]:
-        """What a failure can be made of: metrics by their names without units."""
+        """Metrics that can define a failure, by their names without units."""
         return bare(self.metrics)
 
     @property
     def flights(self) -> int:
-        """How many there are if the command line does not say."""
+        """The number of flights if the command line does not set it."""
         return self.file.flights or self.file.combinations
 
     def check_count(self, flights: int) -> None:
-        """Refuses so many flights where they would make too many files, or too large ones. Raises UserError."""
+        """Refuses a number of flights that would make too many files, or too large ones. Raises UserError."""
         columns = len(self.file.keys) + len(self.metrics) + 4
         if 8 * columns * min(flights, self.file.chunk) > files.FLIGHTS.most:
             raise UserError(
@@ -155,19 +155,19 @@ class Campaign(NamedTuple):
 
     @property
     def fingerprint(self) -> str:
-        """A digest of all that decides a flight's result; how many flights there are does not."""
+        """A digest of everything that affects a flight's result; the number of flights does not."""
         decides = self.file.model_dump(exclude={"name", "flights", "failure", "mission", "rare"})
         text = json.dumps([decides, self.content, digests([decides, self.content], self.folder)], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
-    """A digest of each file that some string in parsed TOML names, and of those that these name or import in turn."""
+    """A digest of each file that a string in parsed TOML names, and of those that these name or import in turn."""
     found, installed = [], all_installed()
     for name in sorted(set(strings(content))):
         named = place(name)
         for own in [named] if named else installed.get(name, []):
-            with contextlib.suppress(UserError):  # nothing of the user's, or flying will say so
+            with contextlib.suppress(UserError):  # not a file of the user's, or flying will report it
                 found.append(digest(own, folder))
         if named or name in installed:
             continue
@@ -175,7 +175,7 @@ def digests(content: object, folder: Path, depth: int = 0) -> list[str]:
         try:
             with files.opened(path, files.ANY) as file:
                 found.append(hashlib.file_digest(file, "sha256").hexdigest())
-        except (OSError, UserError):  # no file, or none that may be read: flying will say so
+        except (OSError, UserError):  # no file, or not readable: flying will report it
             continue
         if path.suffix == ".toml" and depth < DEEPEST:
             with contextlib.suppress(UserError):
@@ -211,7 +211,7 @@ def read_campaign(path: Path) -> Campaign:
 def campaign_of(
     file: CampaignFile, text: str, mission: dict[str, object], source: str, folder: Path, about: str = ""
 ) -> Campaign:
-    """A campaign from what its files say. about: the campaign's own file.
+    """A campaign from the content of its files. about: the campaign's own file.
 
     Raises UserError for a mission that could not be flown by itself, and for an unknown metric.
     """

@@ -1,9 +1,9 @@
-"""Which key explains how much: first-order variance-based indices, from the flights as they are.
+"""How much each key explains: first-order variance-based indices, estimated from the flights as they are.
 
-A key's index is Var(E[y | key]) / Var(y): the share of a result's variance that would go if the key were known. It is
-estimated from given data by partition (Plischke, Borgonovo, Smith 2013): the flights are cut into parts of like values of the
-key, and the variance of the parts' means is set against the whole. Means of few flights differ by chance alone; that share is
-taken off (as in the adjusted R^2). Intervals: bootstrap over flights, in a thousand random blocks where there are more.
+A key's index is Var(E[y | key]) / Var(y): the share of a result's variance that would vanish if the key were known. It is
+estimated from given data by partition (Plischke, Borgonovo, Smith 2013): the flights are divided into parts by value of the
+key, and the variance of the parts' means is compared with the total. Means of few flights differ by chance; that share is
+subtracted (as in the adjusted R^2). Intervals: bootstrap over flights, in a thousand random blocks if there are more.
 """
 
 import functools
@@ -20,36 +20,36 @@ Numbers = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 PARTS = 100
-"""Parts of equal count that the range of a number is cut into, at most."""
+"""Most parts of equal count that the range of a number is divided into."""
 
 A_PART = 10
-"""Flights in a part, at least, on average."""
+"""Fewest flights per part, on average."""
 
 A_SIDE = 20
-"""Parts a key, at most, where two keys are looked at together."""
+"""Most parts per key where two keys are examined together."""
 
 BLOCKS, RESAMPLES = 1000, 500
 
 ROUND_OFF = 1e-12
-"""Relative to the numbers: what varies less does not vary."""
+"""Relative to the numbers: less variation than this counts as none."""
 
 EDGES_FROM = 100_000
-"""Flights from which the edges of the parts are taken, at most: nearly equal counts do as well as equal ones."""
+"""Most flights that the edges of the parts are taken from: nearly equal counts do as well as equal ones."""
 
 
 class Parts(NamedTuple):
-    """Flights by like values of a key. places: the part of each flight; size: how many; ordered: neighbours may be joined."""
+    """Flights by similar values of a key. places: the part of each; size: number of parts; ordered: neighbours may join."""
 
     places: Places
     size: int
     ordered: bool
 
     def among(self, chosen: NDArray[np.bool_]) -> "Parts":
-        """Some of the flights."""
+        """The parts of a subset of the flights."""
         return self._replace(places=self.places[chosen])
 
     def at_most(self, count: int) -> "Parts":
-        """Neighbours joined where that is allowed, so that no more than `count` parts are left."""
+        """Neighbours joined, where that is allowed, until no more than `count` parts are left."""
         if not self.ordered or self.size <= count:
             return self
         return self._replace(places=self.places * count // self.size, size=count)
@@ -65,7 +65,7 @@ def parts_of(values: Numbers) -> Parts:
 
 
 class Result:
-    """A result of many flights, to be explained by what varied. y: one finite number a flight, of at least one flight."""
+    """A result of many flights, to be explained by the keys that varied. y: one finite number per flight, at least one."""
 
     def __init__(self, y: Numbers) -> None:
         self.y = y - y.mean() if np.ptp(y) > ROUND_OFF * np.abs(y).max() else np.zeros(len(y))
@@ -83,18 +83,18 @@ class Result:
         counts = np.bincount(at, minlength=shape[0] * shape[1]).reshape(shape)
         sums = np.bincount(at, self.y, shape[0] * shape[1]).reshape(shape)
         raw, adjusted = ratios(self.weights @ counts, self.weights @ sums, self.squares)
-        adjusted[1:] += adjusted[0] - raw[0]  # a resample's truth is the sample, whose parts differ by chance too
+        adjusted[1:] += adjusted[0] - raw[0]  # the truth of a resample is the sample, whose parts differ by chance too
         return adjusted
 
     def roughly(self, parts: Parts) -> float:
-        """The first entry of `explained`, fast."""
+        """The first entry of `explained`, computed fast."""
         counts, sums = np.bincount(parts.places, minlength=parts.size), np.bincount(parts.places, self.y, parts.size)
         return float(ratios(counts[None], sums[None], self.squares[:1])[1][0])
 
 
 @functools.lru_cache(maxsize=4)
 def resampled(blocks: int) -> Numbers:
-    """How often each block is in each sample: in the first once, in the others as often as it is drawn."""
+    """How often each block occurs in each sample: once in the first, in the others as often as it is drawn."""
     drawn = np.random.default_rng(1).multinomial(blocks, np.full(blocks, 1.0 / blocks), RESAMPLES)
     return np.concatenate([np.ones((1, blocks)), drawn])
 
@@ -110,7 +110,7 @@ def ratios(counts: Numbers | NDArray[np.intp], sums: Numbers | NDArray[np.intp],
 
 
 def estimate(shares: Numbers) -> Estimate | None:
-    """The first entry, and the interval that the others give; within 0 and 1. None where the first is NaN."""
+    """The first entry, with the interval from the others; within 0 and 1. None where the first is NaN."""
     if not np.isfinite(shares[0]):
         return None
     resampled = shares[1:][np.isfinite(shares[1:])]
@@ -120,7 +120,7 @@ def estimate(shares: Numbers) -> Estimate | None:
 
 
 def first_order(result: Result, keys: Mapping[str, Parts]) -> dict[str, Estimate]:
-    """The index of each key, the largest first; keys whose parts are as many as the flights are left out."""
+    """The index of each key, the largest first; keys with as many parts as flights are left out."""
     most = max(2, min(PARTS, result.flights // A_PART))
     found = {name: estimate(result.explained(parts.at_most(most))) for name, parts in keys.items()}
     known = {name: one for name, one in found.items() if one is not None}
@@ -128,7 +128,7 @@ def first_order(result: Result, keys: Mapping[str, Parts]) -> dict[str, Estimate
 
 
 class Interaction(NamedTuple):
-    """Two keys, what they explain together beyond what each does alone, and of how many pairs they were the strongest."""
+    """The strongest pair of keys: what they explain together beyond their own indices, and the number of pairs examined."""
 
     keys: tuple[str, str]
     share: Estimate
@@ -138,7 +138,7 @@ class Interaction(NamedTuple):
 def strongest_interaction(result: Result, keys: Mapping[str, Parts]) -> Interaction | None:
     """The pair of keys that explains most beyond its two indices; None where there are too few flights or keys.
 
-    For keys that are drawn independently of each other; others explain in part the same.
+    For keys that are drawn independently of each other; correlated keys partly explain the same.
     """
     side = min(A_SIDE, int((result.flights / A_PART) ** 0.5))
     coarse = {name: parts.at_most(side) for name, parts in keys.items()}

@@ -1,7 +1,7 @@
-"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that says what is there.
+"""The folder of a campaign: Parquet files of flights as they finish, and a manifest that lists them.
 
-A file appears whole or not at all, and counts once the manifest names it with its digest. So whatever kills a run, what is
-there can be read, and the run can go on.
+A file appears whole or not at all, and counts once the manifest names it with its digest. So however a run is killed, the
+finished files can be read, and the run can be resumed.
 """
 
 import contextlib
@@ -42,13 +42,13 @@ class Store:
 
     @property
     def flights(self) -> int:
-        """How many the campaign has."""
+        """The number of flights of the campaign."""
         count: int = self.manifest["flights"]
         return count
 
     @property
     def chunks(self) -> list[Chunk]:
-        """All files, in order, whether they are there or not."""
+        """All files, in order, whether present or not."""
         size, count = self.manifest["chunk"], self.flights
         return [
             Chunk(f"{FLIGHTS}/{i:05d}.parquet", first, min(first + size, count))
@@ -57,16 +57,16 @@ class Store:
 
     @property
     def missing(self) -> list[Chunk]:
-        """Those still to be flown."""
+        """The files still to be flown."""
         return [chunk for chunk in self.chunks if not self.has(chunk)]
 
     def has(self, chunk: Chunk) -> bool:
-        """Whether a file is there, with all its flights."""
+        """Whether a file is present, with all its flights."""
         known = self.digests.get(chunk.file, {})
         return (known.get("first"), known.get("past")) == chunk[1:] and (self.folder / chunk.file).exists()
 
     def write(self, chunk: Chunk, table: pa.Table) -> None:
-        """Add a file, and then name it in the manifest. Raises UserError where the disk does not take it."""
+        """Add a file, and then name it in the manifest. Raises UserError if it cannot be written."""
         content = parquet(table)
         digest = {"file": chunk.file, "first": chunk.first, "past": chunk.past, "sha256": hashlib.sha256(content).hexdigest()}
         with self.explained():
@@ -84,7 +84,7 @@ class Store:
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
-        """What a disk refuses, in one line."""
+        """Turns an error of the disk into a UserError of one line."""
         try:
             yield
         except OSError as error:
@@ -95,7 +95,7 @@ class Store:
             ) from None
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
-        """The flights that are there, in order. Raises UserError for a file that cannot be read."""
+        """The finished flights, in order. Raises UserError for a file that cannot be read."""
         tables = [self.read_chunk(chunk, columns) for chunk in self.chunks if self.has(chunk)]
         try:
             return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
@@ -117,7 +117,7 @@ class Store:
         return table
 
     def shorten(self, flights: int) -> None:
-        """Forget and remove the files of flights beyond so many, where there were more before. Raises UserError."""
+        """Forget and remove files of flights beyond this number, left from a longer run. Raises UserError."""
         self.manifest["flights"] = flights
         wanted = {chunk.file for chunk in self.chunks}
         with self.explained():
@@ -132,7 +132,7 @@ class Store:
                 self.write(chunk, judged(self.read_chunk(chunk), campaign))
 
     def verify(self) -> None:
-        """Raises UserError for a file that is not what was written."""
+        """Raises UserError for a file whose content is not what was written."""
         for chunk in self.chunks:
             path = self.folder / chunk.file
             if not self.has(chunk):
@@ -150,7 +150,7 @@ class Store:
 def opened(
     folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool = False, overwrite: bool = False
 ) -> Iterator[Store]:
-    """The folder of a campaign, made or resumed, and locked while the block runs.
+    """The folder of a campaign, created or resumed, and locked while the block runs.
 
     Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
     file, a folder that another run is writing into.
@@ -161,7 +161,7 @@ def opened(
 
 @contextlib.contextmanager
 def held(folder: Path, resume: bool) -> Iterator[None]:
-    """A folder that is made where it is absent, and locked while the block runs. Raises UserError."""
+    """A folder, created if absent and locked while the block runs. Raises UserError."""
     try:
         if folder.exists() and not folder.is_dir():
             raise UserError(f"{folder}: is a file; --out needs a folder")
@@ -234,7 +234,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
 
 
 def clear(folder: Path, manifest: dict[str, Any]) -> None:
-    """Remove the results of a campaign: what it has written and nothing else. Raises UserError."""
+    """Remove the results of a campaign: the files it has written and nothing else. Raises UserError."""
     listed = [Path(one["file"]) for one in manifest["chunks"]] + [Path(name) for name in manifest.get("files", [])]
     try:
         (folder / MANIFEST).unlink(missing_ok=True)
@@ -246,18 +246,18 @@ def clear(folder: Path, manifest: dict[str, Any]) -> None:
 
 
 def sweep_up(folder: Path) -> None:
-    """Remove what a killed run was writing."""
+    """Remove the unfinished files of a killed run."""
     for leftover in (*folder.glob(f"{WRITING}*"), *(folder / FLIGHTS).glob(f"{WRITING}*")):
         with contextlib.suppress(OSError):
             shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
 
 
 KINDS = {FLIGHT: "int64", OUTCOME: "dictionary", TIME: "double", SUCCESS: "bool"}
-"""How the types of the columns begin that every campaign has."""
+"""Columns that every campaign has, and what the names of their types begin with."""
 
 
 def check_kind(path: Path, about: pq.FileMetaData, chunk: Chunk, columns: Iterable[str]) -> None:
-    """Refuses a file that has not these columns, or other flights, before it is read. Raises UserError."""
+    """Refuses a file without these columns, or with other flights, before it is read. Raises UserError."""
     size = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
     kinds = {field.name: str(field.type) for field in about.schema.to_arrow_schema()}
     good = all(name in kinds and kinds[name].startswith(KINDS.get(name, "")) for name in columns)

@@ -1,4 +1,4 @@
-"""What a campaign has shown, every number with its interval."""
+"""The results of a campaign, every number with its interval."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from quadstep.report import units
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
 WORST = 5
 FEWEST = 20
-"""Flights beyond a quantile without which its interval says nothing."""
+"""Fewest flights beyond a quantile for its interval to mean anything."""
 
 
 class Spread(NamedTuple):
@@ -38,7 +38,7 @@ class Worst(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """success: share of flights. outcomes: how many ended in which way."""
+    """The results. success: share of flights. outcomes: number of flights by outcome."""
 
     flights: int
     success: Estimate
@@ -48,7 +48,7 @@ class Summary(NamedTuple):
 
 
 def summarise(store: Store) -> Summary:
-    """The summary of all flights that are there. Raises UserError for files that cannot be read."""
+    """The summary of all finished flights. Raises UserError for files that cannot be read."""
     flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     count = flown.num_rows
     good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
@@ -64,18 +64,18 @@ def summarise(store: Store) -> Summary:
 
 
 def beyond(count: int, q: float) -> float:
-    """How many of so many values are above a quantile."""
+    """How many of a number of values are above a quantile."""
     return round(count * (1.0 - q), 6)
 
 
 def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    """The numbers of a column, without what is missing."""
+    """The numbers of a column, without missing values."""
     values: NDArray[np.float64] = column.drop_null().to_numpy().astype(np.float64)
     return values[np.isfinite(values)]
 
 
 def worst(flown: pa.Table) -> list[Worst]:
-    """Those that ended first, then those that were farthest from the path; of equals the lower number."""
+    """The flights that ended first, then those farthest from the path; among equals the lower number first."""
     keys = [(TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
     order = pc.select_k_unstable(flown, k=min(WORST, flown.num_rows), sort_keys=keys)
     rows = flown.take(order).to_pylist()

@@ -1,8 +1,8 @@
-"""`quadstep campaign --until P`: flights are flown until it is sure that fewer than P of all fail, or that no fewer do.
+"""`quadstep campaign --until P`: fly until it is certain that fewer than P of all flights fail, or that no fewer do.
 
-Stopping at the first interval that pleases is wrong more often than the interval says. So there are looks at numbers of
-flights that P alone decides, and each spends half of the chance of error that is left (alpha spending, Lan and DeMets 1983):
-the intervals of all looks together hold the probability with 95 % confidence.
+Stopping at the first interval that satisfies is wrong more often than the interval says. So looks are taken at numbers of
+flights that P alone determines, and each spends half of the remaining error probability (alpha spending, Lan and DeMets 1983):
+the intervals of all looks together contain the probability with 95 % confidence.
 """
 
 import math
@@ -27,11 +27,11 @@ from quadstep.report.sheet import Sheet
 from quadstep.terminal.screen import command
 
 LOOKS = 6
-"""Looks after which a run ends undecided where the user does not say how many flights are the most."""
+"""Looks after which a run ends undecided if the user sets no limit on flights."""
 
 
 class Look(NamedTuple):
-    """After so many flights, of which at most so many may have failed. tail: chance of error spent on either side."""
+    """A planned look: after so many flights, with at most so many failures. tail: error probability spent on either side."""
 
     flights: int
     failures: int
@@ -47,7 +47,7 @@ class Seen(NamedTuple):
 
 
 class Decided(NamedTuple):
-    """A run that is over. seen: its looks, in order."""
+    """A finished run. seen: its looks, in order."""
 
     done: Finished
     target: float
@@ -60,19 +60,19 @@ class Decided(NamedTuple):
 
     @property
     def above(self) -> bool:
-        """Whether it is known not to be."""
+        """Whether the probability is known not to be below the target."""
         return self.seen[-1].rate.low >= self.target
 
 
 def looks(target: float) -> Iterator[Look]:
-    """The looks for a target: with 0, 1, 3, 7, ... failures allowed, each after the fewest flights that can then show it."""
+    """The looks for a target: with 0, 1, 3, 7, ... failures allowed, each after the fewest flights that can show it."""
     for place in count():
         allowed, tail = 2**place - 1, 0.5 * (1.0 - LEVEL) / 2 ** (place + 1)
         yield Look(fewest(target, allowed, tail), allowed, tail)
 
 
 def fewest(target: float, failures: int, tail: float) -> int:
-    """The fewest flights of which so many failures are this unlikely, were the target the probability."""
+    """The fewest flights for which this many failures would be this unlikely if the probability were the target."""
     low, high = failures, 2 * (failures + 1)
     while unlikely(target, failures, high) > tail:
         low, high = high, 2 * high
@@ -83,12 +83,12 @@ def fewest(target: float, failures: int, tail: float) -> int:
 
 
 def unlikely(probability: float, failures: int, flights: int) -> float:
-    """The chance of at most so many failures."""
+    """The probability of at most this many failures."""
     return incomplete_beta(1.0 - probability, flights - failures, failures + 1)
 
 
 def parsed(text: str) -> float:
-    """A probability that can be shown by flying. Raises UserError."""
+    """A target probability that flights can show. Raises UserError."""
     try:
         target = float(text)
     except ValueError:
@@ -116,7 +116,7 @@ def fly_until(
 ) -> Decided:
     """Fly the campaign in `path` into `folder` until its failures are known to be rarer than the target, or not to be.
 
-    most: flights. Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
+    most: limit on flights. Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
     campaign = read_campaign(path)
     first = next(looks(target))
@@ -175,7 +175,7 @@ def look_at(store: Store, look: Look) -> Seen:
 
 
 def sentences(decided: Decided, file: Path) -> list[str]:
-    """What is now known, and what to fly next where it is not what was hoped for."""
+    """The result so far, and what to fly next if the target is not shown."""
     last, target = decided.seen[-1], decided.target
     shown = (
         f"{last.failures} of {last.look.flights} flights failed: a probability from {last.rate.low:.3g} to "

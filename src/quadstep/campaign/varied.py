@@ -1,4 +1,4 @@
-"""What varied in a campaign, read back from its files: one key at a time, as numbers or as a few values."""
+"""The varying keys of a campaign, read back from its files: one key at a time, as numbers or as a few values."""
 
 import contextlib
 import json
@@ -15,17 +15,17 @@ from quadstep.campaign.schema import CampaignFile
 from quadstep.campaign.sensitivity import Parts, parts_of
 
 MOST_VALUES = 40
-"""Values of a key that are looked at one by one. Numbers of more are cut into ranges; of more texts the rarest go together."""
+"""Most values of a key shown one by one. More numbers are divided into ranges; of more texts the rarest are merged."""
 
 OTHERS = "all others"
 WIDTH = 48
-"""Of a value's text."""
+"""Most characters of a value's text."""
 
 BINS, A_BIN = 24, 20
-"""Ranges of equal width that a number's flights are shown in, and the fewest flights in one of those at the ends."""
+"""Number of ranges of equal width that a number is shown in, and the fewest flights in a range at either end."""
 
 DECADES = 20.0
-"""Ratio of the ends from which an axis is logarithmic."""
+"""Ratio of the ends above which an axis is logarithmic."""
 
 
 class Varied(NamedTuple):
@@ -46,12 +46,12 @@ class Bins(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many there are."""
+        """The number of bins."""
         return len(self.labels) if self.edges is None else len(self.edges) - 1
 
 
 def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied:
-    """A key from its column. distribution: None for one of some correlated keys."""
+    """A key from its column. distribution: None for a key that is correlated with others."""
     if not isinstance(distribution, Choice | Grid):
         return numbers(column)
     encoded = column.combine_chunks().dictionary_encode()
@@ -69,13 +69,13 @@ def varied(column: pa.ChunkedArray, distribution: Distribution | None) -> Varied
 
 
 def numbers(column: pa.ChunkedArray) -> Varied:
-    """A key that is looked at in ranges."""
+    """A key shown in ranges."""
     values = column.to_numpy().astype(float)
     return Varied(values, None, parts_of(values))
 
 
 def texts_of(values: Sequence[object]) -> list[str]:
-    """The values of a column for an axis; of tables what they do not all have in common."""
+    """The values of a column for an axis; for tables, only the entries in which they differ."""
     tables = [leaves(read_back(value)) for value in values]
     common = set.intersection(*({(name, repr(one)) for name, one in table.items()} for table in tables))
     if len(values) > 1:
@@ -94,7 +94,7 @@ def read_back(value: object) -> object:
 
 
 def leaves(value: object) -> dict[str, object]:
-    """The values in a table by dotted key; what is no table has an empty key."""
+    """The values in a table by dotted key; a value that is not a table has an empty key."""
     return dotted(value, lambda _: False) if isinstance(value, dict) else {"": value}
 
 
@@ -112,12 +112,12 @@ def text_of(value: object) -> str:
 
 
 def spans_decades(low: float, high: float) -> bool:
-    """Whether an axis from one to the other is better logarithmic."""
+    """Whether an axis between these ends is better logarithmic."""
     return low > 0.0 and high > DECADES * low
 
 
 def bins(one: Varied, distribution: Distribution | None) -> Bins:
-    """The flights of a key in ranges of equal width, those at the ends joined until they have some flights; or by value."""
+    """The flights of a key in ranges of equal width, those at the ends merged until they have enough flights; or by value."""
     if one.options is not None:
         return Bins(one.values, None, one.options)
     low, high = float(one.values.min()), float(one.values.max())
@@ -128,7 +128,7 @@ def bins(one: Varied, distribution: Distribution | None) -> Bins:
 
 
 def merged(edges: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Edges without those between which there are fewer than A_BIN flights."""
+    """The edges without those that would leave a range with fewer than A_BIN flights."""
     kept, gathered = [edges[0]], 0
     for edge, count in zip(edges[1:], counts, strict=True):
         gathered += int(count)
@@ -165,14 +165,14 @@ def in_words(one: Distribution) -> str:
 
 
 def jointly(group: Correlated, place: int) -> str:
-    """One of some keys that are correlated."""
+    """How a key of a correlated group varies, in words."""
     others = ", ".join(key for key in group.keys if key != group.keys[place])
     deviation = float(np.linalg.norm(group.factor[place]))
     return f"normal, mean {group.mean[place]:g}, deviation {deviation:.6g}, correlated with {others}"
 
 
 def cut_off(one: Normal | LogNormal) -> str:
-    """Where a distribution ends."""
+    """The truncation of a distribution, in words."""
     ends = [f"{word} {end:g}" for word, end in (("below", one.low), ("above", one.high)) if end is not None]
     return f", nothing {' or '.join(ends)}" if ends else ""
 

@@ -17,7 +17,7 @@ def verdict(
     done: Finished, file: Path, engine: CampaignEngine, least: float | None, decided: until.Decided | None = None
 ) -> Verdict:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
-    `--until` has shown, where it was asked.
+    `--until` has shown, if it was given.
     """
     summary, name = done.summary, done.campaign.file.name
     judged = None if least is None else Judged(least, summary.success, summary.flights)
@@ -40,7 +40,7 @@ def verdict(
 
 
 def asked(decided: until.Decided) -> Case:
-    """What `--until` was to show."""
+    """The case that `--until` was to show."""
     low, high = decided.seen[-1].rate[1:]
     name = f"fewer than {decided.target:g} of the flights fail, with 95 % confidence"
     return Case(name, None if decided.below else f"{name}: not shown; the probability is from {low:.3g} to {high:.3g}")

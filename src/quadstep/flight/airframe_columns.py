@@ -10,10 +10,10 @@ from quadstep.numbers.rotations import yaw_pitch_roll
 
 
 def airframe_columns(rotors: int) -> dict[str, str]:
-    """Name and unit of every column, for a vehicle with so many rotors.
+    """Name and unit of every column, for a vehicle with this many rotors.
 
     x .. r: the state, angles of R = Rz(yaw) Ry(pitch) Rx(roll), right-handed. x_m y_m z_m: the position as measured or
-    estimated. u, tau: wanted; u_a, tau_a: what is left of them within the rotors' limits. f: each rotor's k_f speed^2.
+    estimated. u, tau: commanded; u_a, tau_a: produced within the rotors' limits. f: each rotor's k_f speed^2.
     """
     return {
         "t": "s",

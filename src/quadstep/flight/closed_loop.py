@@ -1,6 +1,6 @@
-"""The interface of what an engine flies: a closed loop as laws over numbers, and the clock that says when each is due.
+"""The interface to the engines: a closed loop as laws over numbers, and the clock that determines when each is due.
 
-The engines only decide which numbers, and count the ticks.
+The engines only choose the kind of number, and count the ticks.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ class Outcome(IntEnum):
 
 
 class Clock(NamedTuple):
-    """The time as a law sees it. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
+    """Time as seen by a law. time: t [s]. tick: steps since the start. period: until this law is due again [s]."""
 
     time: Number
     tick: Number
@@ -68,7 +68,7 @@ class ClosedLoop(Protocol):
         ...
 
     def start(self, start: Structure, parameters: Structure) -> Structure:
-        """The cycle before the first tick: everything that lives from step to step."""
+        """The cycle before the first tick: everything that persists from step to step."""
         ...
 
     def advance(self, cycle: Structure, parameters: Structure, clock: Clock) -> Structure:

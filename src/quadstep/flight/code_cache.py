@@ -1,7 +1,7 @@
 """Compiled code kept between runs, so that only the first flight of a kind waits for the compiler.
 
-What is read here is run. So the folder, everything above it and every entry must be out of other users' reach: theirs
-would be code that runs as this user. Where that is not so, nothing is read or written, and a warning says why.
+What is read here is executed. So the folder, everything above it and every entry must be out of other users' reach: theirs
+would be code that runs as this user. Otherwise nothing is read or written, and a warning says why.
 """
 
 import contextlib
@@ -19,11 +19,11 @@ MOST_ENTRIES = 64
 
 log = logging.getLogger(__name__)
 warned: set[str] = set()
-"""What was warned of in this process."""
+"""Warnings already given in this process."""
 
 
 def folder() -> Path | None:
-    """Where code is kept: $QUADSTEP_CACHE, else quadstep/ in the user's cache folder; None for a user without a home."""
+    """The cache folder: $QUADSTEP_CACHE, else quadstep/ in the user's cache folder; None for a user without a home."""
     chosen = os.environ.get("QUADSTEP_CACHE")
     if chosen:
         return Path(chosen)
@@ -35,12 +35,12 @@ def folder() -> Path | None:
 
 
 def key(*parts: str) -> str:
-    """A name for code that follows from these texts."""
+    """A name for the code generated from these texts."""
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def read(name: str) -> bytes | None:
-    """The code kept under `name`, or None; a damaged entry, or one that another user could have written, counts as none."""
+    """The code cached under `name`, or None; a damaged entry, or one that another user could have written, counts as none."""
     try:
         place = trusted_folder()
         content = own_content(place / name) if place else b""
@@ -51,7 +51,7 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, code: bytes) -> None:
-    """Keep `code` under `name`. A cache that cannot be written is no error: the next run compiles again."""
+    """Cache `code` under `name`. A cache that cannot be written is not an error: the next run compiles again."""
     with contextlib.suppress(OSError):
         place = trusted_folder(make=True)
         if place is None:
@@ -63,14 +63,14 @@ def write(name: str, code: bytes) -> None:
 
 
 def signature(name: str, code: bytes) -> bytes:
-    """Digest of an entry and its name, so that neither damage nor a changed name goes unseen."""
+    """Digest of an entry and its name, so that neither damage nor a changed name goes unnoticed."""
     return hashlib.sha256(name.encode() + b"\0" + code).digest()
 
 
 def trusted_folder(make: bool = False) -> Path | None:
     """The folder with every link resolved, or None where another user may change it. make: whether to make it if absent.
 
-    Resolved once: no folder on the resolved path can be exchanged by another user between this look and the use.
+    Resolved once: no folder on the resolved path can be replaced by another user between this check and the use.
     Raises OSError where the folder is absent or cannot be made.
     """
     chosen = folder()
@@ -81,7 +81,7 @@ def trusted_folder(make: bool = False) -> Path | None:
     for path in reversed(absent):
         path.mkdir(mode=0o700, exist_ok=True)
     for path in (place, *place.parents):
-        status = path.lstat()  # never what a link put there meanwhile points to
+        status = path.lstat()  # never the target of a link put there in the meantime
         reason = exposure(status, sticky_is_safe=path != place)
         if reason:
             cure = f"run `chmod go-w {shlex.quote(str(path))}` or " if status.st_uid == os.geteuid() else ""
@@ -94,9 +94,9 @@ def trusted_folder(make: bool = False) -> Path | None:
 
 
 def exposure(status: os.stat_result, sticky_is_safe: bool = False) -> str:
-    """Why someone other than root and this user could change what has this status; empty if nobody could.
+    """Why someone other than root and this user could change a file of this status; empty if nobody could.
 
-    sticky_is_safe: whether a folder like /tmp will do, where all may add but nobody may rename what is another's.
+    sticky_is_safe: whether a folder like /tmp will do, where everyone may add files but not rename other users' files.
     """
     if status.st_uid not in (0, os.geteuid()):
         return f"belongs to another user (id {status.st_uid})"
@@ -107,7 +107,7 @@ def exposure(status: os.stat_result, sticky_is_safe: bool = False) -> str:
 
 
 def own_content(path: Path) -> bytes:
-    """What an entry holds. Raises OSError where it is absent, no plain file, or one that another user could have written."""
+    """An entry's content. Raises OSError if it is absent, not a plain file, or one that another user could have written."""
     handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     with os.fdopen(handle, "rb") as file:
         status = os.fstat(handle)
@@ -117,7 +117,7 @@ def own_content(path: Path) -> bytes:
 
 
 def warn_once(text: str) -> None:
-    """A line on the error stream, unless it stood there before."""
+    """Write a warning to the error stream, unless it was written before."""
     if text not in warned:
         warned.add(text)
         log.warning("quadstep: warning: %s", text)

@@ -1,4 +1,4 @@
-"""The log of a flight of the paper's plant: one row of numbers a log tick, each column with its name, unit and law."""
+"""The log of a flight of the paper's plant: one row of numbers per log tick, each column with its name, unit and law."""
 
 from quadstep.control.controller import Command
 from quadstep.numbers import Number, Vector
@@ -32,7 +32,7 @@ def log_row(
 ) -> list[Number]:
     """One row, in the order of `COLUMNS`, at time t [s]: the state now, the command held. wanted: xi_d [m].
 
-    lyapunov is Eq. 55 without its last term, which holds the unknown ideal weights.
+    lyapunov is Eq. 55 without its last term, which contains the unknown ideal weights.
     """
     r1, r2 = command.r1, command.r2
     inertia = effective_inertia(state.attitude, vehicle.inertia, kinematics)

@@ -1,4 +1,4 @@
-"""What is needed of NVIDIA's driver, and nothing else of CUDA: load PTX, move numbers, run a kernel, time it."""
+"""The functions of NVIDIA's driver that are needed, and nothing else of CUDA: load PTX, copy data, run and time kernels."""
 
 import ctypes
 import weakref
@@ -53,7 +53,7 @@ class Device:
         self.driver.cuCtxPopCurrent_v2(ctypes.byref(ctypes.c_void_p()))
 
     def call(self, name: str, *arguments: object) -> None:
-        """Call a function of the driver; CudaError with its reason where it fails."""
+        """Call a function of the driver; raises CudaError with the reason if it fails."""
         gpu_driver.call(self.driver, name, *arguments)
 
     def attribute(self, which: int) -> int:
@@ -76,14 +76,14 @@ class Device:
 
 
 def discarded(owner: object, device: Device, name: str, handle: object) -> Callable[[], object]:
-    """What to call when `owner` is done with; it happens by itself when nothing refers to the owner any more."""
+    """A function to release `owner`'s resource; called automatically when nothing refers to the owner any more."""
     finalizer = weakref.finalize(owner, device.discard, name, handle)
-    finalizer.atexit = False  # the driver cleans up by itself then, and may be gone
+    finalizer.atexit = False  # at exit the driver cleans up itself, and may be gone already
     return finalizer
 
 
 class Module:
-    """PTX compiled by the driver. registers: the most that a thread may use, None for as many as it likes."""
+    """PTX compiled by the driver. registers: the most that a thread may use, None for no limit."""
 
     def __init__(self, device: Device, ptx: str, registers: int | None = None) -> None:
         self.device, self.handle = device, ctypes.c_void_p()
@@ -122,19 +122,19 @@ class Kernel:
         self.module, self.device, self.function = module, module.device, function
 
     def attribute(self, which: int) -> int:
-        """REGISTERS or LOCAL_BYTES of a thread."""
+        """REGISTERS or LOCAL_BYTES per thread."""
         value = ctypes.c_int()
         self.device.call("cuFuncGetAttribute", ctypes.byref(value), which, self.function)
         return value.value
 
     def resident_blocks(self, threads: int) -> int:
-        """Blocks of so many threads that one processor holds at once."""
+        """Blocks of this many threads that one multiprocessor holds at once."""
         count = ctypes.c_int()
         self.device.call("cuOccupancyMaxActiveBlocksPerMultiprocessor", ctypes.byref(count), self.function, threads, 0)
         return count.value
 
     def run(self, blocks: int, threads: int, *arguments: Any) -> float:
-        """Run it to the end; the seconds it took. arguments: ctypes values."""
+        """Run it to the end; returns the seconds it took. arguments: ctypes values."""
         addresses = (ctypes.c_void_p * len(arguments))(*(ctypes.addressof(argument) for argument in arguments))
         call, events = self.device.call, [ctypes.c_void_p(), ctypes.c_void_p()]
         took = ctypes.c_float()
@@ -154,7 +154,7 @@ class Kernel:
 
 
 class Memory:
-    """A block of memory on the device; freed when the `with` block ends, or with this."""
+    """A block of memory on the device; freed when the `with` block ends, or with this object."""
 
     def __init__(self, device: Device, size: int) -> None:
         self.device, self.address = device, ctypes.c_uint64()
@@ -163,7 +163,7 @@ class Memory:
 
     @classmethod
     def holding(cls, device: Device, array: NDArray[np.generic]) -> "Memory":
-        """With a copy of an array."""
+        """A buffer with a copy of an array."""
         memory = cls(device, array.nbytes)
         array = np.ascontiguousarray(array)
         if array.nbytes:

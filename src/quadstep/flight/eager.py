@@ -1,6 +1,6 @@
 """The engine without a compiler: the loop runs in Python, step by step, on floats or on NumPy arrays.
 
-Floats fly one vehicle and are for reading, debugging and teaching; arrays fly a batch by broadcasting. Same laws, same order.
+Floats fly one vehicle, for reading, debugging and teaching; arrays fly a batch by broadcasting. Same laws, same order.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from quadstep.numbers import Table, flatten, rebuild, where
 S = TypeVar("S")
 
 Progress = Callable[[int], None]
-"""Told how many ticks were flown since the last call; none when what is to fly them has been compiled."""
+"""Called with the number of ticks flown since the last call; 0 once the program that flies them is compiled."""
 
 
 def fly_floats(
@@ -47,7 +47,7 @@ def fly_floats(
 
 
 def always(law: Callable[..., S]) -> Callable[..., S]:
-    """The law of floats, repeated on arrays of one element where floats raise and other numbers continue (1 / 0)."""
+    """The law on floats, repeated on arrays of one element where floats raise and other numbers continue (1 / 0)."""
 
     def run(*given: object) -> S:
         try:
@@ -61,7 +61,7 @@ def always(law: Callable[..., S]) -> Callable[..., S]:
 
 
 def fly_arrays(loop: ClosedLoop, parameters: Sequence[object], starts: Sequence[object], ticks: Ticks) -> list[FlightLog]:
-    """A batch of flights on NumPy arrays, one flight an element. Tables (paths) must be shared by all flights."""
+    """A batch of flights on NumPy arrays, one flight per element. Tables (paths) must be shared by all flights."""
     count = len(parameters)
     stacked, start = stack(parameters), stack(starts)
     cycle = loop.start(start, stacked)

@@ -65,13 +65,13 @@ def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress
 
 
 def announce(loop: Loop, parameters: Structure, start: Structure) -> None:
-    """Tell a controller that flies one at a time of its next flight. Raises UserError where it cannot fly."""
+    """Notify a controller that flies one flight at a time of its next one. Raises UserError if it cannot fly."""
     if loop.controller.one_at_a_time:
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
 
 
 def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None) -> list[FlightLog]:
-    """The same, without raising exceptions of its controllers."""
+    """The same, without raising its controllers' exceptions."""
     if engine is Engine.PYTHON:
         return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
     if engine is Engine.C:

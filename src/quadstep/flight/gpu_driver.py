@@ -1,4 +1,4 @@
-"""NVIDIA's driver as a C library: the functions of it that are called, with their types, and its message when one fails."""
+"""NVIDIA's driver as a C library: the functions that are called, with their types, and its message if one fails."""
 
 import ctypes
 import sys
@@ -37,17 +37,17 @@ FUNCTIONS: dict[str, tuple[object, ...]] = {
     "cuEventElapsedTime": (POINTER(c_float), c_void_p, c_void_p),
     "cuEventDestroy_v2": (c_void_p,),
 }
-"""As cuda.h declares them; each gives 0 or the number of an error."""
+"""As declared in cuda.h; each returns 0 or an error number."""
 
 OUT_OF_MEMORY, UNSUPPORTED_PTX = 2, 222
 
 
 class NoDeviceError(UserError):
-    """There is no graphics processor to fly on, and why."""
+    """There is no graphics processor to fly on; says why."""
 
 
 class CudaError(UserError):
-    """The driver refused something, or a kernel failed."""
+    """The driver refused a call, or a kernel failed."""
 
 
 class OutOfDeviceMemoryError(CudaError):
@@ -56,7 +56,7 @@ class OutOfDeviceMemoryError(CudaError):
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """The driver's library. NoDeviceError where there is none, or one too old."""
+    """The driver's library. Raises NoDeviceError if there is none, or it is too old."""
     try:
         driver = ctypes.CDLL(LIBRARY)
     except OSError as error:

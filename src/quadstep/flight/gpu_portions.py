@@ -1,23 +1,23 @@
-"""How many flights a launch takes: few enough for the memory and for Ctrl-C, which waits until a launch is over."""
+"""The number of flights per launch: few enough for the memory and for Ctrl-C, which waits until a launch is over."""
 
 import math
 
 from quadstep.flight.cuda import PROCESSORS, Device, Kernel
 
 SECONDS = 0.5
-"""About how long a launch should take; no launch can be shorter than one flight."""
+"""Target duration of a launch [s]; no launch can be shorter than one flight."""
 
 SHARE = 0.8
-"""Of the free memory that a launch may take."""
+"""Share of the free memory that a launch may take."""
 
 
 class Portions:
     """The size of the next launch.
 
-    A wave, as many flights as are in the air at once, comes first; what it took decides how many whole waves come next. Each
+    A wave, as many flights as run at once, comes first; its duration determines how many whole waves come next. Each
     flight is a thread of its own, so its numbers do not depend on any of this.
 
-    fixed: flights of every launch instead, if that many fit the memory.
+    fixed: flights per launch instead, if that many fit into memory.
     """
 
     def __init__(self, device: Device, kernel: Kernel, threads: int, bytes_a_flight: int, fixed: int | None = None) -> None:
@@ -33,7 +33,7 @@ class Portions:
             self.size = min(max(1, waves) * self.wave, self.most)
 
     def smaller(self) -> bool:
-        """Half as many from now on, for the memory is taken by others; whether that is possible."""
+        """Half as many from now on, because others use the memory; returns whether that is possible."""
         self.most = min(self.size, self.most) // 2
         self.size = self.most
         return self.most >= self.threads

@@ -17,26 +17,26 @@ from quadstep.flight.sweep import Batch, Swept
 from quadstep.flight.sweep_trace import Generate
 
 THREADS = 128
-"""Of a block."""
+"""Threads of a block."""
 
 REGISTERS = 168
-"""Of a thread at most, in f32: as many as let three blocks live on one processor. The paper's loop then keeps some 112 bytes
+"""Most registers of a thread, in f32: as many as let three blocks share a processor. The paper's loop then has some 112 bytes
 in local memory; with 200 registers, and two blocks, none.
 """
 
 MOST_FLIGHTS = 2**32
-"""Numbers that a flight can have."""
+"""Number of possible flight numbers."""
 
 Progress: TypeAlias = Callable[[int], None]
 
 
 class GpuSweep(Batch):
-    """As `Sweep`, on the first graphics processor. `NoDeviceError` where there is none, `CudaError` where it fails.
+    """Like `Sweep`, on the first graphics processor. Raises `NoDeviceError` if there is none, `CudaError` if it fails.
 
-    Its numbers are the lanes', to the bit.
+    Its results equal those of the lanes to the bit.
 
     generate: a law that gives the varying numbers of the flight high * 65536 + low from these two numbers, in the order of
-    their places; then they are drawn on the processor, see `generated`, else given to `fly`.
+    their places; they are then drawn on the processor, see `generated`, else passed to `fly`.
     seconds: the time that the kernels of the last call took by themselves.
     """
 
@@ -69,7 +69,7 @@ class GpuSweep(Batch):
     ) -> Swept:
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
-        progress: told how many more are over. threads: of a block. portion: flights of a launch; found by itself if not given.
+        progress: called with the number of newly finished flights. threads: per block. portion: flights per launch.
         """
         if self.generates:
             raise ValueError("these flights draw their own numbers: `generated` flies them")
@@ -84,7 +84,7 @@ class GpuSweep(Batch):
         threads: int = THREADS,
         portion: int | None = None,
     ) -> tuple[Swept, NDArray[np.float64]]:
-        """Fly the flights of these numbers with what `generate` draws; and that, as rows that `fly` of another would take."""
+        """Fly the flights of these numbers with the values that `generate` draws; returns those too, as rows for `fly`."""
         if not self.generates:
             raise ValueError("nothing generates these flights' numbers: give `generate`, or fly rows of values")
         if not 0 <= first <= past <= MOST_FLIGHTS:

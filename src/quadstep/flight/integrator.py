@@ -24,5 +24,5 @@ def runge_kutta_4(rate: Callable[[S], S], state: S, step: Number) -> S:
 
 
 def alike(state: S, parts: list[Any]) -> S:
-    """A structure of the same kind with other parts."""
+    """A structure of the same type with other parts."""
     return type(state)(*parts)

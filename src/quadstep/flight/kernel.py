@@ -14,30 +14,30 @@ from quadstep.errors import UserError
 from quadstep.flight import code_cache, sweep_trace, trace
 
 SCHEDULER = "-pre-RA-sched=list-ilp"
-"""Instructions ordered so that independent ones stand side by side: a tenth to a fifth more steps a second (AVX2). On x86
-only: on ARM it makes LLVM 22 crash.
+"""Instructions scheduled so that independent ones are adjacent: a tenth to a fifth more steps per second (AVX2). On x86
+only: on ARM it crashes LLVM 22.
 """
 
 DIRECTION = "-misched-prera-direction=topdown"
-"""And once more before registers are given out, from the first instruction down: another tenth, whatever the loop."""
+"""And once more before register allocation, from the first instruction down: another tenth, whatever the loop."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """Compiled code. fly: a C function as described in `Trace` or `SweepTrace`; engine: what keeps it in memory."""
+    """Compiled code. fly: a C function as described in `Trace` or `SweepTrace`; engine: keeps it in memory."""
 
     engine: llvm.ExecutionEngine
     fly: Callable[..., None]
 
 
 WIDTHS = {"x86-64": 2, "nehalem": 2, "haswell": 4, "skylake-avx512": 8, "znver4": 8}
-"""Processors that $QUADSTEP_CPU may name (LLVM ends the process at a name that it does not know), and the numbers in f64 that
-their vector registers hold.
+"""Processors that $QUADSTEP_CPU may name (LLVM ends the process for a name that it does not know), and how many f64 numbers
+a vector register of each holds.
 """
 
 
 class Processor(NamedTuple):
-    """What code is written for. name, features: as LLVM has them, no features for those of the name; doubles: numbers in f64
+    """The target of generated code. name, features: LLVM's, empty features for the name's default; doubles: numbers in f64
     that a vector register holds.
     """
 
@@ -50,7 +50,7 @@ class Processor(NamedTuple):
 def host() -> Processor:
     """The processor of this machine, or the one that $QUADSTEP_CPU names; prepares LLVM for it. Raises UserError.
 
-    A flight is the same to the bit for any of them. Instructions that this machine lacks end the process.
+    A flight has the same bits for any of them. Instructions that this machine lacks end the process.
     """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -87,7 +87,7 @@ def compile_sweep(text: str, double: bool) -> Kernel:
 
 
 def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: bool, buffers: int) -> Callable[..., None]:
-    """A compiled function of so many counters, a number and so many addresses; it runs without the interpreter's lock."""
+    """A compiled function of some counters, a number and some addresses; it runs without the interpreter's lock."""
     number = ctypes.c_double if double else ctypes.c_float
     kinds: Sequence[Any] = [ctypes.c_int64] * counters + [number] + [ctypes.c_void_p] * buffers
     compiled: Callable[..., None] = ctypes.CFUNCTYPE(None, *kinds)(engine.get_function_address(name))
@@ -95,7 +95,7 @@ def function(engine: llvm.ExecutionEngine, name: str, counters: int, double: boo
 
 
 def machine_code(text: str) -> llvm.ExecutionEngine:
-    """An LLVM module compiled and in memory; taken from the cache where it has been compiled before."""
+    """An LLVM module compiled and in memory; taken from the cache if it was compiled before."""
     cpu, features, _ = host()
     target = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
     name = code_cache.key(text, cpu, features, llvmlite.__version__, target.triple, SCHEDULER, DIRECTION)

@@ -1,4 +1,4 @@
-"""The programs that this process has compiled, the latest only: each holds its machine code in memory."""
+"""The programs most recently compiled by this process: each holds its machine code in memory."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -9,10 +9,10 @@ MOST = 64
 
 
 class Kernels(OrderedDict[object, Kernel]):
-    """Kernels by what decides their code, the one used last at the end."""
+    """Kernels by a key that determines their code, the most recently used one last."""
 
     def get_or_make(self, key: object, make: Callable[[], Kernel]) -> Kernel:
-        """The kernel of this key, made when first asked for; the one unused for longest makes room."""
+        """The kernel of this key, made on first request; the least recently used one is dropped to make room."""
         kernel = self.pop(key, None) or make()
         self[key] = kernel
         if len(self) > MOST:

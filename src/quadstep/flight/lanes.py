@@ -16,7 +16,7 @@ from quadstep.flight.trace import Trace
 from quadstep.numbers import Table, flatten, in_matrix, rebuild
 
 SLICE = 100_000
-"""Ticks flown between looks at the keyboard (Ctrl-C) and the progress bar."""
+"""Ticks flown between checks for Ctrl-C and updates of the progress bar."""
 
 KERNELS = Kernels()
 
@@ -29,7 +29,7 @@ def fly_lanes(
     progress: Progress | None = None,
     double: bool = True,
 ) -> list[FlightLog]:
-    """A batch of flights of one structure. A flight's result does not depend on the others, nor on the number of cores.
+    """A batch of flights of one structure. A flight's result depends neither on the others nor on the number of cores.
 
     Tables (paths) and matrices (the nets' weights) must be the same in all flights.
     """
@@ -97,7 +97,7 @@ def shared_leaves(parameters: object) -> tuple[bool, ...]:
 
 
 def prepare(loop: ClosedLoop, parameters: object, start: object, shared: tuple[bool, ...], double: bool, width: int) -> Kernel:
-    """The kernel for flights of this structure, traced and compiled when first asked for."""
+    """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(parameters))
     key = (loop, sizes, shared, double)
 

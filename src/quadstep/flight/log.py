@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from quadstep.flight.closed_loop import Outcome, Ticks
 
 SAID = frozenset(("psi_d", "theta_d", "phi_d", "yaw_d", "pitch_d", "roll_d"))
-"""Columns of the attitude that a law says it wants: left out of the log of one that never says it."""
+"""Columns of the attitude that a law desires: left out of the log if the law never reports it."""
 
 REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
@@ -18,7 +18,7 @@ REASONS = {
     Outcome.SPINNING: "a rate exceeded limits.rate",
     Outcome.CRASHED: "it hit the ground",
 }
-"""What is said of a flight that ended early."""
+"""Reasons why a flight ended early."""
 
 
 class FlightLog(NamedTuple):

@@ -1,7 +1,7 @@
 """The closed loop of any plant: path, air, sensors, controller, actuators.
 
-Each of them runs at its own rate; the tasks of a tick stand in the order in which they depend on each other. What a flight
-does not have (air, sensing) is None in the loop and () in the cycle.
+Each of them runs at its own rate; the tasks of a tick are in the order in which they depend on each other. Parts that a flight
+does not have (air, sensing) are None in the loop and () in the cycle.
 """
 
 from collections.abc import Mapping
@@ -23,10 +23,10 @@ STILL = vector(0.0, 0.0, 0.0)
 
 
 class Cycle(NamedTuple):
-    """What lives from step to step.
+    """The state that persists from step to step.
 
     state: the plant's. air: of the turbulence. sensed: of the sensors and the estimator. memory: the controller's. command:
-    as it was asked for. held: what the actuators are told. waiting: what they will be told, oldest first.
+    as the controller gave it. held: the current actuator inputs. waiting: delayed actuator inputs, oldest first.
     """
 
     state: Structure
@@ -43,8 +43,8 @@ class Loop:
     """The structure of a flight: which laws are composed. Its numbers are a NamedTuple of the plant's, `p`.
 
     p has `path`, `gains`, `limits`; with air `wind`; with noise `key`; with sensing `sensors`. guided: whether there is a task
-    for the controller's `guide` even if it has none, so that another may take its place. late: samples of the law until the
-    actuators are told.
+    for the controller's `guide` even if it has none, so that another may take its place. late: delay in samples of the law
+    until the actuators receive a command.
     """
 
     plant: Plant
@@ -62,7 +62,7 @@ class Loop:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Air, sensors, and what the controller samples, as far as there are."""
+        """The tasks of air, sensors and controller, as far as the flight has them."""
         air = (Task("air", self.stir),) if self.air and self.air.stirs else ()
         sensing = (Task("sensing", self.sense), Task("fix", self.fix)) if self.sensing else ()
         return (*air, *sensing, *self.sampled)
@@ -90,7 +90,7 @@ class Loop:
         return cycle._replace(air=self.air.stir(cycle.air, p, clock)), 0.0
 
     def sense(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
-        """Gyro and accelerometer, and what the estimator makes of them."""
+        """A sample of gyro and accelerometer, and the estimator's prediction."""
         assert self.sensing
         felt = STILL
         if self.sensing.feels:
@@ -106,7 +106,7 @@ class Loop:
         return cycle._replace(sensed=self.sensing.fix(cycle.sensed, truth, p.sensors, p.key, clock.tick, clock.period)), 0.0
 
     def told(self, cycle: Cycle, p: Structure) -> Structure:
-        """What the controller gets to know now."""
+        """What the controller measures now."""
         return self.measured(cycle.state, cycle.sensed, cycle.waiting[-1] if self.late else cycle.held, p)
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Structure) -> Structure:
@@ -123,12 +123,12 @@ class Loop:
         return told._replace(**{name: more[name] for name in also})
 
     def wanted(self, time: Number, p: Structure) -> Reference:
-        """The reference at time t [s], as the controller asks for it."""
+        """The reference at time t [s], as the controller needs it."""
         reference = self.path.reference(time, p.path)
         return reference._replace(ahead=self.ahead(time, p)) if self.controller.preview else reference
 
     def ahead(self, time: Number, p: Structure) -> tuple[Reference, ...]:
-        """The references that the controller asks for at time t [s]: the path is written once, and looked up in a loop."""
+        """The references that the controller needs at time t [s]: the path's code is emitted once and evaluated in a loop."""
         like: list[Reference] = []
 
         def look(now: Number, later: Vector) -> tuple[Number, Vector]:
@@ -144,7 +144,7 @@ class Loop:
         return cycle._replace(memory=self.controller.slower(name, cycle.memory, *given)), 0.0
 
     def law(self, cycle: Cycle, p: Structure, clock: Clock) -> tuple[Cycle, Number]:
-        """The controller's law, what the actuators make of it, and whether the flight goes on."""
+        """The controller's law, the actuators' response to it, and whether the flight continues."""
         reference = self.wanted(clock.time, p)
         asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
         command = self.plant.asked(p, asked)
@@ -161,7 +161,7 @@ class Loop:
         return self.plant.rate(p, state, cycle.held, self.wind(cycle, p, time), time)
 
     def advance(self, cycle: Cycle, p: Structure, clock: Clock) -> Cycle:
-        """The cycle one integrator step later; wind and events as they are in the middle of the step."""
+        """The cycle one integrator step later, with wind and events taken at the middle of the step."""
         middle = clock.time + 0.5 * clock.period
 
         def rate(state: Structure) -> Structure:
@@ -175,14 +175,14 @@ class Loop:
         reference, wind = self.path.reference(time, p.path), self.wind(cycle, p, time)
         return self.plant.row(p, cycle.state, self.told(cycle, p), cycle.command, cycle.held, reference, wind, time)
 
-    # What is scored
+    # Inputs of the score
 
     def position_error(self, cycle: Cycle, p: Structure, time: Number) -> Vector:
-        """The wanted position less the true one [m]."""
+        """The desired position less the true one [m]."""
         return self.plant.error(cycle.state, self.path.reference(time, p.path))
 
     def inputs(self, cycle: Cycle) -> Vector:
-        """What the actuators are told."""
+        """The actuators' inputs."""
         return self.plant.inputs(cycle.held)
 
     def weight_norms(self, cycle: Cycle) -> Vector:

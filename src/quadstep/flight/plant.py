@@ -1,4 +1,4 @@
-"""What is flown, and what surrounds it: a plant, the air it flies in, the sensors it is seen by."""
+"""The interfaces of a plant, and of the air that it flies in."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
@@ -17,7 +17,7 @@ class Rotor(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """How a vehicle is drawn. thrust, attitude: columns, three of the paper's angles or four of a quaternion.
+    """How a vehicle is drawn. thrust, attitude: columns, three for the paper's angles or four for a quaternion.
 
     ground: its height [m], radius: of a rotor [m], if the vehicle knows them.
     """
@@ -32,12 +32,12 @@ class Drawn(NamedTuple):
 class Plant(Protocol):
     """A vehicle as laws over numbers. Structure only, hashable; its numbers are in the flight's parameters `p`.
 
-    State, actuators (`held`: what they are told until the next sample) and parameters are NamedTuples of the plant's own.
+    State, actuators (`held`: their inputs until the next sample) and parameters are the plant's own NamedTuples.
     """
 
     @property
     def compact(self) -> bool:
-        """Whether the compiler keeps the derivative as one function that a step calls four times."""
+        """Whether the compiler emits the derivative as one function that a step calls four times."""
         ...
 
     @property
@@ -47,12 +47,12 @@ class Plant(Protocol):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Columns of the position; that of the wanted position is called the same with _d, its error is `error`."""
+        """Columns of the position; those of the desired position have the suffix _d, its error is `error`."""
         ...
 
     @property
     def efforts(self) -> Mapping[str, str]:
-        """Name and unit of each entry of `inputs`, as metrics call them."""
+        """Name and unit of each entry of `inputs`, as used by metrics."""
         ...
 
     @property
@@ -61,7 +61,7 @@ class Plant(Protocol):
         ...
 
     def body(self, p: Structure) -> Structure:
-        """What has the vehicle's mass [kg], inertia [kg m^2] and gravity [m/s^2] among its numbers."""
+        """The part of the parameters with the vehicle's mass [kg], inertia [kg m^2] and gravity [m/s^2]."""
         ...
 
     def rest(self, state: Structure, p: Structure) -> tuple[Structure, Structure]:
@@ -69,27 +69,27 @@ class Plant(Protocol):
         ...
 
     def truth(self, state: Structure) -> Structure:
-        """What perfect sensors would measure."""
+        """The motion that perfect sensors would measure."""
         ...
 
     def felt(self, p: Structure, state: Structure, rate: Structure) -> Vector:
-        """What an accelerometer feels [m/s^2], body axes. rate: of the state. Only asked with an estimator."""
+        """What an accelerometer measures [m/s^2], body axes. rate: of the state. Used only with an estimator."""
         ...
 
     def told(self, known: Structure, held: Structure) -> Structure:
-        """What the controller gets to know: the measured motion, and what the actuators were told."""
+        """What the controller measures: the motion, and the actuators' inputs."""
         ...
 
     def rotor_speeds(self, state: Structure) -> Vector:
-        """How fast the rotors turn [rad/s]; only asked by a law that measures it."""
+        """The rotor speeds [rad/s]; used only by a law that measures them."""
         ...
 
     def asked(self, p: Structure, command: Structure) -> Structure:
-        """A law's command as it is logged: without limits, and of one form, whatever forms the plant takes."""
+        """A law's command as it is logged: without limits, and in one form, whatever forms the plant accepts."""
         ...
 
     def actuate(self, p: Structure, command: Structure) -> Structure:
-        """What the actuators are told to make of a command, within their limits."""
+        """The actuators' inputs for a command, within their limits."""
         ...
 
     def rate(self, p: Structure, state: Structure, held: Structure, wind: Vector, time: Number) -> Structure:
@@ -97,30 +97,30 @@ class Plant(Protocol):
         ...
 
     def settled(self, state: Structure) -> Structure:
-        """The state after a step, back on its manifold."""
+        """The state after a step, projected back onto its manifold."""
         ...
 
     def outcome(self, p: Structure, state: Structure, command: Structure, reference: Reference) -> Number:
-        """The `Outcome` that ends the flight at a sample, 0 while all is well; one that is not finite goes before all else.
+        """The `Outcome` that ends the flight at a sample, or 0; a non-finite number takes precedence.
 
-        command: as asked for, since a limit would hide NaN.
+        command: before limits, since a limit would hide NaN.
         """
         ...
 
     def error(self, state: Structure, reference: Reference) -> Vector:
-        """The wanted position less the true one [m], along the plant's axes."""
+        """The desired position less the true one [m], along the plant's axes."""
         ...
 
     def inputs(self, held: Structure) -> Vector:
-        """What the actuators are told, as metrics add it up."""
+        """The actuators' inputs, as metrics sum them."""
         ...
 
     def weight_norms(self, command: Structure) -> Vector:
-        """Of what a law has learned, as its command says."""
+        """Norms of the weights that a law has learned, as its command reports them."""
         ...
 
     def drawn(self, p: Structure) -> Drawn:
-        """How it is drawn."""
+        """How the vehicle is drawn."""
         ...
 
     def row(
@@ -139,11 +139,11 @@ class Plant(Protocol):
 
 
 class Air(Protocol):
-    """Air that moves. Its numbers are `p.wind`, the words of its noise `p.key`."""
+    """Moving air. Its numbers are `p.wind`, the key of its noise `p.key`."""
 
     @property
     def stirs(self) -> bool:
-        """Whether something of it lives from step to step."""
+        """Whether it has a state that persists from step to step."""
         ...
 
     def start(self) -> Structure:

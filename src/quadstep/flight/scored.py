@@ -1,6 +1,6 @@
-"""Metrics summed while flying, so that a flight leaves a handful of numbers instead of a log.
+"""Metrics summed during the flight, so that a flight leaves a handful of numbers instead of a log.
 
-`Scored` is a closed loop around another: its cycle is the other's and the sums so far, its last task adds a sample to them.
+`Scored` is a closed loop around another: its cycle is the other's plus the sums so far; its last task adds a sample to them.
 It flies on every engine.
 """
 
@@ -26,7 +26,7 @@ RMSE, LARGEST = with_unit(MEAN_DISTANCE, "m"), with_unit(FARTHEST, "m")
 
 
 class Score(NamedTuple):
-    """What is summed over the samples so far. sums: of each metric of `SCORED`. own: of those that the mission names."""
+    """The sums over the samples so far. sums: of each metric of `SCORED`. own: of those that the mission names."""
 
     samples: Number
     sums: tuple[Sums, ...]
@@ -34,7 +34,7 @@ class Score(NamedTuple):
 
 
 class ScoredCycle(NamedTuple):
-    """The cycle of the loop that is scored, and its score."""
+    """The cycle of the scored loop, and its score."""
 
     flight: Cycle
     score: Score
@@ -53,12 +53,12 @@ class Scored:
 
     @property
     def columns(self) -> Mapping[str, str]:
-        """Those of the loop."""
+        """The columns of the loop."""
         return self.loop.columns
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Those of the loop, then the score."""
+        """The tasks of the loop, then the score."""
         return (*(Task(task.name, within(task)) for task in self.loop.tasks), Task("score", self.score))
 
     def start(self, start: object, parameters: object) -> ScoredCycle:
@@ -97,13 +97,13 @@ class Scored:
         return cycle._replace(score=score), 0.0
 
     def own_sums(self, cycle: ScoredCycle, parameters: object, clock: Clock) -> tuple[Summed, ...]:
-        """The user's own metrics, told the row that the log would have now."""
+        """The user's own metrics, updated with the row that the log would have now."""
         row = self.row(cycle, parameters, clock.time)
         return added(self.own, cycle.score.own, dict(zip(self.columns, row, strict=True)))
 
 
 def within(task: Task) -> Callable[[ScoredCycle, object, Clock], tuple[ScoredCycle, Number]]:
-    """What a task of the loop does to the cycle around it."""
+    """A task of the loop, applied to the cycle that contains the loop's."""
 
     def run(cycle: ScoredCycle, parameters: object, clock: Clock) -> tuple[ScoredCycle, Number]:
         flight, code = task.run(cycle.flight, parameters, clock)
@@ -123,7 +123,7 @@ def scored(loop: Loop, ticks: Ticks, period: float, begin: float = 0.0, own: tup
 
 
 def score_names(plant: Plant, own: Iterable[Metric] = ()) -> tuple[str, ...]:
-    """What `metrics` gives of a plant, with units. own: metrics of the user's own."""
+    """The names that `metrics` returns for a plant, with units. own: the user's own metrics."""
     return (*score_names_of(plant.efforts, plant.norms), *(one.full_name for one in own))
 
 

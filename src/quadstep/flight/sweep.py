@@ -1,10 +1,10 @@
 """Very many flights of one structure at once, each leaving only its outcome and its score: no logs, no Python per flight.
 
     sweep = Sweep(loop, ticks, start, parameters, varying)   # compiled here, or taken from the cache
-    swept = sweep.fly(values)                                # as often as wanted; values: one row per flight
+    swept = sweep.fly(values)                                # as often as needed; values: one row per flight
 
-What a flight gives depends on its own numbers only, to the bit: not on the batch or its order, on the number of threads, or on
-which of its numbers vary, or on the processor.
+A flight's result depends on its own numbers only, to the bit: not on the batch or its order, the number of threads, which
+of its numbers vary, or the processor.
 """
 
 import os
@@ -35,7 +35,7 @@ STEPS_A_SECOND = 1e7
 class Swept(NamedTuple):
     """Results of many flights, one element per flight.
 
-    outcome: the `Outcome`'s number. ended: when it came [s]. score: of arrays, in f64; `metrics(score)` makes sense of it.
+    outcome: the `Outcome`'s number. ended: its time [s]. score: of arrays, in f64; `metrics(score)` evaluates it.
     """
 
     outcome: NDArray[np.int8]
@@ -44,7 +44,7 @@ class Swept(NamedTuple):
 
     @property
     def metrics(self) -> NDArray[np.float64]:
-        """Shape (flights, metrics), as `score_names` has them."""
+        """The metrics, shape (flights, metrics), in the order of `score_names`."""
         return metrics(self.score)
 
 
@@ -62,12 +62,12 @@ def places(start: object, parameters: object, names: Sequence[str]) -> list[int]
 
 
 def given_names(start: object, parameters: object) -> list[str]:
-    """The name of every number that a flight is given, in order."""
+    """The name of every number of a flight, in order."""
     return [*leaf_names(start, "start"), *leaf_names(parameters, "parameters")]
 
 
 class Batch:
-    """Flights that differ in some of their numbers, as arrays of one kind of number.
+    """Flights that differ in some of their numbers, given as arrays of one kind of number.
 
     loop, ticks: as `scored` gives them; rows are not written. start, parameters: of all flights, but for the leaves that vary.
     varying: the places of these in `flatten((start, parameters))`, see `places`; a table cannot vary. double: f64, else f32.
@@ -88,7 +88,7 @@ class Batch:
         self.every = np.array(ticks.every, dtype=np.int64)
 
     def rows(self, values: ArrayLike) -> NDArray[np.float64]:
-        """The values as they must be."""
+        """The values in the required shape and kind."""
         rows = np.asarray(values, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != len(self.varying):
             raise ValueError(f"values of shape {rows.shape} do not fit {len(self.varying)} varying numbers")
@@ -150,7 +150,7 @@ class Sweep(Batch):
 def completed(
     pool: ThreadPoolExecutor, run: Callable[[int, int], int], portions: Iterator[tuple[int, int]], most: int
 ) -> Iterator[int]:
-    """What each portion gives, as they finish; at most `most` wait at a time, so that an interrupt ends it soon."""
+    """The result of each portion as it finishes; at most `most` wait at a time, so that an interrupt takes effect soon."""
     waiting: set[Future[int]] = set()
     for portion in portions:
         waiting.add(pool.submit(run, *portion))
@@ -161,13 +161,13 @@ def completed(
 
 
 def prepare(loop: Scored, start: object, parameters: object, varying: frozenset[int], double: bool, width: int) -> Kernel:
-    """The kernel for flights of this structure, traced and compiled when first asked for."""
+    """The kernel for flights of this structure, traced and compiled on first request."""
     sizes = tuple(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten((start, parameters)))
     key = (loop, sizes, varying, double)
 
     def made() -> Kernel:
         trace = SweepTrace(loop, start, parameters, varying, double, width)
-        if SYMBOL in trace.module.globals:  # Python is not to be asked about a flight gone astray
+        if SYMBOL in trace.module.globals:  # Python must not be called for a diverged flight
             trace = SweepTrace(loop, start, parameters, varying, double, width, frozen=True)
         return compile_sweep(str(trace.module), double)
 

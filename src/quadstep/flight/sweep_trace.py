@@ -18,7 +18,7 @@ CONSTANT_MEMORY = 4
 """Its address space on a graphics processor."""
 
 OUTCOME = 2
-"""Results before the score: the outcome's code and the tick it came at."""
+"""Results before the score: the outcome's code and its tick."""
 
 Generate: TypeAlias = Callable[[Number, Number], Sequence[Number]]
 """The varying numbers, in the order of their places, of the flight high * 65536 + low: a law over these two numbers."""
@@ -33,11 +33,11 @@ class SweepTrace(Ticking):
     `last`. constants and tables hold what all flights read, varying and results one row of `count` numbers a leaf: of those
     that differ from flight to flight; of code, tick and the score. The cycle before the first tick is made here too.
 
-    frozen: whether an ended flight's cycle is held; else only its score is, and the laws go on with what they make of the
-    rest.
+    frozen: whether an ended flight's cycle is held; else only its score is, and the laws continue with whatever they compute
+    for the rest.
 
     On a graphics processor (width 1) each thread flies the flight of its own number: no `first`, no `past`, and `constants` is
-    a variable of the module. generate: there, what gives the varying numbers instead of a buffer; flights are then numbered
+    a variable of the module. generate: there, a law for the varying numbers in place of a buffer; flights are then numbered
     from `first`, the first thread's, and the numbers drawn are written into the rows after the score.
     """
 
@@ -86,7 +86,7 @@ class SweepTrace(Ticking):
             self.builder.branch(self.block("next flights"))
 
     def _next_block(self) -> None:
-        """Go on with the flights after those flown last, or return."""
+        """Continue with the next flights, or return."""
         self.flights = self.variable(self.argument["first"])
         self.goto("next flights")
         self.flight = self.builder.load(self.flights)
@@ -97,7 +97,7 @@ class SweepTrace(Ticking):
         self.enter("flights")
 
     def _thread(self) -> None:
-        """The flight of this thread; return where there is none."""
+        """The flight of this thread; return if there is none."""
         block, size, thread = (self._register(name) for name in ("ctaid.x", "ntid.x", "tid.x"))
         self.flight = self.builder.add(self.builder.mul(block, size), thread)
         self.branch(self.builder.icmp_unsigned("<", self.flight, self.argument["count"]), "flight", "no flight")
@@ -108,7 +108,7 @@ class SweepTrace(Ticking):
     def _draw(self, generate: Generate, count: int, row: int) -> None:
         """Draw the flight's varying numbers: written into the results from this row on and kept for `address`.
 
-        In f64 whatever the flight is flown in, as `draws.draw` does, and rounded as it rounds.
+        In f64 whatever the flight's precision, and rounded, as in `draws.draw`.
         """
         emitter = Emitter(self.builder, ir.DoubleType(), self.emitter.width)
         number = self.builder.trunc(self.builder.add(self.argument["first"], self.flight), WHOLE)
@@ -121,17 +121,17 @@ class SweepTrace(Ticking):
             self.builder.store(self.builder.load(slot), self.address("results", INDEX(place)), align=self.align)
 
     def _narrow(self, value: ir.Value) -> ir.Value:
-        """A number in f64 as one of the flight's kind."""
+        """A number in f64 converted to the flight's precision."""
         return value if self.emitter.double else self.builder.fptrunc(value, self.emitter.vector)
 
     def _constant_memory(self, size: int) -> None:
-        """Where the host puts what all flights read: an instruction takes a number from there as fast as from a register."""
+        """Constant memory, into which the host puts what all flights read: access is as fast as to a register."""
         kind = ir.ArrayType(self.emitter.element, size)
         self.constants = ir.GlobalVariable(self.module, kind, "constants", CONSTANT_MEMORY)
         self.constants.initializer = ir.Constant(kind, None)
 
     def common(self, buffer: str, place: ir.Value) -> ir.Value:
-        """On a graphics processor constants have a memory of their own."""
+        """The address of a constant; a graphics processor has separate memory for constants."""
         if self.gpu and buffer == "constants":
             return self.builder.gep(self.constants, [INDEX(0), place])
         return super().common(buffer, place)

@@ -1,4 +1,4 @@
-"""The closed loop written as LLVM instructions: every law is called once with lanes, the loop around them is built here."""
+"""The closed loop as LLVM instructions: every law is called once with lanes, and the loop around them is built here."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -20,15 +20,15 @@ S = TypeVar("S")
 
 
 def clock(time: Lane, tick: Lane, period: Lane) -> Clock:
-    """What a law knows of time, as lanes."""
+    """The clock that a law sees, as lanes."""
     return Clock(*cast(tuple[Number, Number, Number], (time, tick, period)))
 
 
 class Ticking(ABC):
-    """A module with one function that flies `width` flights at once, tick by tick. What is written where, a subclass says.
+    """A module with one function that flies `width` flights at once, tick by tick. Subclasses determine what it writes.
 
     hold: for each number of the cycle, whether it keeps its value from the moment its flight ends; the others go on with
-    whatever the laws make of them, which is cheaper.
+    whatever the laws compute, which is cheaper.
     """
 
     loop: ClosedLoop
@@ -45,8 +45,8 @@ class Ticking(ABC):
         self.module = ir.Module("flight")
         kinds = [kind or element.as_pointer() for kind in arguments.values()]
         self.function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), kinds), name)
-        if width > 1:  # the stack on whole cache lines, so that a vector kept there is read in one go
-            self.function.attributes.add("nounwind")  # without one of these, llvmlite does not write the other
+        if width > 1:  # align the stack to cache lines, so that a vector kept there is read in one go
+            self.function.attributes.add("nounwind")  # without one of these attributes llvmlite does not write the other
             self.function.attributes.alignstack = CACHE_LINE
         self.argument = dict(zip(arguments, self.function.args, strict=True))
         for argument, kind in arguments.items():
@@ -59,14 +59,14 @@ class Ticking(ABC):
 
     @abstractmethod
     def address(self, buffer: str, place: ir.Value) -> ir.Value:
-        """Where a buffer holds the number of this place, one after the other for all lanes."""
+        """The address in a buffer of the number of this place, for all lanes consecutively."""
 
     # The loop: head -> each task? -> (others) -> moving? -> head; done
 
     def fly(self, step: ir.Value, every: ir.Value, others: Callable[[ir.Value, Lane], None] | None = None) -> None:
         """The ticks from `first` up to `past`, the vehicle moved before tick `final` only; ends in the block "done".
 
-        every: an array, the ticks from one run of each task to the next. others: what else is to be done in a tick.
+        every: an array, the ticks from one run of each task to the next. others: further code to emit in a tick.
         """
         builder, tasks = self.builder, self.loop.tasks
         self.step, length = step, self.wide(step)
@@ -119,7 +119,7 @@ class Ticking(ABC):
     def leaves(self, structure: S, homes: Sequence[str]) -> S:
         """A structure of lanes, each read from the buffer that `homes` names for it.
 
-        A buffer called "varying" holds a number for each flight, any other one for all; tables lie one behind the other.
+        A buffer called "varying" holds a number for each flight, any other one for all; tables are stored consecutively.
         """
         leaves: list[Lane | LaneTable] = []
         places = dict.fromkeys(homes, 0)
@@ -159,7 +159,7 @@ class Ticking(ABC):
         return rebuild(self.shape, (Lane(self.emitter, self.builder.load(slot)) for slot in self.cycle))
 
     def keep(self, before: object, after: object, living: Condition) -> None:
-        """Store what has changed in the cycle; where it is to be held, for flights that live."""
+        """Store changed numbers of the cycle; those to be held, only for flights still alive."""
         for new, old, slot, held in zip(flatten(after), flatten(before), self.cycle, self.hold, strict=True):
             if isinstance(new, Lane) and new.value is old.value:
                 continue
@@ -175,12 +175,12 @@ class Ticking(ABC):
             self.builder.store(self.emitter.value(Lanes.where(living, self.lane(number), held)), slot)
 
     def save(self, buffer: str, slots: Sequence[ir.Value]) -> None:
-        """Write variables into a buffer, one place after the other."""
+        """Write variables into a buffer, consecutively."""
         for place, slot in enumerate(slots):
             self.builder.store(self.builder.load(slot), self.address(buffer, INDEX(place)), align=self.align)
 
     def lane(self, number: Operand) -> Lane:
-        """A number, which may have folded to a constant, as a lane."""
+        """A number, possibly folded to a constant, as a lane."""
         return number if isinstance(number, Lane) else Lane(self.emitter, self.emitter.constant(number))
 
     def wide(self, scalar: ir.Value) -> Lane:
@@ -188,7 +188,7 @@ class Ticking(ABC):
         return Lane(self.emitter, self.emitter.spread(scalar))
 
     def vector_at(self, buffer: str, offset: ir.Value) -> ir.Value:
-        """The address of one number a lane, `offset` numbers into a buffer."""
+        """The address of one number per lane, `offset` numbers into a buffer."""
         return self.builder.bitcast(self.builder.gep(self.argument[buffer], [offset]), self.emitter.vector.as_pointer())
 
     def _living(self) -> Condition:
@@ -206,17 +206,17 @@ class Ticking(ABC):
     # Blocks
 
     def block(self, name: str) -> ir.Block:
-        """The block of this name, made when first asked for."""
+        """The block of this name, created on first use."""
         if name not in self.blocks:
             self.blocks[name] = self.function.append_basic_block(name)
         return self.blocks[name]
 
     def enter(self, name: str) -> None:
-        """Write into a block from here on."""
+        """Emit into a block from here on."""
         self.emitter.enter(self.block(name))
 
     def goto(self, name: str) -> None:
-        """Branch to a block and write into it."""
+        """Branch to a block and emit into it."""
         self.builder.branch(self.block(name))
         self.enter(name)
 
@@ -225,7 +225,7 @@ class Ticking(ABC):
         self.builder.cbranch(condition, self.block(yes), self.block(no))
 
     def when(self, condition: ir.Value, name: str, body: Callable[[], None]) -> None:
-        """Run `body` where the bit is set, then go on."""
+        """Run `body` if the bit is set, then continue."""
         self.branch(condition, name, f"{name} over")
         self.enter(name)
         body()

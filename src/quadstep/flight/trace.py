@@ -51,7 +51,7 @@ class Trace(Ticking):
         return [self.builder.load(self.address(buffer, INDEX(place)), align=self.align) for place in range(count)]
 
     def _log(self, tick: ir.Value, time: Lane) -> None:
-        """A row, where one is due."""
+        """A row, if one is due."""
         builder, every = self.builder, self.argument["log"]
 
         def write() -> None:

@@ -1,4 +1,4 @@
-"""Whether a controller of the user's gives what a flight needs: one sample of it on floats, before anything is compiled."""
+"""Checks that a user's controller returns what a flight needs: one sample on floats, before anything is compiled."""
 
 from typing import Any
 
@@ -18,9 +18,9 @@ MADE_OF = "numbers, vectors and tuples of them"
 
 
 def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
-    """One sample of the loop's controller. Raises UserError where it gives anything of another kind than it should.
+    """One sample of the loop's controller. Raises UserError if it returns anything of the wrong kind.
 
-    One that is any Python function is not asked: it may remember.
+    An opaque controller (any Python function) is not called: it may have a memory.
     """
     law, gains = loop.controller, parameters.gains
     if isinstance(law, Opaque):
@@ -54,14 +54,14 @@ def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object)
 
 
 def named(answer: object) -> str:
-    """What something is, a tuple entry by entry."""
+    """The type of something, for a tuple entry by entry."""
     if type(answer) is tuple and answer:
         return f"a tuple of {', '.join(type(one).__name__ for one in answer)}"
     return type(answer).__name__
 
 
 def check_numbers(structure: object, what: str) -> None:
-    """Refuses what is not made of numbers. Raises UserError."""
+    """Refuses anything not made of numbers. Raises UserError."""
     for leaf, name in zip(flatten(structure), leaf_names(structure), strict=True):
         if not isinstance(leaf, (*NUMBERS, Table)):
             inside = f"{name} is" if name else "it is"
@@ -69,7 +69,7 @@ def check_numbers(structure: object, what: str) -> None:
 
 
 def check_same(structure: object, first: object, what: str) -> None:
-    """Refuses what is not made of the same numbers as the first. Raises UserError."""
+    """Refuses a structure with other leaves than at the start. Raises UserError."""
     check_numbers(structure, what)
     now, then = leaf_names(structure), leaf_names(first)
     if now != then:
@@ -78,5 +78,5 @@ def check_same(structure: object, first: object, what: str) -> None:
 
 
 def set_aside(names: list[str], others: list[str]) -> list[str]:
-    """Those that are not among the others."""
+    """The names that are not among the others."""
     return [name or "a number" for name in names if name not in others] or ["none"]

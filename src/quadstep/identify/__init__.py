@@ -1,1 +1,1 @@
-"""From logs of real flights to the vehicle that the simulator flies, and how well it predicts them."""
+"""From logs of real flights to a vehicle for the simulator, and how well it predicts the flights."""

@@ -1,7 +1,7 @@
-"""Equation error on averages: what half a second of flight says of thrust, tilt, centre of gravity, drag and flapping.
+"""Equation error on averages: thrust, tilt, centre of gravity, drag and flapping from averages over half a second of flight.
 
-Averages are taken so that noise in what a regression starts from does not bias it, and because an observer that learns slow
-forces would hide all of these numbers from prediction errors.
+Averages are used so that noise in the regressors does not bias the regression, and because an observer that learns slow
+forces would hide all of these parameters from prediction errors.
 """
 
 import math
@@ -20,14 +20,14 @@ BLOCK = 0.5
 """Length of an average [s]."""
 
 FEWEST = 12
-"""Blocks without which nothing is said."""
+"""Fewest blocks for an estimate."""
 
 LEAST_SPREAD = 0.004
-"""Standard deviation of a logarithm (of command, of voltage) below which its exponent cannot be told."""
+"""Standard deviation of a logarithm (of command, of voltage) below which its exponent cannot be estimated."""
 
 
 class Told(NamedTuple):
-    """A number that averages tell: value and standard error. clusters: how many independent parts stand behind it."""
+    """A parameter estimated from averages: value and standard error. clusters: number of independent parts behind it."""
 
     value: float
     error: float
@@ -35,7 +35,7 @@ class Told(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Half seconds of flight, n of them, with their samples. flight, row (n,): index, and first row. gain (n, 3): mean
+    """n half seconds of flight with their samples. flight, row (n,): index, and first row. gain (n, 3): mean
     acceleration less gravity, world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors),
     volts (n,). velocity (n, samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration
     [rad/s^2].
@@ -65,7 +65,7 @@ def matrices(attitude: Floats) -> Floats:
 
 
 def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
-    """The commands as the rotors follow them, `delay` [s] later and with a lag of first order [s], shape (n, rotors)."""
+    """The commands as the rotors follow them, `delay` [s] later and with a first-order lag [s], shape (n, rotors)."""
     index, shift = np.arange(flight.rows, dtype=float), delay / flight.period
     found = np.stack([np.interp(index - shift, index, column) for column in flight.motors.T], axis=1)
     share = 1.0 - math.exp(-flight.period / max(lag, 1e-4))
@@ -76,7 +76,7 @@ def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
 
 
 def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> Block | None:
-    """Averages of all flights, whose rotors follow their commands so; None where there are too few."""
+    """Averages of all flights, with rotors that follow their commands in this way; None if there are too few."""
     found: list[tuple[Floats, ...]] = []
     for number, flight in enumerate(flights):
         count = max(2, round(BLOCK / flight.period))
@@ -103,13 +103,13 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
 
 
 def clusters_of(block: Block) -> Floats:
-    """A number for each block that says which blocks belong together: those of a flight, or where these are few, four each."""
+    """A cluster number for each block: one cluster per flight or, if there are few flights, per four blocks."""
     flights = len(np.unique(block.flight))
     return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
 
 
 def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, int]:
-    """Solution, its standard errors robust to clusters (Liang and Zeger 1986), and the number of these."""
+    """Solution, its cluster-robust standard errors (Liang and Zeger 1986), and the number of clusters."""
     inverse = np.linalg.pinv(matrix.T @ matrix)
     solution = inverse @ (matrix.T @ wanted)
     rest = wanted - matrix @ solution
@@ -127,7 +127,7 @@ def hubs(block: Block, geometry: Geometry) -> Floats:
 
 
 def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> tuple[list[str], dict[str, str]]:
-    """Which exponents the logarithms of commands and voltages tell, and why they do not tell the others."""
+    """The exponents that the logarithms of commands and voltages determine, and why they do not determine the others."""
     why: dict[str, str] = {}
     free = []
     for name, what, values in (("exponent", "command", commands), ("voltage_exponent", "voltage", volts)):
@@ -144,11 +144,11 @@ def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> 
 def forces(
     block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
 ) -> tuple[dict[str, Told], dict[str, str]]:
-    """Thrust curve, tilt and drag from mean forces, all at once, in so many rounds; what cannot be told, with the reason.
+    """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
     m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
     w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
-    of its own, and the exponents come from within flights.
+    of its own, and the exponents come from variation within flights.
     """
     commands = np.maximum(block.commands, 1e-3)
     logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
@@ -204,7 +204,7 @@ def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[st
     """Centre of gravity and flapping from mean torques, with a known thrust curve.
 
     I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W
-    v_x. The inertia is found too, and not used: predictions tell it better.
+    v_x. The inertia is found too, but not used: predictions determine it better.
     """
     airframe, curve = p.airframe, p.curve
     shift = (block.volts / curve.nominal) ** curve.voltage_exponent

@@ -1,4 +1,4 @@
-"""Real flights beside simulated ones on a page: what was wanted, what was flown, what the simulation flew."""
+"""A page of real flights beside simulated ones: the setpoints, the real flight, the simulated flight."""
 
 from collections.abc import Sequence
 from html import escape
@@ -18,7 +18,7 @@ from quadstep.report.units import quantity
 SVG = Sheet(formats=("svg",))
 
 MOST_FACTS = 4
-"""Flights in the summary."""
+"""Most flights in the summary."""
 
 
 def write(path: Path, found: Sequence[Beside], controller: str) -> None:
@@ -28,13 +28,13 @@ def write(path: Path, found: Sequence[Beside], controller: str) -> None:
 
 
 def answer(found: Sequence[Beside]) -> str:
-    """How alike they are, in a sentence."""
+    """How similar they are, in a sentence."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
     return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found))}."
 
 
 def counted(flights: int) -> str:
-    """So many flights."""
+    """A number of flights, in words."""
     return f"{flights} flight{'s' * (flights != 1)}"
 
 

@@ -1,4 +1,4 @@
-"""Logged setpoints flown by a vehicle under a controller, beside the real flight."""
+"""Logged setpoints flown by a simulated vehicle under a controller, compared with the real flight."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -26,8 +26,8 @@ LONGEST_LEAD = 1.2
 
 
 class Tracking(NamedTuple):
-    """How a flight follows its setpoints. rmse [m]: of the position. lead [s]: by which the setpoint goes ahead of the
-    position. tilt [rad]: below which it is 99 % of the time. rate [rad/s]: mean magnitude.
+    """How a flight follows its setpoints. rmse [m]: of the position. lead [s]: by how much the setpoint leads the
+    position. tilt [rad]: the 99 % quantile. rate [rad/s]: mean magnitude.
     """
 
     rmse: float
@@ -50,7 +50,7 @@ class Beside(NamedTuple):
 
 
 def stretch(flight: FlightRecord) -> slice:
-    """The longest part of a flight in the air with setpoints and without a gap. Raises UserError where it is short."""
+    """The longest part of a flight in the air with setpoints and without a gap. Raises UserError if it is too short."""
     given = (setpoint_of(flight)[:, 3] > 0.5) & flight.flying & flight.measured
     given[1:] &= flight.follows[1:] | ~given[:-1]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], given.astype(int), [0]])))
@@ -63,7 +63,7 @@ def stretch(flight: FlightRecord) -> slice:
 
 
 def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats, period: float) -> Tracking:
-    """What is compared of a flight, after it has settled."""
+    """The quantities compared of a flight, after it has settled."""
     first, most = round(SETTLING / period), round(LONGEST_LEAD / period)
     errors = [
         np.sqrt(((setpoint[: len(setpoint) - late] - position[late:]) ** 2).sum(axis=1)[first:].mean())
@@ -79,10 +79,10 @@ def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats
 
 
 def as_flown(vehicle: AirframeSection) -> dict[str, object]:
-    """Gains of the cascaded PID for flying as the real vehicle does, where a mission would not say them.
+    """Gains of the cascaded PID for flying like the real vehicle.
 
-    The inner loops are as fast as the rotors allow. The outer ones are those that the flights show (`guided_prediction`):
-    there the acceleration that the setpoint asks for comes after rotors and attitude, here before, so the position loop makes
+    The inner loops are as fast as the rotors allow. The outer ones are identified from the flights (`guided_prediction`):
+    there the acceleration for the setpoint acts after rotors and attitude, here before them, so the position loop makes
     up for it.
     """
     late = vehicle.rotor.rise_time + (vehicle.command.delay if vehicle.command else 0.0)
@@ -138,7 +138,7 @@ def planned(flight: FlightRecord, vehicle: AirframeSection, controller: dict[str
 
 
 def listed(value: object) -> object:
-    """Tuples as TOML has them."""
+    """Tuples as lists, as in TOML."""
     if isinstance(value, dict):
         return {key: listed(inside) for key, inside in value.items()}
     return [listed(inside) for inside in value] if isinstance(value, list | tuple) else value
@@ -172,7 +172,7 @@ def beside(flight: FlightRecord, part: slice, log: FlightLog) -> Beside:
 
 
 def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
-    """Mean thrust that the vehicle makes of the logged commands along its own axis over what the flight needed; NaN for too
+    """Mean thrust from the logged commands along the vehicle's own axis over the thrust that the flight needed; NaN for too
     little flight.
     """
     p = numbers_of(vehicle, laid_out([flight]).rows)

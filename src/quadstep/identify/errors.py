@@ -16,7 +16,7 @@ SHOWN = {"position": 1e3, "velocity": 1.0, "attitude": 1.0, "rates": 1.0}
 
 
 class States(NamedTuple):
-    """Of many predictions, one row each; attitude (w, x, y, z)."""
+    """States of many predictions, one row each; attitude (w, x, y, z)."""
 
     position: Floats
     velocity: Floats
@@ -25,7 +25,7 @@ class States(NamedTuple):
 
 
 def logged(flights: Sequence[FlightRecord], starts: Starts, horizon: int) -> States:
-    """What was measured `horizon` samples after each start."""
+    """The measured states `horizon` samples after each start."""
     parts = []
     for name in GROUPS:
         rows = [flight.channel(name)[starts.row[starts.flight == i] + horizon] for i, flight in enumerate(flights)]
@@ -34,7 +34,7 @@ def logged(flights: Sequence[FlightRecord], starts: Starts, horizon: int) -> Sta
 
 
 def constant(now: States, time: float) -> States:
-    """Velocity and rates stay what they are."""
+    """Baseline: velocity and rates stay constant."""
     speed = np.linalg.norm(now.rates, axis=1, keepdims=True)
     half = 0.5 * speed * time
     turn = np.concatenate([np.cos(half), np.sin(half) * now.rates / np.maximum(speed, 1e-12)], axis=1)
@@ -42,12 +42,12 @@ def constant(now: States, time: float) -> States:
 
 
 def zero_rate(now: States, time: float) -> States:
-    """Velocity stays, the vehicle turns no more."""
+    """Baseline: velocity stays constant, rates are zero."""
     return States(now.position + time * now.velocity, now.velocity, now.attitude, np.zeros_like(now.rates))
 
 
 def differences(predicted: States, truth: States) -> list[Floats]:
-    """Predicted less true of each group, shape (n, 3); of attitudes the turn between them [rad]."""
+    """Predicted minus true for each group, shape (n, 3); for attitudes the rotation between them [rad]."""
     turn = product(truth.attitude * np.array([1.0, -1.0, -1.0, -1.0]), predicted.attitude)
     sine = turn[:, 1:] * np.where(turn[:, :1] < 0.0, -1.0, 1.0)
     length = np.linalg.norm(sine, axis=1, keepdims=True)

@@ -15,10 +15,10 @@ FIX_EVERY = 0.05
 """Time between two fixes of the position [s]."""
 
 FIX_NOISE = 0.005
-"""Noise that is added to them [m]."""
+"""Noise added to the fixes [m]."""
 
 NO_FIX = 100.0
-"""What the filter takes for the noise of an attitude that it gets no fix of [rad]."""
+"""Attitude noise that the filter assumes, so large that attitude fixes have no effect [rad]."""
 
 LONGEST = 30.0
 SETTLING = 2.0
@@ -27,7 +27,7 @@ SENSORS = Sensors(
     gyro_noise=0.01, gyro_bias=0.02, gyro_walk=1e-4, accelerometer_noise=0.08, accelerometer_bias=0.3,
     accelerometer_walk=5e-3, position_noise=FIX_NOISE, velocity_noise=100.0, attitude_noise=NO_FIX, gravity=9.80665,
 )  # fmt: skip
-"""What the filter believes of small IMUs: densities and starts of biases."""
+"""The filter's model of small IMUs: noise densities and initial biases."""
 
 
 class Errors(NamedTuple):
@@ -69,13 +69,13 @@ def estimate(flight: FlightRecord) -> Estimated:
 
 
 def filtered(flight: FlightRecord, part: slice, truth: dict[str, Floats]) -> dict[str, Floats]:
-    """What the filter makes of the samples: fixes are the true position with noise."""
+    """The filter's estimates from the samples; fixes are the true position with noise."""
     random = np.random.default_rng(0)
     gyro, felt = flight.channel("rates")[part].tolist(), flight.channel("acceleration")[part].tolist()
     fixes = truth["position"] + random.normal(0.0, FIX_NOISE, truth["position"].shape)
     every = max(1, round(FIX_EVERY / flight.period))
     first = Navigation(*(Vector(truth[name][0].tolist()) for name in ("position", "velocity", "attitude")))
-    # the start is known well; the fixes after it are of the position alone
+    # the start is known well; later fixes are of the position alone
     known = SENSORS._replace(velocity_noise=0.05, attitude_noise=0.01)
     memory = estimator.start(first, Vector(gyro[0]), known, 0, 0)._replace(accelerometer=Vector(felt[0]))
     rows = []

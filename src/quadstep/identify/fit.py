@@ -32,18 +32,18 @@ SHORT, LONG = (1, 3), (1, 3, 10, 25, 50)
 
 SHORT_WEIGHTS = Weights(np.array([1.0, 1.0]), np.array([0.1, 0.3, 0.3, 3.0]))
 LONG_WEIGHTS = Weights(np.array([1.0, 0.7, 1.0, 0.7, 1.0]), np.array([0.3, 1.0, 1.0, 2.0]))
-"""Of horizons, and of position, velocity, attitude, rates."""
+"""Weights of horizons, and of position, velocity, attitude, rates."""
 
 MOST_STARTS = 800
 EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
 VAGUE = 1.0
-"""Standard deviation of the logarithm of a number about which only its start value is known."""
+"""Prior standard deviation of a parameter's logarithm if only its start value is known."""
 
 UNSURE = 0.6
-"""Standard error of a logarithm from which a number counts as not told."""
+"""Standard error of a logarithm above which a parameter counts as undetermined."""
 
 SURE = ("drag.rotor[0]",)
-"""What averages tell so well that predictions only refine it; axial drag and flapping suffer there from errors in lag."""
+"""Parameters that averages determine so well that predictions only refine them; lag errors distort axial drag and flapping."""
 
 EXPLAINED = {
     "command.speed": "mean thrust over half a second",
@@ -55,7 +55,7 @@ EXPLAINED = {
 
 
 def guided_start(observer: Observer) -> Observer:
-    """Where the search of an observer that knows setpoints begins."""
+    """Start of the search for an observer that knows setpoints."""
     return observer._replace(leak=vector(8.0, 5.0), spring=50.0, path=5.0, drift=3.5)
 
 
@@ -63,7 +63,7 @@ Say = Callable[[str], None]
 
 
 class Fitted(NamedTuple):
-    """A number that flights told: value, the ends of its 95 % interval, unit, and from what."""
+    """A fitted parameter: value, the ends of its 95 % interval, unit, and source."""
 
     value: float
     low: float
@@ -73,8 +73,8 @@ class Fitted(NamedTuple):
 
 
 class Identified(NamedTuple):
-    """Result of a fit. numbers: of the vehicle, and of the predictor from commands alone. guided: the observer that knows
-    setpoints too, where the flights have them. fitted: by key. kept: keys that stay, with the reason.
+    """Result of a fit. numbers: of the vehicle, and of the predictor from commands alone. guided: the observer that also knows
+    setpoints, if the flights have them. fitted: by key. kept: keys that keep their values, with the reason.
     """
 
     numbers: PredictorParameters
@@ -84,7 +84,7 @@ class Identified(NamedTuple):
 
 
 def chosen_starts(flights: Sequence[FlightRecord], furthest: int, most: int) -> list[np.ndarray]:
-    """Rows to predict from, evenly over all flights, `most` of them at most in all."""
+    """Rows to predict from, evenly over all flights, at most `most` in all."""
     whole = [usable(flight, furthest) for flight in flights]
     stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
     return [rows[::stride] for rows in whole]
@@ -94,7 +94,7 @@ def problem_of(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, horizons: tuple[int, ...],
     free: Sequence[Free], guided: bool = False,
 ) -> Problem:  # fmt: skip
-    """Predictions of some flights. Raises UserError where none can be made."""
+    """Predictions of some flights. Raises UserError if none can be made."""
     laid = laid_out(flights, guided)
     starts: Starts = starts_at(flights, laid, chosen_starts(flights, max(horizons), MOST_STARTS))
     if len(starts.row) < 30:
@@ -107,7 +107,7 @@ def problem_of(
 def from_averages(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
 ) -> tuple[PredictorParameters, dict[str, Told], dict[str, str], Block | None]:
-    """Numbers that averages tell, put into p; why the others stay; and the averages."""
+    """p with the parameters that averages determine; why the others stay; and the averages."""
     block = blocks(flights, float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
         return p, {}, dict.fromkeys(FROM_AVERAGES, "not enough flight without a gap"), None
@@ -115,7 +115,7 @@ def from_averages(
 
 
 def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) -> Prior:
-    """What averages say of numbers that are free, and vaguely the start of the others of the vehicle."""
+    """Priors: from averages for free parameters that they determine, vague ones at the start for the vehicle's others."""
     places, centres, deviations = [], [], []
     start = point_of(p, free)
     for place, one in enumerate(free):
@@ -133,7 +133,7 @@ def priors(free: Sequence[Free], p: PredictorParameters, told: dict[str, Told]) 
 
 
 def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
-    """The best of some lags, delays and inertias to search from."""
+    """The best of several lags, delays and inertias, as the start of the search."""
     keys = [one.key for one in problem.batch.free]
     tries = []
     for lag in (0.02, 0.05, 0.12):
@@ -158,7 +158,7 @@ def identify(
     earlier: Identified | None = None,
     predictors: bool = True,
 ) -> Identified:
-    """Fit a vehicle to flights. earlier: the result of a fit of the same vehicle to some of them, to go on from. predictors:
+    """Fit a vehicle to flights. earlier: the result of fitting the same vehicle to some of them, to start from. predictors:
     whether to fit them too.
 
     Raises UserError where the flights are too few.
@@ -206,13 +206,13 @@ def predictor(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], rounds: int,
     guided: bool = False,
 ) -> PredictorParameters:  # fmt: skip
-    """The numbers with an observer fitted to predictions of up to half a second or so."""
+    """The parameters with an observer fitted to predictions of up to about half a second."""
     problem = problem_of(flights, vehicle, p, LONG, free, guided)
     return problem.at(search(problem, point_of(p, free), LONG_WEIGHTS, rounds))
 
 
 def vehicle_alone(observer: Observer) -> Observer:
-    """The observer without what answers to control: commands are believed."""
+    """The observer without its model of the control loop: commands are trusted fully."""
     return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
@@ -220,7 +220,7 @@ def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, Told], block: Block | None,
 ) -> tuple[dict[str, Fitted], dict[str, str]]:  # fmt: skip
-    """Every number of the vehicle that the flights tell, with its interval; and those that they do not, with the reason."""
+    """Every parameter of the vehicle that the flights determine, with its interval; the others with the reason."""
     every = (*free, *AVERAGED)
     problem = problem_of(flights, vehicle, p, SHORT, every)
     point, starts, period = point_of(p, every), problem.starts, problem.period

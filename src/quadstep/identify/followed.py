@@ -1,4 +1,4 @@
-"""A flight followed by a vehicle's laws: what they predict, what is left, and what they do not explain."""
+"""A flight followed by a vehicle's laws: their predictions, the residuals, and the unexplained accelerations."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 
 LONGEST = 20.0
-"""Of what is followed [s]."""
+"""Longest stretch that is followed [s]."""
 
 
 class Followed(NamedTuple):

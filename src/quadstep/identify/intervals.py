@@ -1,7 +1,7 @@
-"""Intervals: the fit with one stretch of flight left out after the other (a block jackknife), through both of its stages.
+"""Intervals: the fit repeated with each stretch of flight left out in turn (a block jackknife), through both of its stages.
 
-What averages tell stands fixed while predictions are fitted, so its errors are in what these tell too. Both stages lose the
-same stretches; the second takes one step of Newton for each (a generated regressor's error: Murphy and Topel 1985; the
+Estimates from averages are fixed while predictions are fitted, so their errors propagate to those fits. Both stages lose the
+same stretches; the second takes one Newton step for each (a generated regressor's error: Murphy and Topel 1985; the
 jackknife over blocks: Kuensch 1989).
 """
 
@@ -20,7 +20,7 @@ from quadstep.identify.search import Curvature, Prior
 from quadstep.logs.flight import Floats
 
 FLIGHTS = 6
-"""From so many flights on whole flights are left out, else stretches."""
+"""With this many flights or more, whole flights are left out, else stretches."""
 
 STRETCH = 2.0
 """Length of a stretch [s]."""
@@ -34,7 +34,7 @@ DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 
 
 class Spread(NamedTuple):
-    """Standard errors on the search's scale, and how many parts of flight stand behind them."""
+    """Standard errors on the search's scale, and the number of parts of flight behind them."""
 
     errors: Floats
     parts: int
@@ -54,7 +54,7 @@ def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorPa
 def averaged(
     block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
 ) -> tuple[PredictorParameters, dict[str, Told], dict[str, str]]:
-    """Numbers that averages tell, put into p; and why the others stay."""
+    """p with the parameters that averages determine; and why the others stay."""
     known, why = forces(block, p, geometry, speeds, rounds)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
     more = torques(block, p, geometry)
@@ -63,7 +63,7 @@ def averaged(
 
 
 def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], period: float) -> Floats:
-    """A number for each row that says which part of flight it belongs to."""
+    """The index of the part of flight that each row belongs to."""
     whole = np.asarray(flight, dtype=np.float64)
     if len(np.unique(flight)) >= FLIGHTS:
         return whole
@@ -74,7 +74,7 @@ def parts(flight: Floats | NDArray[np.int64], row: Floats | NDArray[np.int64], p
 def shifts_of_averages(
     block: Block, names: Floats, labels: Floats, p: PredictorParameters, geometry: Geometry, speeds: bool, keys: Sequence[str],
 ) -> tuple[Floats, Floats]:  # fmt: skip
-    """By how much what averages tell moves without each part: (parts, averaged) on the search's scale, and (parts, keys) of
+    """Shifts of the estimates from averages without each part: (parts, averaged) on the search's scale, and (parts, keys) of
     other numbers, logarithms.
     """
     start, told, _ = averaged(block, p, geometry, speeds, 2)
@@ -104,9 +104,9 @@ def spread(
     starts: Floats, block: Block | None, blocks: Floats,
     p: PredictorParameters, geometry: Geometry, speeds: bool,
 ) -> Spread:  # fmt: skip
-    """Standard errors of everything that was fitted: what predictions tell first, then `AVERAGED`.
+    """Standard errors of everything that was fitted: estimates from predictions first, then `AVERAGED`.
 
-    around: of both kinds of numbers. sure: places of numbers whose prior is what averages tell, with their keys. starts,
+    around: the fit of both kinds of numbers. sure: places of numbers whose prior comes from averages, with their keys. starts,
     blocks: part of each start, and of each block (`parts`).
     """
     many = around.hessian.shape[0] - len(AVERAGED)
@@ -122,7 +122,7 @@ def spread(
     crossed = around.hessian[:many, many:]
     shifts = np.concatenate([(scores - moved @ crossed.T) @ inverse, moved], axis=1)
     variance = jackknife(shifts) ** 2
-    # what is only vaguely known beforehand, and how much flights differ where no whole flights were left out
+    # vague priors, and the variation between flights if no whole flights were left out
     for place, one in deviation.items():
         if place not in [at for at, _ in sure]:
             variance[:many] += (inverse[:, place] / one) ** 2

@@ -1,4 +1,4 @@
-"""What is fitted: the numbers of a vehicle that flights can tell, and those of the predictor."""
+"""The fitted parameters: those of a vehicle that flights can determine, and those of the predictor."""
 
 import math
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ PREFIX = "parameters."
 
 
 class Free(NamedTuple):
-    """A number to fit. key: in the vehicle file. leaves: of `PredictorParameters`, which all take it. unit.
+    """A parameter to fit. key: in the vehicle file. leaves: of `PredictorParameters`, which all take its value. unit.
 
-    logarithmic: whether it is searched on a logarithmic scale (it is positive then). scale: a small but noticeable change, of
-    its logarithm or of itself. low, high: what it is held between.
+    logarithmic: whether it is searched on a logarithmic scale (then it is positive). scale: a small but noticeable change, of
+    its logarithm or of itself. low, high: its bounds.
     """
 
     key: str
@@ -52,8 +52,8 @@ VEHICLE = (
     Free("imu.tilt[0]", ("tilt.0",), "rad", False, 1e-3, -0.5, 0.5),
     Free("imu.tilt[1]", ("tilt.1",), "rad", False, 1e-3, -0.5, 0.5),
 )
-"""What flights can tell of a vehicle whose mass is known and whose rotor speeds are not logged: `rotor.thrust_coefficient`
-stays, since flights tell only the thrust, and so does inertia about z, since they tell only its ratio to the yaw torque.
+"""Parameters that flights determine for a vehicle of known mass without logged rotor speeds: `rotor.thrust_coefficient`
+stays, since flights determine only the thrust, and so does the inertia about z, since only its ratio to the yaw torque is.
 """
 
 
@@ -75,7 +75,7 @@ GAINS = (
     *pair("torque_fade", "1/s", 0.2, True, 1e-3),
     *pair("force_fade", "1/s", 0.2, True, 1e-3),
 )
-"""The observer's gains: they belong to the noise of the flights."""
+"""The observer's gains, which depend on the noise of the flights."""
 
 ANSWERS = (
     *pair("authority", "", 0.05, True, 1e-3),
@@ -83,27 +83,27 @@ ANSWERS = (
     Free("prediction.spring", ("observer.spring",), "1/s^2", False, 1.0),
     Free("prediction.delay", ("observer.delay",), "s", False, 2e-3, 0.0, 0.1),
 )
-"""How far a prediction believes commands that answer to what it cannot see."""
+"""How far a prediction trusts commands that respond to disturbances it cannot see."""
 
 GUIDANCE = (
     Free("prediction.path", ("observer.path",), "1/s^2", False, 0.3),
     Free("prediction.drift", ("observer.drift",), "1/s", False, 0.3),
 )
-"""And what it makes of setpoints."""
+"""And how it uses setpoints."""
 
 USUAL_OBSERVER = Observer(
     rates=vector(0.8, 0.8), attitude=vector(0.5, 0.5), velocity=vector(0.8, 0.8), torque=vector(3.0, 1.0),
     torque_fade=vector(6.0, 6.0), trend=vector(0.1, 0.1), force=vector(1.0, 1.0), force_fade=vector(3.0, 3.0),
     authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0,
 )  # fmt: skip
-"""Of a vehicle that has none of its own."""
+"""Defaults for a vehicle that has none of its own."""
 
 
 def numbers_of(vehicle: AirframeSection, rows: Rows) -> PredictorParameters:
     """The numbers of a vehicle file."""
     built = vehicle.build()
     airframe = built.airframe
-    # what a log commands the rotors can do: only commands limit them
+    # the rotors can do what a log commands: only commands limit them
     rotor = airframe.rotor._replace(slowest=0.0, fastest=1e6)
     command, tilt = vehicle.command, vehicle.imu.tilt if vehicle.imu else (0.0, 0.0)
     if command is None:
@@ -125,7 +125,7 @@ def leaves_of(parameters: PredictorParameters) -> dict[str, float]:
 
 
 def point_of(parameters: PredictorParameters, free: Sequence[Free]) -> Floats:
-    """Where a search begins, on its scales."""
+    """The start of a search, on its scales."""
     known = leaves_of(parameters)
     values = [min(max(known[one.leaves[0]], one.low), one.high) for one in free]
     return np.array([math.log(value) if one.logarithmic else value for one, value in zip(free, values, strict=True)])

@@ -1,8 +1,8 @@
-"""Prediction of a logged flight by the laws that fly, from measured states and the commands alone.
+"""Prediction of a logged flight by the laws that fly, from measured states and commands alone.
 
-Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by what was measured, which
-also tells the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if
-it may. This is the model in innovations form, whose gains are found with the vehicle's numbers (Ljung, "System
+Up to its start a prediction follows the log: one step of the vehicle's laws, then a correction by the measurement, which also
+estimates the torque and force that the laws do not explain. From the start on it sees commands and voltage, and setpoints if
+allowed. This is the model in innovations form, whose gains are fitted with the vehicle's parameters (Ljung, "System
 Identification", 1999, 7.2 and 7.4).
 
 All predictions fly at once, each a flight of its own in the engine.
@@ -24,10 +24,10 @@ from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply
 
 STILL = vector(0.0, 0.0, 0.0)
 STEEPEST = 0.5
-"""Tangent of the tilt that a setpoint may ask for."""
+"""Tangent of the largest tilt that a setpoint may command."""
 
 STANDING = 1e-3
-"""A command below this share counts as this much."""
+"""Smaller commands count as this share."""
 
 
 class Curve(NamedTuple):
@@ -44,16 +44,16 @@ class Curve(NamedTuple):
 
 
 class Observer(NamedTuple):
-    """How a prediction takes up what was measured, and how it goes on without. Pairs: x and y alike, then z.
+    """How a prediction uses measurements, and how it continues without them. Pairs: one value for x and y, one for z.
 
     rates, attitude, velocity: shares of the difference from the measured one taken over at a sample. torque, force: what the
     unexplained angular acceleration [rad/s^2] and specific force [m/s^2] gain a sample from the difference in rates [rad/s]
-    and in velocity [m/s]; torque_fade, force_fade [1/s]: how they fade. trend: the same for an angular acceleration that
-    stays.
+    and in velocity [m/s]; torque_fade, force_fade [1/s]: their decay rates. trend: the same for an angular acceleration that
+    persists.
 
-    The commands of a vehicle under control answer to disturbances that a prediction cannot see, so their torque is believed in
-    part only (authority) and later (delay [s]), the rates return to rest (leak [1/s]) and the vehicle to the tilt of an
-    acceleration (spring [1/s^2]): that of path [1/s^2] times the way to the logged setpoint less drift [1/s] times the
+    The commands of a vehicle under control respond to disturbances that a prediction cannot see, so their torque is trusted in
+    only in part (authority) and later (delay [s]), the rates decay to zero (leak [1/s]) and the vehicle to the tilt of an
+    acceleration (spring [1/s^2]): path [1/s^2] times the distance to the logged setpoint less drift [1/s] times the
     velocity. With 1, 0, 0, 0 a prediction is the vehicle alone.
     """
 
@@ -116,7 +116,7 @@ class Unexplained(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What a prediction leaves: the state at each horizon (position, velocity, attitude, rates), and what was unexplained at
+    """Result of a prediction: the state at each horizon (position, velocity, attitude, rates), and what was unexplained at
     its start.
     """
 
@@ -125,7 +125,7 @@ class Prediction(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """Rotor speeds [rad/s] that the commands ask for when a step begins, in its middle and at its end; a parabola between."""
+    """Commanded rotor speeds [rad/s] at the start of a step, in its middle and at its end; a parabola in between."""
 
     first: Vector
     middle: Vector
@@ -138,7 +138,7 @@ class Wanted(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """What is integrated over a step: the parts of an `AirframeState`, and the share of the step that has passed."""
+    """The state integrated over a step: the parts of an `AirframeState`, and the share of the step that has passed."""
 
     position: Vector
     velocity: Vector
@@ -150,7 +150,7 @@ class Moving(NamedTuple):
 
 
 class Predicting(NamedTuple):
-    """The cycle. wanted: for the step to come. goal: setpoint in x and y [m], and whether there is one."""
+    """The cycle. wanted: for the next step. goal: setpoint in x and y [m], and whether there is one."""
 
     state: AirframeState
     unexplained: Unexplained
@@ -177,7 +177,7 @@ class Predictor:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """One: take in a row."""
+        """One task: take in a row."""
         return (Task("row", self.row_taken),)
 
     def row(self, cycle: Predicting, parameters: PredictorParameters, time: Number) -> list[Number]:
@@ -185,7 +185,7 @@ class Predictor:
         return []
 
     def start(self, start: tuple[()], p: PredictorParameters) -> Predicting:
-        """The state of the first row; its rotors turn as told."""
+        """The state of the first row; its rotors turn as commanded."""
         state, speeds = self.measured(p, p.first), self.told(p, p.first, 0.0)
         whole = AirframeState(*state, speeds=speeds, charge=0.0 * p.first)
         none = Unexplained(*[0.0 * p.first * vector(1.0, 1.0, 1.0)] * 3)
@@ -203,9 +203,9 @@ class Predictor:
         return place, speed, multiply(attitude, turn), rotation_matrix(turn).T @ rates
 
     def told(self, p: PredictorParameters, row: Number, ahead: Number) -> Vector:
-        """Rotor speeds [rad/s] that the commands ask for, `ahead` rows past a row.
+        """Commanded rotor speeds [rad/s], `ahead` rows after a row.
 
-        Between rows commands lie on a cubic (Catmull and Rom 1974): straight lines would flatten what changes quickly.
+        Between rows, commands are interpolated by a cubic (Catmull and Rom 1974): straight lines would flatten fast changes.
         """
         place = row + ahead
         low = number(word(maximum(place, 0.0)))
@@ -227,11 +227,11 @@ class Predictor:
         return Vector(found)
 
     def goal(self, p: PredictorParameters, row: Number) -> Vector:
-        """Where the vehicle was told to be in a row, in x and y [m], and whether it was."""
+        """The setpoint of a row in x and y [m], and whether there was one."""
         return vector(p.rows.setpoint[0].at(row), p.rows.setpoint[1].at(row), p.rows.guided.at(row))
 
     def row_taken(self, cycle: Predicting, p: PredictorParameters, clock: Clock) -> tuple[Predicting, Number]:
-        """Correct the state by a row, up to the start; keep it, at a horizon."""
+        """Correct the state by a row, up to the start; store it at a horizon."""
         row = p.first + clock.tick
         known = where(clock.tick <= p.history, where(clock.tick > 0.0, p.rows.measured.at(row), 0.0), 0.0)
         state, unexplained = self.corrected(cycle, p, row, known, p.rows.measured.at(row - 1.0))
@@ -252,7 +252,7 @@ class Predictor:
         return Predicting(state, unexplained, wanted, self.goal(p, row), Prediction(states, at_start)), 0.0
 
     def shown(self, p: PredictorParameters, state: AirframeState) -> tuple[Vector, Vector, Vector, Vector]:
-        """Position, velocity, attitude and rates in the axes that are measured."""
+        """Position, velocity, attitude and rates in the measured axes."""
         turn = from_rotation_vector(vector(p.tilt[0], p.tilt[1], 0.0))
         attitude = multiply(state.attitude, conjugate(turn))
         return state.position, state.velocity, attitude, rotation_matrix(turn) @ state.rates
@@ -262,8 +262,8 @@ class Predictor:
     ) -> tuple[AirframeState, Unexplained]:
         """State and unexplained forces after a row, where known is 1; as they are, where it is 0.
 
-        before: whether the row before was measured. Where it was not, the state is what was measured, and the difference from
-        it, which has gathered over several samples, says nothing of forces.
+        before: whether the row before was measured. If it was not, the state is set to the measured one, and the difference
+        from it, which has accumulated over several samples, is not used for forces.
         """
         state, told, gains = cycle.state, cycle.unexplained, p.observer
         position, velocity, attitude, rates = self.measured(p, row)
@@ -324,7 +324,7 @@ class Predictor:
 
 
 def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
-    """World vector that the vehicle's thrust returns to: up, tilted towards the setpoint and against the velocity."""
+    """World vector to which the vehicle's thrust returns: up, tilted towards the setpoint and against the velocity."""
     pulls = [
         goal[2] * gains.path * (goal[axis] - state.position[axis]) - gains.drift * state.velocity[axis] for axis in (0, 1)
     ]
@@ -333,12 +333,12 @@ def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number
 
 
 def by_axis(pair: Vector) -> Vector:
-    """A pair, for x and y alike and for z, as one number an axis."""
+    """A pair, for x and y and for z, as one number per axis."""
     return vector(pair[0], pair[0], pair[1])
 
 
 def fading(fade: Vector, period: Number) -> Vector:
-    """What is left of a disturbance after a sample."""
+    """The share of a disturbance that is left after a sample."""
     return by_axis(Vector(exp(-period * one) for one in fade))
 
 

@@ -1,4 +1,4 @@
-"""Predictions of many starts in the engine, and how they differ from what was measured."""
+"""Predictions of many starts in the engine, and their errors against the measurements."""
 
 from collections.abc import Sequence
 from typing import cast
@@ -25,7 +25,7 @@ class Batch:
         names = ["first", "history", *(leaf for one in free for leaf in one.leaves)]
         ticks = Ticks(period, (1,), 10**9, int(starts.history.max()) + max(loop.horizons))
         start: tuple[()] = ()
-        scored = cast(Scored, loop)  # its score is what it leaves
+        scored = cast(Scored, loop)  # its score is the result
         where = places(start, parameters, [PREFIX + name for name in names])
         self.sweep = Sweep(scored, ticks, start, parameters, where, double=True)
 
@@ -46,9 +46,9 @@ def as_states(values: Floats) -> States:
 
 
 class Problem:
-    """How far predictions are from the log, group by group and horizon by horizon, in errors of "constant".
+    """Prediction errors by group and horizon, relative to the errors of the baseline "constant".
 
-    by_flight: whether in those of each flight, so that calm flights count as much as lively ones; else in the mean ones.
+    by_flight: whether relative to those of each flight, so that calm flights count as much as lively ones; else to the mean.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""`quadstep replay`: a vehicle's predictions held against logged flights, and predictions written for others to judge."""
+"""`quadstep replay`: a vehicle's predictions compared with logged flights, and predictions written to a file."""
 
 import json
 from collections.abc import Sequence
@@ -17,13 +17,13 @@ from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection
 
 ENOUGH = 0.9
-"""Share of the flight that must have setpoints for predictions to look at them."""
+"""Share of the flight that must have setpoints for predictions to use them."""
 
 
 def ready(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, commands_only: bool = False
 ) -> tuple[PredictorParameters, bool]:
-    """The numbers of a vehicle for these flights, and whether predictions look at setpoints. Raises UserError."""
+    """The parameters of a vehicle for these flights, and whether predictions use setpoints. Raises UserError."""
     rotors = len(vehicle.geometry().mounts)
     for flight in flights:
         if flight.motors.shape[1] != rotors:
@@ -48,7 +48,7 @@ def ready(
 def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArray[np.int64]]:
     """Rows, counted from 0, from which to predict, by flight: {"flight": [row, ...]}. Raises UserError.
 
-    A flight is called as its file is, with or without what follows the last dot. The object may stand under a key "starts".
+    A flight is named like its file, with or without the extension. The object may be nested under a key "starts".
     """
     content = read_json(path)
     if isinstance(content, dict) and isinstance(content.get("starts"), dict):

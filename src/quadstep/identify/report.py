@@ -1,4 +1,4 @@
-"""The report of an identification as an HTML page: the numbers, how well they predict, what is left over."""
+"""The report of an identification as an HTML page: the parameters, how well they predict, the residuals."""
 
 from collections.abc import Sequence
 from html import escape
@@ -30,16 +30,16 @@ from quadstep.report.panel import Panel
 from quadstep.report.units import percent
 
 AHEAD = 10
-"""Samples: how far ahead the predictions are that are drawn over a flight."""
+"""How far ahead the drawn predictions are [samples]."""
 
 SHOWN = 8.0
-"""Of a flight that is drawn [s]."""
+"""Longest part of a flight that is drawn [s]."""
 
 AXES = ("roll", "pitch", "yaw")
 
 
 def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: AirframeSection) -> None:
-    """Write the page: of the flights that were held out, or where none were, of those that were fitted. Raises UserError."""
+    """Write the page for the flights that were held out or, if none were, for the fitted ones. Raises UserError."""
     tested = run.tested or run.found
     shown = [flight for flight in flights if flight.name in run.held_out] or list(flights)
     kind = "held out of this fit" if run.held_out else "fitted"
@@ -68,7 +68,7 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
 
 
 def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
-    """What was found, in a sentence."""
+    """The result in a sentence."""
     said = f"{len(run.found.fitted)} vehicle parameters were identified from {counted(len(flights))}"
     best = run.guided or run.commands
     if best is None:
@@ -79,7 +79,7 @@ def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
 
 
 def facts(run: Run) -> list[Fact]:
-    """How large errors are beside those of who takes velocity and rates to stay what they are."""
+    """Errors relative to those of the baseline with constant velocity and rates."""
     best = run.guided or run.commands
     if best is None:
         return []
@@ -137,7 +137,7 @@ def unexplained(found: Sequence[Followed], flights: Sequence[FlightRecord], vehi
 
 
 def predictions(one: Followed, file: str, kind: str) -> str:
-    """Measured beside predicted, and what is left. file: its name, without ending. kind: of flight."""
+    """Measured and predicted signals, and the residuals. file: its name, without extension. kind: of flight."""
     kept = one.time - one.time[0] <= SHOWN
     measured, predicted = one.measured[AHEAD], one.predicted[AHEAD]
     panels = []
@@ -156,7 +156,7 @@ def predictions(one: Followed, file: str, kind: str) -> str:
 
 
 def spectra(one: Followed, file: str) -> str:
-    """Amplitude densities of the measured rates and of what predictions leave. file: its name, without ending."""
+    """Amplitude spectral densities of the measured rates and of the residuals. file: its name, without extension."""
     with TemporaryDirectory() as folder, drawing(SVG):
         sheet = new_figure(SVG, 9.0, 2.8)
         sheet.subplots_adjust(0.08, 0.18, 0.99, 0.84, 0.08)
@@ -184,7 +184,7 @@ def spectra(one: Followed, file: str) -> str:
 
 
 def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str]:
-    """The real flights beside simulated ones, where they have setpoints."""
+    """The real flights beside simulated ones, if they have setpoints."""
     found = []
     for flight in flights:
         try:

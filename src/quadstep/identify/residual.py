@@ -1,7 +1,7 @@
-"""A small network for what the laws do not explain, trained on what following the flights leaves over.
+"""A small network for what the laws do not explain, trained on the residuals of following the flights.
 
-Its hidden layer is drawn at random and stays (Huang, Zhu and Siew 2006), so training is one regression: the same weights on
-every run. How strongly it is held back is decided by flights that are left out, one after the other.
+Its hidden layer is drawn at random and stays fixed (Huang, Zhu and Siew 2006), so training is one regression: equal weights in
+every run. The strength of its regularisation is chosen by leaving out one flight after the other.
 """
 
 from collections.abc import Sequence
@@ -23,11 +23,11 @@ from quadstep.numbers import Vector, matrix
 HIDDEN = 12
 STRIDE = 5
 STRENGTHS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
-"""Of the ridge, in shares of the number of samples."""
+"""Candidate ridge penalties, as shares of the number of samples."""
 
 
 class Trained(NamedTuple):
-    """The network, and what is left of the unexplained accelerations' variance on flights left out (angular, then linear)."""
+    """The network, and the share of the unexplained accelerations' variance left on left-out flights (angular, linear)."""
 
     net: Residual
     left: Floats
@@ -36,7 +36,7 @@ class Trained(NamedTuple):
 def samples(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
 ) -> tuple[Floats, Floats, Floats]:
-    """What the network sees (n, 7), what it should say (n, 6), and the flight of each (n,)."""
+    """Inputs of the network (n, 7), targets (n, 6), and the flight of each row (n,)."""
     rows = [usable(flight, max(HORIZONS), STRIDE) for flight in flights]
     laid = laid_out(flights)
     starts = starts_at(flights, laid, rows)

@@ -1,4 +1,4 @@
-"""`quadstep identify`: fit, judge on flights held out, fit all."""
+"""`quadstep identify`: fit, test on held-out flights, then fit all flights."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection, ResidualSection
 
 HELD_OUT = 4
-"""One flight of so many is held out."""
+"""One in this many flights is held out."""
 
 MIXED = 0.2
 """Share by which the mean command in flight, times the voltage, may differ from the median of all flights."""
@@ -24,8 +24,8 @@ MIXED = 0.2
 
 class Run(NamedTuple):
     """vehicle: the result. held_out: names. tested: the fit without these; commands, guided: how it predicts them, by what it
-    knows; *_residual: with the learned residual of that fit. None where there were none. residual: of the whole fit, where it
-    was asked for and did better on the flights held out.
+    knows; *_residual: with the learned residual of that fit. None if there are none. residual: of the whole fit, if it
+    was requested and did better on the held-out flights.
     """
 
     vehicle: AirframeSection
@@ -40,7 +40,7 @@ class Run(NamedTuple):
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Mean errors with the residual over those without, on flights held out, 10 and 50 samples ahead; empty without."""
+        """Mean errors with the residual over those without, on held-out flights, 10 and 50 samples ahead; empty if none."""
         pairs = ((self.commands, self.commands_residual), (self.guided, self.guided_residual))
         return tuple(
             float(np.mean(two.predicted[1:] / one.predicted[1:])) for one, two in pairs if one is not None and two is not None
@@ -83,7 +83,7 @@ def with_residual(
     done: Run, flights: Sequence[FlightRecord], fitted: Sequence[FlightRecord], unseen: Sequence[FlightRecord],
     vehicle: AirframeSection,
 ) -> Run:  # fmt: skip
-    """The run with a network trained on the fit's residual, as flights held out say; the plain vehicle stays what it is."""
+    """The run with a network trained on the fit's residual, if held-out flights support it; the plain vehicle is unchanged."""
     assert done.tested
     numbers = done.tested.numbers
     p = numbers._replace(airframe=numbers.airframe._replace(residual=trained(fitted, vehicle, numbers).net))
@@ -105,7 +105,7 @@ def with_residual(
 
 
 def check_alike(flights: Sequence[FlightRecord]) -> None:
-    """Refuses flights that cannot be of one vehicle. Raises UserError."""
+    """Refuses flights that cannot be of the same vehicle. Raises UserError."""
     if len({flight.speeds for flight in flights}) > 1:
         raise UserError("some logs contain motor commands, others rotor speeds; fit them separately")
     levels = []

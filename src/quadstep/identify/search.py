@@ -1,4 +1,4 @@
-"""Least mean distance by Gauss and Newton, damped as Levenberg and Marquardt do; derivatives by differences in the engine."""
+"""Least mean distance by Gauss-Newton with Levenberg-Marquardt damping; derivatives by finite differences in the engine."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -10,18 +10,18 @@ from quadstep.identify.problem import Problem
 from quadstep.logs.flight import Floats
 
 CORE = 0.15
-"""Distances below this share of the error of "constant" count quadratically, larger ones in proportion."""
+"""Distances below this share of the error of "constant" count quadratically, larger ones linearly."""
 
 DAMPING = (0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
 LARGEST_STEP = 10.0
-"""Of one parameter in one step, in its scales."""
+"""Largest change of one parameter in one step, in its scales."""
 
 ENOUGH = 2e-4
-"""Share of the cost that a step must gain for the search to go on."""
+"""Share of the cost by which a step must improve for the search to continue."""
 
 
 class Prior(NamedTuple):
-    """What is known beforehand of some numbers: where they are on the search's scale, and how surely (standard deviation)."""
+    """Prior of some parameters: mean on the search's scale, and standard deviation."""
 
     places: Sequence[int]
     centre: Floats
@@ -29,7 +29,7 @@ class Prior(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """How much each horizon counts, and each group."""
+    """Weight of each horizon, and of each group."""
 
     horizons: Floats
     groups: Floats
@@ -62,7 +62,7 @@ def cost(residuals: Floats, weights: Weights) -> float:
 
 
 def prior_cost(point: Floats, prior: Prior | None, count: int) -> float:
-    """What leaving the prior costs, beside `count` starts."""
+    """The cost of deviating from the prior, relative to `count` starts."""
     if prior is None:
         return 0.0
     off = (point[list(prior.places)] - prior.centre) / prior.deviation
@@ -84,7 +84,7 @@ def derivatives(problem: Problem, point: Floats) -> tuple[Floats, Floats]:
 
 
 def normal_equations(residuals: Floats, slopes: Floats, weights: Weights) -> tuple[Floats, Floats]:
-    """Gradient and Hessian as iteratively reweighted least squares have them, of the mean."""
+    """Gradient and Hessian of the mean, as in iteratively reweighted least squares."""
     count = residuals.shape[2]
     weight = weights.table[..., None] / lengths(residuals) / count
     flat = slopes.reshape(-1, slopes.shape[-1])
@@ -96,7 +96,7 @@ def normal_equations(residuals: Floats, slopes: Floats, weights: Weights) -> tup
 def search(
     problem: Problem, point: Floats, weights: Weights, rounds: int, prior: Prior | None = None, told: Told | None = None
 ) -> Floats:
-    """The best point found from one."""
+    """The best point found from a start."""
     size, damping = scales(problem.batch.free), 1e-3
     count = problem.residuals([point]).shape[3]
     for turn in range(rounds):

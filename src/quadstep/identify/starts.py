@@ -11,10 +11,10 @@ from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.numbers import Table
 
 HISTORY = 50
-"""Rows before a start that a prediction follows, where there are as many without a gap."""
+"""Rows before a start that a prediction follows, if there are as many without a gap."""
 
 MASKED_HISTORY = 250
-"""The same where some of them may not have been measured."""
+"""The same if some of them may be unmeasured."""
 
 
 class Starts(NamedTuple):
@@ -34,9 +34,9 @@ class Laid(NamedTuple):
 
 
 def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
-    """The tables of some flights, filled up to a power of two so that few programs serve all lengths.
+    """The tables of some flights, padded to a power of two so that few programs serve all lengths.
 
-    guided: whether predictions may look at setpoints.
+    guided: whether predictions may use setpoints.
     """
     lengths = [flight.rows for flight in flights]
     offsets = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
@@ -65,7 +65,7 @@ def laid_out(flights: Sequence[FlightRecord], guided: bool = False) -> Laid:
 
 
 def filled(flight: FlightRecord, values: Floats) -> Floats:
-    """A channel with harmless numbers where the state was not measured."""
+    """A channel with harmless placeholders where the state was not measured."""
     return np.where(flight.measured[:, None], values, 0.0)
 
 
@@ -77,7 +77,7 @@ def setpoint_of(flight: FlightRecord) -> Floats:
 
 
 def voltage_of(flight: FlightRecord) -> Floats:
-    """The voltage of every row, the last known one where there is none; 1 where it was never logged."""
+    """The voltage of every row, the last known one where it is missing; 1 if it was never logged."""
     volts = flight.channel("voltage")[:, 0]
     known = np.isfinite(volts) & (volts > 0.0)
     if not known.any():
@@ -88,7 +88,7 @@ def voltage_of(flight: FlightRecord) -> Floats:
 
 
 def usable(flight: FlightRecord, furthest: int, stride: int = 1) -> NDArray[np.int64]:
-    """Rows from which a prediction of `furthest` samples can be held against the log: flying, measured, without a gap."""
+    """Rows from which a prediction of `furthest` samples can be compared with the log: flying, measured, without a gap."""
     runs, measured, flying = flight.runs(), flight.measured, flight.flying
     rows = np.arange(0, flight.rows - furthest)
     fine = measured[rows] & measured[rows + furthest] & (runs[rows + furthest] >= furthest + HISTORY)

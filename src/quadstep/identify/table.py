@@ -56,7 +56,7 @@ def predicted(
 def compare(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False
 ) -> Compared:
-    """Predictions from everywhere in some flights against what was measured. guided: whether they may look at setpoints."""
+    """Predictions from all over some flights against the measurements. guided: whether they may use setpoints."""
     rows = [usable(flight, max(HORIZONS)) for flight in flights]
     stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
     rows = [one[::stride] for one in rows]

@@ -15,7 +15,7 @@ DIGITS = 6
 
 
 def identified_vehicle(vehicle: AirframeSection, found: Identified, description: str, mass_source: str) -> AirframeSection:
-    """The vehicle that was fitted. Rotors are placed from its centre of gravity; what flights cannot tell stays."""
+    """The fitted vehicle. Rotors are placed from its centre of gravity; parameters that flights cannot determine stay."""
     leaves = leaves_of(found.numbers)
     content = vehicle.model_dump(exclude_none=True, exclude={"preset", "file", "layout", "arm", "rotors", "residual"})
     offset = [leaves[f"offset.{axis}"] for axis in range(3)]
@@ -28,7 +28,7 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
         for mount in vehicle.geometry().mounts
     ]
     content["description"] = description
-    # yaw shows the ratio of torque to inertia only: the body's proportions stay, and so does that ratio
+    # yaw determines only the ratio of torque to inertia: the body's proportions stay, and so does that ratio
     x, y = (leaves[f"airframe.inertia.{axis}"] for axis in (0, 1))
     z = vehicle.inertia[2] / (vehicle.inertia[0] + vehicle.inertia[1]) * (x + y)
     stretch = z / vehicle.inertia[2]
@@ -59,7 +59,7 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
 
 
 def rounded(value: float) -> float:
-    """A number with so many digits as are worth writing."""
+    """A number rounded to its significant digits."""
     return float(f"{value:.{DIGITS}g}") + 0.0
 
 
@@ -72,7 +72,7 @@ def observer_content(observer: Observer) -> dict[str, object]:
 
 
 def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_source: str) -> dict[str, str]:
-    """Where every number is from, by key."""
+    """The source of every number, by key."""
     result = dict(vehicle.sources)
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}
@@ -100,7 +100,7 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
 
 
 def interval(one: Fitted, reason: str | None) -> str:
-    """A number's interval and where it is from."""
+    """A number's interval and source."""
     if reason:
         return reason
     return f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"

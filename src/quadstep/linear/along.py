@@ -1,4 +1,4 @@
-"""Loops along a flight: at some instants the loop is linearised about the motion as flown, as if it stayed so."""
+"""Loops along a flight: at some instants the loop is linearised about the flown motion, as if that motion were frozen."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ from quadstep.sensing.delay import filled
 
 
 def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | str]]:
-    """Times [s] spread over the mission's flight without noise, and the loop there, or why there is none. Raises UserError."""
+    """Times [s] spread over the mission's noise-free flight, and the loop there, or why there is none. Raises UserError."""
     plans = of_even_rotors(quiet(mission.plan(warn=False)))
     period = Loops(plans[0]).count
     last = plans[0].ticks.last // period - 1

@@ -1,4 +1,4 @@
-"""Everything that is said of one linearised loop."""
+"""The full analysis of one linearised loop."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from quadstep.plants.multirotor import Multirotor
 
 
 class Analysis(NamedTuple):
-    """A loop at rest or at an instant of a flight. margins: by channel, empty where the loop is not stable.
+    """A loop at rest or at an instant of a flight. margins: by channel, empty if the loop is not stable.
 
     loop: the linearised period.
     """
@@ -32,7 +32,7 @@ class Analysis(NamedTuple):
 
 
 class Studied(NamedTuple):
-    """A loop at rest, and what is said of it. rest: of rotors as they rise, where they fall in another time."""
+    """A loop at rest, with its analysis. rest: for the rotors' rise time, where their fall time differs."""
 
     rest: Rest
     analysis: Analysis
@@ -47,7 +47,7 @@ def studied(mission: Mission) -> Studied:
 
 
 def of_loop(loop: Reduced) -> Analysis:
-    """What is said of a linearised period."""
+    """The analysis of a linearised period."""
     channels = loop.period.channels
     found = Analysis(channels, poles(loop), (), loop)
     if not found.stable:
@@ -58,8 +58,8 @@ def of_loop(loop: Reduced) -> Analysis:
 
 
 def of_even_rotors(plan: FlightPlan) -> list[FlightPlan]:
-    """The plan, or two where rotors do not rise as fast as they fall: at rest they would do neither, and the loop has no
-    slope; so once all as they rise, once all as they fall.
+    """The plan, or two if rotors do not rise as fast as they fall: at rest they would do neither, and the loop has no
+    slope; so one plan has the rise time in both directions, the other the fall time.
     """
     if not isinstance(plan.loop.plant, Multirotor):
         return [plan]
@@ -72,7 +72,7 @@ def of_even_rotors(plan: FlightPlan) -> list[FlightPlan]:
 
 
 def worst_of(found: list[Analysis]) -> Analysis:
-    """Of loops of the same channels the first, with the least of all margins; the one that grows where one does."""
+    """The first of several loops of the same channels, with the least of all margins; or the unstable one, if any is."""
     for one in found:
         if not one.stable:
             return one
@@ -81,7 +81,7 @@ def worst_of(found: list[Analysis]) -> Analysis:
 
 
 def least(found: tuple[Margins, ...]) -> Margins:
-    """The worst of each."""
+    """The worst of each margin."""
     turned = min(found, key=lambda one: one.phase)
     return Margins(
         gain_up=min(one.gain_up for one in found),

@@ -1,4 +1,4 @@
-"""Where a loop is opened: between what the controller commands and what the actuators make of it, one channel at a time."""
+"""Where a loop is opened: between the controller's command and the actuators, one channel at a time."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,18 +12,18 @@ from quadstep.plants.multirotor import Multirotor
 
 BODY = "thrust", "roll", "pitch", "yaw"
 PAPER = "thrust", "yaw", "pitch", "roll"
-"""Of a `Command`: the paper's generalised torques are in the order of its angles (psi, theta, phi)."""
+"""Channels of a `Command`: the paper's generalised torques are in the order of its angles (psi, theta, phi)."""
 
 
 class Channel(NamedTuple):
-    """One command. name: as in tables. unit: of its size."""
+    """One channel. name: as in tables. unit: of its size."""
 
     name: str
     unit: str
 
 
 def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
-    """Those of a controller that has just given this command, in its own order."""
+    """The channels of a controller that has just given this command, in its own order."""
     if isinstance(command, Command | RotorThrusts | RotorSpeeds):
         names = BODY if isinstance(loop.plant, Multirotor) else PAPER
         return tuple(Channel(name, "N" if name == "thrust" else "N m") for name in names)
@@ -31,7 +31,7 @@ def channels(loop: Loop, command: Structure) -> tuple[Channel, ...]:
 
 
 def commanded(loop: Loop, p: Structure, command: Structure) -> list[Number]:
-    """The size of each channel; of a command to the rotors the thrust and torques that it should make."""
+    """The size of each channel; for a command to the rotors, the thrust and torques that it should produce."""
     if isinstance(loop.plant, Multirotor):
         command = loop.plant.asked(p, command)
     if isinstance(command, Command):

@@ -1,9 +1,9 @@
-"""The delay margin of the sampled loop: by how much a command can come later, the commands on their way counted exactly.
+"""The delay margin of the sampled loop: how much later a command may come, with the commands under way counted exactly.
 
-A command that comes late by whole steps of the integrator is the command of an earlier tick, in this period or z^-1 in one
-before; by a fraction of a step it acts in proportion. With M(z) for what that adds to each tick, the loop has a pole where
+A command that is late by whole steps of the integrator is the command of an earlier tick, in this period or, by z^-1, in the
+one before; a fraction of a step acts in proportion. With M(z) for what this adds to each tick, the loop has a pole where
 an eigenvalue of T(z) M(z) is 1; delay and frequency of the first such pole on the unit circle follow by Newton's method from
-those that the phase margin says.
+those that the phase margin gives.
 """
 
 import numpy as np
@@ -12,21 +12,21 @@ from quadstep.linear.sampled import Array
 from quadstep.linear.transfer import Complex, Opened, eigenvalue_near, transfer
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6
-"""Of Newton's method; how near to 1 is near enough; share of delay and frequency by which slopes are taken."""
+"""Most steps of Newton's method; tolerance on the eigenvalue 1; relative step in delay and frequency for slopes."""
 
 FAR = 0.2
-"""A result that is farther from what the phase says, as a share of it, is not believed."""
+"""A result that differs more than this from the phase margin's, as a share of it, is rejected."""
 
 
 def added(one: Opened, z: complex, delay: float) -> Complex:
-    """What a delay [s] adds to each tick of a period, from the law's samples in it; shape (ticks, samples)."""
+    """Contribution of a delay [s] to each tick of a period, from the law's samples in it; shape (ticks, samples)."""
     hold, steps = one.hold, delay / one.step
     whole, part = int(steps), steps - int(steps)
     return (1.0 - part) * earlier(hold, z, whole) + part * earlier(hold, z, whole + 1) - hold
 
 
 def earlier(hold: Array, z: complex, ticks: int) -> Complex:
-    """What is held so many ticks ago."""
+    """The command held so many ticks ago."""
     periods, place = np.divmod(np.arange(len(hold)) - ticks, len(hold))
     result: Complex = hold[place] * (z ** periods.astype(float))[:, None]
     return result
@@ -42,7 +42,7 @@ def excess(one: Opened, omega: float, delay: float) -> complex:
 def delay_margin(one: Opened, omega: float, by_phase: float) -> float:
     """The delay [s] of one channel's command that puts a pole on the unit circle.
 
-    omega, by_phase: the frequency [rad/s] and the delay [s] at which the phase says so.
+    omega, by_phase: the frequency [rad/s] and the delay [s] by the phase margin.
     """
     at, delay = omega, by_phase
     for _ in range(MOST_STEPS):

@@ -1,4 +1,4 @@
-"""The loops of a campaign: that of each draw at rest, where its path begins."""
+"""The loops of a campaign: one for each draw, at rest where its path begins."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +12,7 @@ from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 
 USUAL = 100
-"""Draws, where nothing is said."""
+"""Default number of draws."""
 
 
 def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:

@@ -1,4 +1,4 @@
-"""Where the sampled loop rests: the state that a whole period gives back, by Newton's method on the loop's own slopes."""
+"""Equilibrium of the sampled loop: the state that a whole period reproduces, by Newton's method with the loop's own slopes."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -19,18 +19,18 @@ from quadstep.mission.schema import Mission
 from quadstep.mission.vehicles import VehicleSection
 
 WARM = 0.1
-"""Flown before the search, so that what remembers the last samples has seen some [s]."""
+"""Time flown before the search, so that memories of past samples are filled [s]."""
 
 MOST_STEPS, AT_REST = 12, 1e-9
-"""Of Newton's method; and what a period may change of a state, beside 1, for it to be at rest."""
+"""Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
 
 PATIENCE = 3
-"""Steps in a row that do not come nearer than any before, after which there is taken to be no rest."""
+"""Steps in a row without progress after which there is taken to be no equilibrium."""
 
 
 class Rest(NamedTuple):
-    """A loop at rest. flown: at tick `first`; period: linearised there."""
+    """A loop at rest. flown: its state at tick `first`; period: linearised there."""
 
     loops: Loops
     flown: Flown
@@ -39,7 +39,7 @@ class Rest(NamedTuple):
 
 
 def check_equilibrium(mission: Mission) -> None:
-    """Raises UserError for a vehicle that nothing holds in the air."""
+    """Raises UserError for a vehicle that cannot be held in the air."""
     vehicle = getattr(mission, "vehicle", None)
     for line in vehicle.warnings() if isinstance(vehicle, VehicleSection | AirframeSection) else ():
         raise UserError(f"no equilibrium: {line}")
@@ -67,7 +67,7 @@ def held(mission: Mission, wanted: Reference, duration: float) -> Mission:
 
 
 def quiet(plan: FlightPlan) -> FlightPlan:
-    """The same without noise and turbulence, which move a loop about but do not change it."""
+    """The same without noise and turbulence, which disturb a loop but do not change it."""
     loop, every = plan.loop, plan.ticks.every
     if loop.sensing is not None and loop.sensing.noisy:
         loop = replace(loop, sensing=replace(loop.sensing, noisy=False))
@@ -78,7 +78,7 @@ def quiet(plan: FlightPlan) -> FlightPlan:
 
 
 def at_rest(plan: FlightPlan) -> Rest:
-    """The loop at rest, linearised. Raises NotLinearError where there is no rest, or no slope."""
+    """The loop at rest, linearised. Raises NotLinearError where there is no equilibrium, or no slope."""
     loops = Loops(plan)
     first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
     flown = loops.fly(loops.begin(), 0, first)
@@ -107,7 +107,7 @@ def at_rest(plan: FlightPlan) -> Rest:
 
 
 def residual(period: Reduced) -> Array:
-    """What a period changes of each state; of those that keep time, nothing."""
+    """The change of each state over a period; zero for states that keep time."""
     whole = period.period
     left = whole.after - whole.values
     left[np.abs(left - whole.length) < AT_REST] = 0.0
@@ -115,7 +115,7 @@ def residual(period: Reduced) -> Array:
 
 
 def outcome(loops: Loops, flown: Flown, first: int) -> None:
-    """Raises NotLinearError where a flight would end here."""
+    """Raises NotLinearError if a flight would end here."""
     reference = loops.loop.wanted(first * loops.h, loops.p)
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
     if code:

@@ -1,4 +1,4 @@
-"""One mission under other laws: each of its vehicle's controllers as declared, nets switched off."""
+"""One mission under other laws: each controller of its vehicle with declared gains, nets switched off."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ ALL = "all"
 
 
 def named(mission: Mission, text: str) -> list[str]:
-    """What `--controllers` asks for: names with commas between, or `all`. Raises UserError."""
+    """The controllers that `--controllers` names: names separated by commas, or `all`. Raises UserError."""
     known = list(controllers(mission.measures))
     if text.strip() == ALL:
         return known
@@ -41,7 +41,7 @@ def under_each(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Analysis
 
 
 def under(content: dict[str, object], path: Path, name: str) -> tuple[Mission, bool]:
-    """A mission under a law of this name, its gains as declared, its nets off; whether it has any. Raises UserError."""
+    """A mission under the law of this name with declared gains and nets off, and whether it has nets. Raises UserError."""
     other = check_mission({**content, "controller": {"type": name}}, str(path), path.parent)
     section: ControllerSection = other.controller
     if section.table is None:

@@ -1,4 +1,4 @@
-"""Stability margins of one channel, from the factors on its command that put a pole of the sampled loop on the unit circle."""
+"""Stability margins of one channel, from the factors on its command that put a sampled pole on the unit circle."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -11,22 +11,22 @@ from quadstep.linear.sampled import Array
 from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
 
 FAINT = 1e-3
-"""A loop that returns less is not looked at: gain margins of more than 60 dB count as infinite."""
+"""Smaller loop gains are ignored: gain margins of more than 60 dB count as infinite."""
 
 REAL = {0: 1e-2, -1: 1e-6}
-"""How near to the real axis, beside its size, a value is taken to lie on it at the lowest and at the highest frequency: in a
-period one of these stands for half of the law's rate, where what the law returns is real.
+"""Relative distance from the real axis within which a value counts as real at the lowest and at the highest frequency: in a
+period one of these stands for half of the law's rate, where the loop's response is real.
 """
 
 REFINED, ZOOMS, ZOOMED = 30, 4, 9
-"""Steps to a crossing; of closer looks at a least value, and the frequencies of each."""
+"""Most steps to a crossing; number of refinements of a minimum, and frequencies in each."""
 
 
 class Margins(NamedTuple):
-    """Of one channel; infinite where no factor, turn or delay makes the loop unstable.
+    """Margins of one channel; infinite where no factor, phase shift or delay makes the loop unstable.
 
-    gain_up, gain_down: factors on the command, above and below 1. phase [rad] at phase_at [rad/s]: that it can be turned,
-    whichever way is less. delay [s]: that it can come later. disk: smallest |d| of a factor (1 + d/2) / (1 - d/2) (Seiler,
+    gain_up, gain_down: factors on the command, above and below 1. phase [rad] at phase_at [rad/s]: allowed phase shift,
+    the smaller of lead and lag. delay [s]: allowed extra delay. disk: smallest |d| of a factor (1 + d/2) / (1 - d/2) (Seiler,
     Packard and Gahinet, "An introduction to disk margins", 2020, without skew). sensitivity, complementary: largest
     |1 / (1 + L)| and |L / (1 + L)|.
     """
@@ -42,7 +42,7 @@ class Margins(NamedTuple):
 
 
 def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
-    """Of a stable loop. one: of a single channel; grid: its loci at the frequencies omega [rad/s]."""
+    """Margins of a stable loop. one: with a single channel; grid: its loci at the frequencies omega [rad/s]."""
     branches = followed(grid)
     real = list(crossings(one, omega, branches, lambda g: g.imag))
     ends = [g for end, near in REAL.items() for g in branches[end] if abs(g.imag) < near * abs(g)]
@@ -65,12 +65,12 @@ def margins(one: Opened, omega: Array, grid: Complex) -> Margins:
 
 
 def turned(at: float, turn: float) -> tuple[float, float]:
-    """A turn [rad] at a frequency [rad/s] that may be below zero, at that above zero."""
+    """A phase shift [rad] at a possibly negative frequency [rad/s], as one at the positive frequency."""
     return (at, turn) if at >= 0.0 else (-at, -turn)
 
 
 def followed(grid: Complex) -> Complex:
-    """The loci in an order in which each follows on from the frequency before."""
+    """The loci sorted so that each continues from the previous frequency."""
     branches = grid.copy()
     for i in range(1, len(branches)):
         before, left = branches[i - 1], list(branches[i])
@@ -100,12 +100,12 @@ def crossings(one: Opened, omega: Array, branches: Complex, of: Callable[[comple
                 low, weights = (at, g), [1.0, 0.5 * weights[1] if again else 1.0]
             else:
                 high, weights = (at, g), [1.0 if again is None or again else 0.5 * weights[0], 1.0]
-        if abs(of(g)) < 1e-4:  # else two branches were taken for one
+        if abs(of(g)) < 1e-4:  # else two branches were mistaken for one
             yield at, complex(g)
 
 
 def least(one: Opened, omega: Array, grid: Complex, of: Callable[[Complex], Array]) -> float:
-    """The least of(g) over all frequencies and values: on the grid, then looked at more closely."""
+    """The least of(g) over all frequencies and values: on the grid, then refined."""
     with np.errstate(all="ignore"):
         values = np.nan_to_num(of(grid), nan=np.inf)
         best, branch = (int(place) for place in np.unravel_index(values.argmin(), values.shape))

@@ -9,20 +9,20 @@ from quadstep.linear.names import LESS_IS_BETTER, MARGINS, UNITS
 from quadstep.mission.schema import Mission
 
 MOST = {"gain_margin_up": 60.0, "gain_margin_down": 60.0, "phase_margin": math.pi, "delay_margin": 10.0, "disk_margin": 2.0}
-"""What stands for a margin without end, in its unit."""
+"""Finite stand-in for an infinite margin, in its unit."""
 
 UNSTABLE = {**dict.fromkeys(MOST, 0.0), LESS_IS_BETTER: 1000.0}
-"""Of a loop that is not stable."""
+"""Margin of a loop that is not stable."""
 
 
 def margin_metrics(mission: Mission, names: Iterable[str]) -> dict[str, float]:
-    """Those of these names, of `MARGINS`. Raises UserError for a loop that cannot be linearised."""
+    """The metrics of these names, out of `MARGINS`. Raises UserError for a loop that cannot be linearised."""
     found = of_analysis(studied(mission).analysis)
     return {name: found[name] for name in names}
 
 
 def of_analysis(found: Analysis) -> dict[str, float]:
-    """All of them by name; of a channel that the vehicle does not have what it would be without end."""
+    """All metrics by name; for a channel that the vehicle does not have, the stand-in for an infinite margin."""
     by_channel = {channel.name: one for channel, one in zip(found.channels, found.margins, strict=False)}
     if found.stable:
         by_channel[""] = least(found.margins)

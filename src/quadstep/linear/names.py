@@ -1,4 +1,4 @@
-"""What margins are called as metrics: `phase_margin` is the least of all channels, `phase_margin_roll` that of one."""
+"""Names of margins as metrics: `phase_margin` is the least over all channels, `phase_margin_roll` that of one."""
 
 UNITS = {
     "gain_margin_up": "[dB]",
@@ -8,7 +8,7 @@ UNITS = {
     "disk_margin": "",
     "sensitivity_peak": "",
 }
-"""Each kind, with its unit. gain_margin_down: how far down, a number above 0."""
+"""Each kind, with its unit. gain_margin_down: how far the gain may fall, a number above 0."""
 
 CHANNELS = "thrust", "roll", "pitch", "yaw"
 
@@ -19,5 +19,5 @@ MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in
 
 
 def is_margin(name: str) -> bool:
-    """Whether more of this metric is better."""
+    """Whether larger values of this metric are better."""
     return name in MARGINS and not name.startswith(LESS_IS_BETTER)

@@ -1,4 +1,4 @@
-"""The pictures of a linear loop: Bode and Nyquist plots of each channel opened, and the step responses."""
+"""Figures of a linear loop: Bode and Nyquist plots with each channel opened, and the step responses."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -18,14 +18,14 @@ from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure
 from quadstep.report.sheet import Sheet
 
 FAINTEST, LOUDEST = -60.0, 60.0
-"""Of a Bode plot [dB]."""
+"""Range of a Bode plot [dB]."""
 
 REACH = 3.0
-"""Of a Nyquist plot on either side of the critical point."""
+"""Range of a Nyquist plot on either side of the critical point."""
 
 
 class Open(NamedTuple):
-    """What is drawn of the opened loop. omega [rad/s]; loop: L, shape (frequencies, channels)."""
+    """The opened loop as drawn. omega [rad/s]; loop: L, shape (frequencies, channels)."""
 
     channels: tuple[Channel, ...]
     omega: Array
@@ -37,7 +37,7 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
     ("delay [ms]", lambda one: 1e3 * one.delay),
     ("disk", lambda one: one.disk),
 )
-"""What is drawn over time or draws."""
+"""Margins drawn over time or over draws."""
 
 
 def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
@@ -69,7 +69,7 @@ def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
 
 
 def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
-    """L in the complex plane around -1, with the circle on which only the phase differs from -1."""
+    """L in the complex plane around -1, with the unit circle, on which only the phase differs from -1."""
     with drawing(sheet):
         figure = new_figure(sheet, 6.4, 6.0, 3.4)
         axes = figure.subplots()
@@ -92,7 +92,7 @@ def draw_nyquist(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
 
 
 def draw_steps(path: Path, name: str, steps: Sequence[Step], sheet: Sheet) -> None:
-    """What each step of the path makes of what was stepped."""
+    """Response of each stepped quantity to its step of the path."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 4.0, 2.8)
         axes = figure.subplots()

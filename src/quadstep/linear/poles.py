@@ -1,4 +1,4 @@
-"""Poles of the sampled loop, said as those of a continuous one that does the same from period to period."""
+"""Poles of the sampled loop, given as those of an equivalent continuous loop that agrees with it from period to period."""
 
 import math
 from typing import NamedTuple
@@ -8,21 +8,21 @@ import numpy as np
 from quadstep.linear.reduced import Reduced
 
 GONE = 1e-6
-"""A mode that is left with less of itself after a period is not shown: it is gone (a filled delay line, say)."""
+"""A mode that decays to less than this share in a period is not shown: it is gone (as in a delay line)."""
 
 STILL = 1e-9
-"""A mode that changes by less in a period neither grows nor decays."""
+"""A mode that changes by less than this in a period neither grows nor decays."""
 
 
 class Pole(NamedTuple):
-    """log(z) / T, z the factor in a period T: real part [1/s], imaginary part [rad/s]. Of a pair one stands for both."""
+    """log(z) / T, z the factor in a period T: real part [1/s], imaginary part [rad/s]. One stands for a conjugate pair."""
 
     real: float
     imaginary: float
 
     @property
     def time_constant(self) -> float:
-        """[s]; negative: of its growth; infinite for one that is neutral."""
+        """[s]; negative for a growing mode, infinite for a neutral one."""
         return math.inf if self.real == 0.0 else -1.0 / self.real
 
     @property
@@ -32,12 +32,12 @@ class Pole(NamedTuple):
 
     @property
     def damping(self) -> float:
-        """Share of critical damping [-]."""
+        """Damping ratio [-]."""
         return -self.real / self.frequency if self.frequency else 0.0
 
 
 def poles(loop: Reduced) -> list[Pole]:
-    """The slowest first; those that grow before all."""
+    """The poles, growing ones first, then the slowest first."""
     factors = np.linalg.eigvals(loop.map)
     found = []
     for z in factors:

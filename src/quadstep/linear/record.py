@@ -1,4 +1,4 @@
-"""An analysis for machines: numbers in SI units, gain margins in dB; what there is none of is null."""
+"""An analysis for machines: numbers in SI units, gain margins in dB; missing values are null."""
 
 import math
 
@@ -13,12 +13,12 @@ MARGIN_COLUMNS = (
 
 
 def finite(value: float) -> float | None:
-    """A number that JSON can have."""
+    """A number as JSON can represent it."""
     return value if math.isfinite(value) else None
 
 
 def margin_numbers(one: Margins) -> list[float | None]:
-    """Those of `MARGIN_COLUMNS`."""
+    """The columns of `MARGIN_COLUMNS`."""
     gains = [20.0 * math.log10(gain) if 0.0 < gain < math.inf else None for gain in (one.gain_up, one.gain_down)]
     rest = one.phase, one.phase_at, one.delay, one.disk, one.sensitivity, one.complementary
     return [*gains, *map(finite, rest)]
@@ -30,7 +30,7 @@ def margin_record(one: Margins) -> dict[str, float | None]:
 
 
 def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
-    """All of it."""
+    """The whole analysis."""
     period = found.loop.period
     return {
         "stable": found.stable,

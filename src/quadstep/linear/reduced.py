@@ -1,4 +1,4 @@
-"""A period without the states that take no part in the loop: constants, and what no command ever depends on."""
+"""A period without the states that play no part in the loop: constants, and states that no command ever depends on."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from quadstep.linear.sampled import Array, Period, Tick
 
 
 class Reduced(NamedTuple):
-    """A period of fewer states; their places in the whole. commands: rows of the channels' commands among them."""
+    """A period of fewer states, and their indices among all states. commands: rows of the channels' commands among them."""
 
     period: Period
     places: NDArray[np.intp]
@@ -17,7 +17,7 @@ class Reduced(NamedTuple):
 
     @property
     def map(self) -> Array:
-        """Of one period."""
+        """The map of one period."""
         return self.period.map
 
 
@@ -56,7 +56,7 @@ def reduced(period: Period) -> Reduced:
 
 
 def tick_of(tick: Tick, places: NDArray[np.intp], grid: tuple[NDArray[np.intp], ...], acting: NDArray[np.intp]) -> Tick:
-    """A tick of these states and channels."""
+    """A tick restricted to these states and channels."""
     return tick._replace(
         tasks=tick.tasks[grid],
         path=tick.path[places],

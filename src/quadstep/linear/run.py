@@ -22,14 +22,14 @@ from quadstep.report.tables import write_csv
 
 REPORT = "report.html"
 DRAWN = 600
-"""Frequencies of a plot."""
+"""Number of frequencies in a plot."""
 
 SLOWEST_SHOWN = 0.1
 """[rad/s]"""
 
 
 class Done(NamedTuple):
-    """What the command prints."""
+    """The output of the command."""
 
     name: str
     studied: Studied
@@ -49,7 +49,7 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> D
 
 
 def of_file(mission: Mission, path: Path) -> Studied:
-    """The same with the file in what goes wrong."""
+    """The same, with the file named in errors."""
     try:
         return studied(mission)
     except UserError as error:
@@ -57,13 +57,13 @@ def of_file(mission: Mission, path: Path) -> Studied:
 
 
 def about(mission: Mission, path: Path, found: Studied, moves: list[Step]) -> dict[str, object]:
-    """What `--json` prints, and `linear.json` holds."""
+    """The content of `--json` and of `linear.json`."""
     given = {"name": mission.name, "version": __version__, "mission": str(path), "controller": mission.controller.type}
     return {**given, **record(found.analysis, moves)}
 
 
 def write(out: Path, done: Done, sheet: Sheet) -> None:
-    """Everything that the folder holds."""
+    """Write every file of the folder."""
     found = done.studied.analysis
     margins = zip(found.channels, found.margins, strict=False)
     rows = [(channel.name, *margin_numbers(one)) for channel, one in margins]
@@ -107,7 +107,7 @@ def sections(out: Path, done: Done, sheet: Sheet) -> list[str]:
 
 
 def opened_loop(found: Analysis) -> Open:
-    """What the plots show: up to half the rate of the law."""
+    """The data of the plots: up to half the rate of the law."""
     ready = opened(found.loop)
     highest = np.pi * len(ready.due) / ready.length
     omega = np.geomspace(max(LOWEST, SLOWEST_SHOWN), highest, DRAWN)

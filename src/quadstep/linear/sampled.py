@@ -1,7 +1,7 @@
-"""The sampled closed loop as linear maps: what each tick makes of small deviations from a motion.
+"""The sampled closed loop as linear maps: the effect of each tick on small deviations from a motion.
 
-A tick is what the engines fly: the tasks that are due, then the integrator's step with all commands held. Both are passed
-dual numbers and give their slopes exactly, latency, rotor lag and every loop at its own rate included.
+A tick is what the engines fly: the tasks that are due, then the integrator's step with all commands held. Both are given
+dual numbers and yield exact slopes, including latency, rotor lag and every loop at its own rate.
 """
 
 import contextlib
@@ -26,22 +26,22 @@ from quadstep.sensing.delay import filled, passed
 Array = NDArray[np.float64]
 
 MOST_TICKS = 2000
-"""Of the period after which all loops are due together again."""
+"""Most ticks of the period after which all loops are due together again."""
 
 SAME = 1e-9
-"""Slopes on both sides of an edge, and states of two ticks, that differ by less beside 1 count as the same."""
+"""Slopes on both sides of an edge, and states of two ticks, count as equal if they differ by less than this relative to 1."""
 
 WANTED = "x", "y", "z", "yaw"
-"""What of the path can be moved."""
+"""Quantities of the path that can be shifted."""
 
 
 class NotLinearError(UserError):
-    """A motion about which the loop cannot be linearised: what, and where."""
+    """The loop cannot be linearised about this motion; says what fails, and where."""
 
 
 @contextlib.contextmanager
 def linearising() -> Iterator[None]:
-    """A block in which arithmetic that cannot go on, or a law that takes no such numbers, is a loop that is not linear."""
+    """A block in which failing arithmetic, or a law that rejects dual numbers, raises NotLinearError."""
     try:
         yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -66,7 +66,7 @@ class Tick(NamedTuple):
 
 
 class Period(NamedTuple):
-    """The ticks until all loops are due together again, from time `start` [s] on. names: of the states, the channels' commands
+    """The ticks until all loops are due together again, from time `start` [s]. names: of the states, the channels' commands
     last. values: of the states at the start, and `after` it.
     """
 
@@ -85,7 +85,7 @@ class Period(NamedTuple):
 
     @property
     def map(self) -> Array:
-        """What a whole period makes of a deviation."""
+        """The map of a deviation over a whole period."""
         whole = np.eye(len(self.names))
         for tick in self.ticks:
             whole = tick.step @ tick.tasks @ whole
@@ -93,7 +93,7 @@ class Period(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """What lives from tick to tick. asked: the command that the actuators hold, each channel's; line: those on their way."""
+    """The state from tick to tick. asked: the command that the actuators hold, by channel; line: commands under way."""
 
     cycle: Cycle
     line: tuple[Vector, ...]
@@ -102,12 +102,12 @@ class Flown(NamedTuple):
 
 @dataclass(frozen=True)
 class MovedPath:
-    """A path, moved by a constant. Its parameters are those of the path, and the offset `WANTED`."""
+    """A path shifted by a constant. Its parameters are those of the path and the offset `WANTED`."""
 
     path: Structure
 
     def reference(self, t: float, parameters: Structure) -> Reference:
-        """The wanted motion."""
+        """The desired motion."""
         own, offset = parameters
         wanted: Reference = self.path.reference(t, own)
         return wanted._replace(position=wanted.position + Vector(offset.entries[:3]), yaw=wanted.yaw + offset[3])
@@ -167,19 +167,19 @@ class Loops:
 
 
 def states(flown: Flown) -> tuple[list[float], list[str]]:
-    """What a deviation can be of: all that lives, but for the command as it is logged."""
+    """Everything that can deviate: the whole state, except for the command as logged."""
     kept = flown._replace(cycle=flown.cycle._replace(command=()))
     return flatten(kept), [name.removeprefix("cycle.") for name in leaf_names(kept)]
 
 
 def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
-    """These in their place."""
+    """The same with these in their place."""
     bare = rebuild(flown._replace(cycle=flown.cycle._replace(command=())), iter(values))
     return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
 
 
 class Moment(NamedTuple):
-    """A tick k as flown: the loop before it, after its tasks, and the law's last command."""
+    """Tick k as flown: the loop before it, the loop after its tasks, and the law's last command."""
 
     k: int
     flown: Flown
@@ -207,8 +207,8 @@ def linearised(loops: Loops, flown: Flown, first: int) -> Period:
 
 
 def alike(loops: Loops, moments: list[Moment]) -> dict[int, Tick]:
-    """Ticks with the same tasks: one for all where nothing has moved and no task knows the time; else each by itself. (What
-    follows a plan knows the time since it was made.)
+    """Ticks with the same tasks: one for all if nothing has moved and no task depends on time; else each by itself. (A task
+    that follows a plan depends on the time since the plan was made.)
     """
     one, last = moments[0], moments[-1]
     tasks = of_tasks(loops, one)
@@ -224,7 +224,7 @@ def alike(loops: Loops, moments: list[Moment]) -> dict[int, Tick]:
 
 
 def apart(a: Array, b: Array) -> float:
-    """How much numbers differ, beside 1."""
+    """The difference between numbers, relative to 1."""
     return float((np.abs(a - b) / (1.0 + np.abs(a))).max(initial=0.0))
 
 
@@ -237,7 +237,7 @@ def tick_of(loops: Loops, one: Moment, tasks: Array, known: Tick | None = None) 
 
 
 def of_tasks(loops: Loops, one: Moment) -> Array:
-    """What the tasks make of the state and the path, (states, states + path)."""
+    """The tasks' slopes by state and path, (states, states + path)."""
     values, names = states(one.flown)
     n, r = len(values), len(WANTED)
 
@@ -250,7 +250,7 @@ def of_tasks(loops: Loops, one: Moment) -> Array:
 
 
 def of_step(loops: Loops, one: Moment) -> Array:
-    """What the integrator's step makes of the state, (states, states)."""
+    """The slopes of the integrator's step by state, (states, states)."""
     values, names = states(one.after)
 
     def made(seeds: Seeds) -> list[Number]:
@@ -260,7 +260,7 @@ def of_step(loops: Loops, one: Moment) -> Array:
 
 
 def acting(loops: Loops, one: Moment) -> Array:
-    """What is held, of what is added to each channel's command, (states, channels)."""
+    """The held states' slopes by an addition to each channel's command, (states, channels)."""
     names, m = states(one.after)[1], len(one.after.asked)
 
     def made(seeds: Seeds) -> list[Number]:
@@ -273,7 +273,7 @@ def acting(loops: Loops, one: Moment) -> Array:
 
 
 def slopes(loops: Loops, k: int, count: int, names: Sequence[str], made: Callable[[Seeds], Sequence[Number]]) -> Array:
-    """Those of what is made of `count` seeds, the same on both sides of what edges there are. Raises NotLinearError."""
+    """Slopes of a function of `count` seeds, which must agree on both sides of every edge. Raises NotLinearError."""
     seeds = Seeds(count, 1.0)
     values, found = checked(made, seeds, names)
     if not seeds.edges:
@@ -286,7 +286,7 @@ def slopes(loops: Loops, k: int, count: int, names: Sequence[str], made: Callabl
 
 
 def checked(made: Callable[[Seeds], Sequence[Number]], seeds: Seeds, names: Sequence[str]) -> tuple[Array, Array]:
-    """Values and slopes. Raises NotLinearError where there are none."""
+    """Values and slopes. Raises NotLinearError where a slope does not exist."""
     try:
         values, found, lost = slopes_of(made(seeds), seeds.count)
     except NotDifferentiableError as error:

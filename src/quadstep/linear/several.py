@@ -1,4 +1,4 @@
-"""`quadstep linear` of several loops, from file to folder: a mission's under other laws, or at instants of its flight."""
+"""`quadstep linear` for several loops, from file to folder: a mission under other laws, or at instants of its flight."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -38,7 +38,7 @@ class Several(NamedTuple):
 
 
 Told = Callable[[int], None]
-"""Told how many more loops are done."""
+"""Called with the number of further loops done."""
 
 
 def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
@@ -53,7 +53,7 @@ def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, tol
 
 
 def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
-    """The mission's loop at so many instants of its flight. Raises UserError."""
+    """The mission's loop at `count` instants of its flight. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-along-{count}-" + fingerprint([plan]), overwrite) as out:
@@ -67,7 +67,7 @@ def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet
 
 
 def collected(made: Iterable[tuple[str, Analysis | str]], told: Told) -> list[tuple[str, Analysis | str]]:
-    """All of them. Raises UserError where none can be linearised."""
+    """All loops. Raises UserError if none can be linearised."""
     found = []
     for one in made:
         found.append(one)
@@ -78,7 +78,7 @@ def collected(made: Iterable[tuple[str, Analysis | str]], told: Told) -> list[tu
 
 
 def about(done: Several, path: Path) -> dict[str, object]:
-    """What `--json` prints, and `linear.json` holds."""
+    """The content of `--json` and of `linear.json`."""
     loops = [
         {"name": name, **(record(one, []) if isinstance(one, Analysis) else {"refused": one})} for name, one in done.found
     ]
@@ -87,7 +87,7 @@ def about(done: Several, path: Path) -> dict[str, object]:
 
 
 def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
-    """Everything that the folder holds."""
+    """Write every file of the folder."""
     rows = [
         (name, channel.name, one.poles[0].real, *margin_numbers(margins))
         for name, one in worst.stable(done.found)

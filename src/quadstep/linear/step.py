@@ -15,17 +15,17 @@ from quadstep.plants.lagrange import Lagrange
 from quadstep.plants.multirotor import Multirotor
 
 SHORTEST, LONGEST = 2.0, 40.0
-"""What is looked at of a step [s]."""
+"""Shortest and longest time shown of a step [s]."""
 
 CONSTANTS = 6.0
-"""So many of the slowest time constant."""
+"""The time shown, in multiples of the slowest time constant."""
 
 SETTLED = 0.02
-"""Of the step: within this it has settled."""
+"""Share of the step within which the response has settled."""
 
 
 class Step(NamedTuple):
-    """One step. t [s]; value: of what was stepped; name, unit: of it."""
+    """One step. t [s]; value, name, unit: of the stepped quantity."""
 
     name: str
     unit: str
@@ -34,19 +34,19 @@ class Step(NamedTuple):
 
     @property
     def overshoot(self) -> float:
-        """Beyond the step, as a share of it."""
+        """Overshoot as a share of the step."""
         return max(0.0, float(self.value.max()) - 1.0)
 
     @property
     def settling(self) -> float:
-        """After which it stays within 2 % of the step [s]; infinite where it does not within what is looked at."""
+        """Time after which it stays within 2 % of the step [s]; infinite if it does not within the time shown."""
         outside = np.flatnonzero(np.abs(self.value - 1.0) > SETTLED)
         last = int(outside[-1]) + 1 if len(outside) else 0
         return math.inf if last >= len(self.t) else float(self.t[last])
 
 
 def steps(rest: Rest) -> list[Step]:
-    """Those of each axis of the plant, and of its yaw where it has one."""
+    """The step responses of each axis of the plant, and of its yaw if it has one."""
     loop, plant = rest.period, rest.loops.loop.plant
     names = [*(f"{axis}" for axis in plant.axes), *(["yaw"] if isinstance(plant, Multirotor | Lagrange) else [])]
     rows = seen(rest)[:, loop.places]

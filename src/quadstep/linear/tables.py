@@ -1,4 +1,4 @@
-"""What is said of an analysis, as tables for people: dB, degrees, milliseconds."""
+"""An analysis as tables for people: dB, degrees, milliseconds."""
 
 import math
 from typing import NamedTuple
@@ -18,26 +18,26 @@ METHOD = (
 )
 
 SHOWN = 10
-"""Of the poles, the slowest first; the files have all."""
+"""Most poles in a table, the slowest first; the files have all."""
 
 ALIKE = 1e-4
-"""Poles that differ by less of themselves are one row."""
+"""Poles that differ by less than this share share a row."""
 
 
 class Group(NamedTuple):
-    """Poles that are the same but for rounding. times: how often; a pair counts as two."""
+    """Poles that are equal up to rounding. times: multiplicity; a pair counts as two."""
 
     pole: Pole
     times: int
 
 
 def decibels(factor: float) -> str:
-    """A factor in dB; beyond 60 dB there is none to speak of."""
+    """A factor in dB; "none" if infinite (beyond 60 dB)."""
     return "none" if factor in (0.0, math.inf) else f"{20.0 * math.log10(factor):.1f}"
 
 
 def number(value: float, digits: str = ".1f") -> str:
-    """A margin, if there is one."""
+    """A margin as text, if there is one."""
     return f"{value:{digits}}" if math.isfinite(value) else "none"
 
 
@@ -56,12 +56,12 @@ def margin_cells(one: Margins) -> list[str]:
 
 
 def margin_rows(found: Analysis) -> list[list[str]]:
-    """A row a channel."""
+    """One row per channel."""
     return [[channel.name, *margin_cells(one)] for channel, one in zip(found.channels, found.margins, strict=False)]
 
 
 def grouped(poles: list[Pole]) -> list[Group]:
-    """Poles in order, those alike as one."""
+    """Poles in order, equal ones merged."""
     groups: list[Group] = []
     for pole in poles:
         twice = 2 if pole.imaginary else 1
@@ -75,7 +75,7 @@ def grouped(poles: list[Pole]) -> list[Group]:
 
 
 def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
-    """A row for each that differs, the slowest first."""
+    """A row for each distinct pole, the slowest first."""
     return [
         [
             f"{pole.real:.4g}" + (f" ± {pole.imaginary:.4g}j" if pole.imaginary else ""),
@@ -89,7 +89,7 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
 
 
 def sentences(found: Analysis) -> list[str]:
-    """What is to be said before any number."""
+    """The opening lines, before any number."""
     slowest = found.poles[0]
     if not found.stable:
         return [
@@ -107,5 +107,5 @@ def sentences(found: Analysis) -> list[str]:
 
 
 def step_rows(steps: list[Step]) -> list[list[str]]:
-    """A row of `STEP_HEADER` for each."""
+    """A row of `STEP_HEADER` for each step."""
     return [[one.name, f"{100.0 * one.overshoot:.1f}", number(one.settling, ".2f")] for one in steps]

@@ -1,10 +1,10 @@
-"""What comes back where one channel is opened: the lifted transfer of the sampled loop at a frequency.
+"""The response with one channel opened: the lifted transfer of the sampled loop at a frequency.
 
-With what is added to the channel's command at each sample of the law in a period as input, d, and the commands themselves as
+With additions to the channel's command at each sample of the law in a period as input, d, and the commands themselves as
 output, c, the closed loop is c = T(z) d, a square matrix where the law runs several times a period (Bittanti and Colaneri,
 "Periodic Systems", 2009, chapter 6: lifting). A factor f on the channel is d = (f - 1) c, and moves a pole to z on the unit
 circle where 1 / (f - 1) is an eigenvalue of T(z). So with -L = T / (1 + T) for each eigenvalue, f = -1 / L is critical, as
-Nyquist has it, and nothing of the loop is approximated.
+in Nyquist's criterion, and nothing in the loop is approximated.
 """
 
 from collections.abc import Sequence
@@ -20,16 +20,16 @@ Complex = NDArray[np.complex128]
 
 POINTS = 300
 LOWEST = 1e-3
-"""Of the frequencies [rad/s]."""
+"""Lowest frequency [rad/s]."""
 
 ALIKE = 1e-5
-"""Frequencies that differ by less of themselves are one."""
+"""Frequencies that differ by less than this share count as one."""
 
 FEW = 20
-"""Samples of the law in a period up to which all values are looked at for each frequency; more are followed one by one."""
+"""Most samples of the law in a period for which all values at a frequency are computed; of more, single ones are followed."""
 
 NEWTON, CLOSE = 12, 1e-13
-"""Steps of inverse iteration, and by how little beside 1 the last may change the value."""
+"""Steps of inverse iteration, and the largest change of the value by the last, relative to 1."""
 
 
 class Opened(NamedTuple):
@@ -49,28 +49,28 @@ class Opened(NamedTuple):
 
     @property
     def ticks(self) -> int:
-        """In a period."""
+        """Samples of the law in a period."""
         return int(self.d.shape[2])
 
     @property
     def length(self) -> float:
-        """Of a period [s]."""
+        """Length of a period [s]."""
         return self.ticks * self.step
 
     @property
     def hold(self) -> Array:
-        """What each sample of the law makes of the ticks, shape (ticks, samples)."""
+        """How the ticks follow from the samples of the law, shape (ticks, samples)."""
         return hold(self.due, self.ticks)
 
     def only(self, channel: int) -> "Opened":
-        """One of them."""
+        """The same with a single channel."""
         own = slice(channel, channel + 1)
         held_b, held_d = self.held
         return self._replace(b=self.b[own], c=self.c[own], d=self.d[own], held=(held_b[own], held_d[own]))
 
 
 def hold(due: Sequence[int], ticks: int) -> Array:
-    """What each sample makes of the ticks, shape (ticks, samples): it is held until the next."""
+    """How the ticks follow from the samples, shape (ticks, samples): each is held until the next."""
     latest = np.searchsorted(due, np.arange(ticks), side="right") - 1
     held: Array = (latest[:, None] == np.arange(len(due))).astype(np.float64)
     return held
@@ -99,7 +99,7 @@ def opened(loop: Reduced) -> Opened:
 
 
 def frequencies(loop: Reduced) -> Array:
-    """Up to half of a period's sampling rate [rad/s]: evenly in the logarithm, and around the poles of the closed loop.
+    """Frequencies up to half of a period's sampling rate [rad/s]: logarithmically spaced, and around the closed loop's poles.
 
     Each frequency stands for as many as the law has samples in a period; the more there are, the fewer are needed.
     """
@@ -121,7 +121,7 @@ def frequencies(loop: Reduced) -> Array:
 def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> Complex:
     """T of each channel at these frequencies [rad/s], shape (frequencies, channels, samples, samples).
 
-    onto: how the ticks of a period follow from its inputs, shape (ticks, inputs), if not from the law's samples that are held.
+    onto: how the ticks of a period follow from its inputs, shape (ticks, inputs); default: from the held samples of the law.
     """
     channels, samples, _ = one.d.shape
     b, d = one.held if onto is None else (one.b @ onto, one.d @ onto)
@@ -135,12 +135,12 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
 
 
 def loci(one: Opened, omega: Array) -> Complex:
-    """-L of each channel, shape (frequencies, channels, samples): its values in no order where the law runs several times."""
+    """-L of each channel, shape (frequencies, channels, samples): its values unordered if the law runs several times."""
     return returned(np.linalg.eigvals(transfer(one, omega)).astype(np.complex128))
 
 
 def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
-    """-L of a single channel, shape (frequencies, values): all values, or of many the one that is followed from g."""
+    """-L of a single channel, shape (frequencies, values): all values or, if there are many, the one followed from g."""
     if len(one.due) <= FEW:
         return loci(one, omega)[:, 0]
     found, turned = [], g / (1.0 - g)
@@ -151,8 +151,8 @@ def loci_near(one: Opened, omega: Array, g: complex) -> Complex:
 
 
 def heard_at(one: Opened, omega: float, g: complex) -> float:
-    """At which frequency [rad/s] the law's samples swing in the mode of a single channel's g: for a whole period all
-    frequencies are one that are whole turns apart.
+    """The frequency [rad/s] at which the law's samples oscillate in the mode of a single channel's g: over a whole period all
+    frequencies that differ by whole turns are the same.
     """
     matrix, turned = transfer(one, np.array([omega]))[0, 0], g / (1.0 - g)
     _, swing = mode_near(matrix, turned)
@@ -169,7 +169,7 @@ def returned(turned: Complex) -> Complex:
 
 
 def eigenvalue_near(matrix: Complex, value: complex) -> complex:
-    """The eigenvalue of a matrix nearest to a value: of few all are compared."""
+    """The eigenvalue of a matrix nearest to a value; small matrices: all are compared."""
     if len(matrix) > FEW:
         return mode_near(matrix, value)[0]
     values = np.linalg.eigvals(matrix)
@@ -182,11 +182,11 @@ def mode_near(matrix: Complex, value: complex) -> tuple[complex, Complex]:
     for step in range(NEWTON):
         try:
             solved = np.linalg.solve(matrix - value * unit, vector)
-        except np.linalg.LinAlgError:  # it is one
+        except np.linalg.LinAlgError:  # it is an eigenvalue
             break
         change = np.vdot(solved, vector) / np.vdot(solved, solved)
         vector = solved / np.linalg.norm(solved)
-        if step:  # the first only turns the vector
+        if step:  # the first step only rotates the vector
             value += complex(change)
             if abs(change) < CLOSE * (1.0 + abs(value)):
                 break
@@ -194,8 +194,8 @@ def mode_near(matrix: Complex, value: complex) -> tuple[complex, Complex]:
 
 
 def harmonic(one: Opened, omega: Array) -> Complex:
-    """L of each channel at these frequencies, up to half the law's rate, shape (frequencies, channels): of the values of L the
-    one whose eigenvector is nearest to the samples of exp(i omega t).
+    """L of each channel at these frequencies, up to half the law's rate, shape (frequencies, channels): among the values of L,
+    the one whose eigenvector is nearest to the samples of exp(i omega t).
     """
     made: Complex = np.empty((len(omega), len(one.d)), dtype=complex)
     for i, matrices in enumerate(transfer(one, omega)):

@@ -1,4 +1,4 @@
-"""Several loops: laws, instants of a flight, or draws; each on a row, and which of them has the least margins."""
+"""Several loops (laws, instants of a flight, or draws): a row for each, and which of them has the least margins."""
 
 import math
 import re
@@ -11,7 +11,7 @@ from quadstep.linear.tables import decibels, number
 from quadstep.report.page import Fact
 
 Found = Sequence[tuple[str, Analysis | str]]
-"""Loops by name; of one that cannot be linearised, why."""
+"""Loops by name; for one that cannot be linearised, the reason."""
 
 ROW_HEADER = ("", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [deg]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
@@ -24,14 +24,14 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins],
     ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
     ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
 )
-"""Name, value, whether less is worse, and the value as text."""
+"""Name, value, whether smaller is worse, and the value as text."""
 
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d.]*(?:e[-+]?\d+)?(?![\w.]*\w)")
-"""A number in a reason, which may differ where the reason does not; not the digits of a name."""
+"""A number in a reason: reasons that differ only in such numbers are the same; digits of a name do not count."""
 
 NAMED = 3
-"""So many loops with one reason are named."""
+"""Most loops with the same reason that are named."""
 
 
 class Worst(NamedTuple):
@@ -44,17 +44,17 @@ class Worst(NamedTuple):
 
 
 def stable(found: Found) -> list[tuple[str, Analysis]]:
-    """Those that have margins."""
+    """The loops that have margins."""
     return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
 
 
 def rows(found: Found) -> list[list[str]]:
-    """A row of `ROW_HEADER` for each that is linear: the least margins of all its channels."""
+    """A row of `ROW_HEADER` for each loop that could be linearised: the least margins of all its channels."""
     return [[name, *cells(one)] for name, one in found if isinstance(one, Analysis)]
 
 
 def cells(one: Analysis) -> list[str]:
-    """Of a row, after its name."""
+    """The cells of a row after its name."""
     pole = f"{one.poles[0].real:.3g}"
     if not one.stable:
         return [pole, "not stable", *["-"] * 4]
@@ -63,7 +63,7 @@ def cells(one: Analysis) -> list[str]:
 
 
 def refused(found: Found) -> list[str]:
-    """A line for each reason why loops cannot be linearised: which these are or, of many, how many and the first."""
+    """A line for each reason why loops cannot be linearised: their names or, if many, their number and the first."""
     alike: dict[str, list[tuple[str, str]]] = {}
     for name, one in found:
         if isinstance(one, str):
@@ -72,12 +72,12 @@ def refused(found: Found) -> list[str]:
 
 
 def whose(names: Sequence[str], total: int) -> str:
-    """Loops by name or, of many, by number."""
+    """Loops by name or, if many, by count."""
     return ", ".join(names) if len(names) <= NAMED else f"{len(names)} of {total}, first {names[0]}"
 
 
 def worst(found: Found) -> list[Worst]:
-    """Each margin's least, over all loops and channels."""
+    """The least of each margin over all loops and channels."""
     made = []
     for title, value, less, text in MEASURES:
         every = [
@@ -92,7 +92,7 @@ def worst(found: Found) -> list[Worst]:
 
 
 def facts(found: Found) -> list[Fact]:
-    """The same for a report's summary: the least of what people ask for first."""
+    """The same for a report's summary: the least of the most common margins."""
     asked = {
         "gain up [dB]": ("gain margin", "dB"),
         "phase [deg]": ("phase margin", "degrees"),

@@ -1,1 +1,1 @@
-"""Logs of real flights: reading them, and judging what they really hold."""
+"""Logs of real flights: reading them, and checking what they really contain."""

@@ -14,7 +14,7 @@ from quadstep.logs.series import Columns, Series, by_topic
 def read(path: Path, wanted: list[str]) -> Columns:
     """Columns of an ArduPilot log, of the first instance of each message (I, or C for the filter's core, is 0).
 
-    The reader prints a line for every byte that it skips; what is wrong with a log is said once, by who asks.
+    The reader prints a line for every byte that it skips; here errors are reported once, by the caller.
     """
     with errors_unprinted():
         return columns(path, wanted)
@@ -22,7 +22,7 @@ def read(path: Path, wanted: list[str]) -> Columns:
 
 @contextmanager
 def errors_unprinted() -> Iterator[None]:
-    """Nothing reaches the standard error in this block, not from compiled code either."""
+    """Silences standard error in this block, for compiled code too."""
     kept = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
@@ -35,7 +35,7 @@ def errors_unprinted() -> Iterator[None]:
 
 
 def columns(path: Path, wanted: list[str]) -> Columns:
-    """The same, with what the reader prints."""
+    """The same, without silencing the reader."""
     topics = by_topic(wanted)
     rows: dict[str, list[list[float]]] = {topic: [] for topic in topics}
     log = DFReader_binary(str(path))

@@ -23,10 +23,10 @@ WIDTHS = {
     "estimated_velocity": 3,
     "estimated_attitude": 4,
 }
-"""Numbers in each channel but the motors, which have one a rotor."""
+"""Numbers in each channel except the motors, which have one per rotor."""
 
 UNEVEN = 0.1
-"""Share of the period by which a step in time may differ from it and still count as one period."""
+"""Share of the period by which a time step may differ from it and still count as one period."""
 
 LIFT = 0.2
 """Height above the lowest logged one from which a vehicle counts as off the ground [m]."""
@@ -43,7 +43,7 @@ class FlightRecord:
     full command, or speeds [rad/s] if `speeds`. channels: each of `WIDTHS` that was logged, shape (n, width): position [m],
     velocity [m/s], attitude (w, x, y, z) body to world, rates [rad/s] about body axes, acceleration: specific force [m/s^2],
     voltage [V], setpoint [m], setpoint_yaw [rad], reference_rates: from another sensor, estimated_*: the log's own estimate.
-    derived: channels that were made from others. lost (n,): rows whose command is no command (above the full one).
+    derived: channels that were computed from others. lost (n,): rows with an invalid command (above the full one).
     """
 
     name: str
@@ -62,7 +62,7 @@ class FlightRecord:
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """The number of rows."""
         return len(self.time)
 
     @property

@@ -1,4 +1,4 @@
-"""Samples of many topics as rows evenly apart."""
+"""Samples of many topics resampled to evenly spaced rows."""
 
 from pathlib import Path
 
@@ -10,16 +10,16 @@ from quadstep.logs.mapping import Mapping, converted
 from quadstep.logs.series import Columns, Series
 
 PERIOD = 0.01
-"""Of the rows, where the log is that fast [s]."""
+"""Period of the rows, if the log is that fast [s]."""
 
 STALE = 0.1
-"""Age from which a sample says nothing any more [s], or three periods of its own where these are longer."""
+"""Age above which a sample is stale [s], or three of its own periods if these are longer."""
 
 LONGEST = 3600.0 * 6
 
 
 def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
-    """A log by a mapping. Raises UserError where the motors, or all else, are missing or out of order."""
+    """A log by a mapping. Raises UserError if the motors, or everything else, are missing, or time goes backward."""
     for name, series in columns.items():
         if len(series.time) > 1 and (np.diff(series.time) < 0.0).any():
             raise UserError(f"{path}: {name}: time goes backward")
@@ -51,7 +51,7 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
 
 
 def stale(stamps: Floats, time: Floats) -> Flags:
-    """Whether no sample is near, by time."""
+    """Whether no sample is near in time."""
     oldest = max(STALE, 3.0 * float(np.median(np.diff(stamps))))
     before = np.clip(np.searchsorted(stamps, time, side="right") - 1, 0, len(stamps) - 1)
     after = np.clip(before + 1, 0, len(stamps) - 1)
@@ -60,14 +60,14 @@ def stale(stamps: Floats, time: Floats) -> Flags:
 
 
 def held(series: Series, time: Floats) -> Floats:
-    """The last sample at each time, NaN where it is stale."""
+    """The latest sample at each time, NaN where it is stale."""
     place = np.searchsorted(series.time, time, side="right") - 1
     values = np.where(place >= 0, series.value[np.maximum(place, 0)], np.nan)
     return np.where(stale(series.time, time), np.nan, values)
 
 
 def between(stamps: Floats, values: Floats, time: Floats) -> Floats:
-    """Values on straight lines between samples, (n, width), NaN where these are stale; quaternions without jumps of sign."""
+    """Values by linear interpolation, (n, width), NaN where samples are stale; quaternions without jumps of sign."""
     if values.shape[1] == 4:
         turns = np.sum(values[1:] * values[:-1], axis=1) < 0.0
         values = values * np.cumprod(np.concatenate([[1.0], np.where(turns, -1.0, 1.0)]))[:, None]

@@ -1,4 +1,4 @@
-"""Judging a log before it is used: what contradicts its mapping, and what it cannot tell."""
+"""Judging a log before it is used: what contradicts its mapping, and what cannot be learned from it."""
 
 import math
 from typing import NamedTuple
@@ -14,18 +14,18 @@ from quadstep.logs.signals import lag, slopes, smooth
 
 GRAVITY = 9.80665
 CLEAR = 0.3
-"""Share of a signal's variance that a regression must explain before it is evidence."""
+"""Share of a signal's variance that a regression must explain to count as evidence."""
 
 FACTORS = {180.0 / math.pi: "degrees where radians are expected", math.pi / 180.0: "radians where degrees are expected",
            GRAVITY: "m/s^2 where g is expected", 1.0 / GRAVITY: "g where m/s^2 is expected", 1e3: "thousandths",
            1e-3: "thousands"}  # fmt: skip
-"""Slopes that mean a unit mistaken for another."""
+"""Slopes that indicate a wrong unit."""
 
 MARGIN = 12
-"""Rows on either side of one that was not measured that a smoothed signal may not be trusted in."""
+"""Rows on either side of an unmeasured one in which a smoothed signal is not trusted."""
 
 FEWEST = 200
-"""Rows that evidence needs."""
+"""Fewest rows for evidence."""
 
 AXES = "xyz"
 
@@ -38,7 +38,7 @@ class Finding(NamedTuple):
 
 
 def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Finding]:
-    """What is wrong with a log, then what is worth knowing. geometry: of the vehicle that should have flown it."""
+    """Errors in a log, then notes. geometry: of the vehicle that should have flown it."""
     found = [*flaws(flight)]
     if flight.flying.sum() * flight.period < 3.0:
         return [Finding(True, never_flew(flight)), *found]
@@ -59,7 +59,7 @@ def refuse(flight: FlightRecord, found: list[Finding]) -> None:
 
 
 def never_flew(flight: FlightRecord) -> str:
-    """Why a log is no flight."""
+    """Why a log does not contain a flight."""
     if not flight.turning.any():
         return "never flew: the rotors never turned"
     high = flight.channel("position")[:, 2]
@@ -70,7 +70,7 @@ def never_flew(flight: FlightRecord) -> str:
 
 
 def flaws(flight: FlightRecord) -> list[Finding]:
-    """Gaps, rows twice, lost commands, numbers missing, crashes."""
+    """Gaps, duplicate rows, lost commands, missing numbers, crashes."""
     found = []
     steps = np.diff(flight.time)
     twice = int((steps < 1e-9).sum())
@@ -93,7 +93,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         if missing > 0.0 and name != "voltage":
             found.append(Finding(False, f"{name}: not measured in {100 * missing:.2g} % of the rows"))
     for name in flight.derived:
-        found.append(Finding(False, f"{name}: not logged, made from the channel that it is the rate of"))
+        found.append(Finding(False, f"{name}: not logged, derived from the channel that it is the rate of"))
     if "attitude" in flight.channels:
         q = flight.channel("attitude")
         tilt = 1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2)
@@ -104,7 +104,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
 
 
 def unit_of(slope: float) -> str:
-    """What a slope other than 1 means; empty for 1 or so."""
+    """The meaning of a slope other than 1; empty for about 1."""
     size = abs(slope)
     for factor, meaning in FACTORS.items():
         if 0.6 < size / factor < 1.6:
@@ -119,7 +119,7 @@ def unit_of(slope: float) -> str:
 
 
 def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: float) -> list[Finding]:
-    """What a regression of y, the channel `name`, on x says of its unit, signs and axes. least: spread of either to say so."""
+    """Findings on unit, signs and axes from a regression of y, the channel `name`, on x. least: spread that either needs."""
     found: list[Finding] = []
     if where.sum() < FEWEST:
         return found
@@ -134,7 +134,7 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
             continue
         if one.share < CLEAR:
             continue
-        # noise in x makes the slope smaller; over the correlation it is between the slopes of either on the other
+        # noise in x makes the slope smaller; divided by the correlation it lies between the slopes of either on the other
         slope = one.slope / math.sqrt(one.share)
         unit = unit_of(slope)
         evidence = f"slope {slope:.3g} on {other}, {100 * one.share:.0f} % explained"
@@ -166,7 +166,7 @@ def moving(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """Acceleration across against the tilt: where thrust points, the vehicle goes."""
+    """Horizontal acceleration against the tilt: the vehicle accelerates where the thrust points."""
     if "attitude" not in flight.channels or "velocity" not in flight.channels:
         return []
     w, x, y, z = filled(flight.channel("attitude")).T
@@ -205,7 +205,7 @@ def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def height(flight: FlightRecord) -> list[Finding]:
-    """Whether up is up."""
+    """Whether z points up."""
     high = flight.channel("position")[:, 2]
     rest = ~flight.turning
     if not np.isfinite(high).any() or not rest[:50].all():
@@ -227,7 +227,7 @@ def volts(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def commanded(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> list[Finding]:
-    """Motors: saturation, and torque against what the vehicle does."""
+    """Motors: saturation, and torque against the measured angular acceleration."""
     found = []
     motors = flight.motors[sure]
     if not flight.speeds:
@@ -266,7 +266,7 @@ def commanded(flight: FlightRecord, sure: Flags, geometry: Geometry | None) -> l
 
 
 def correlation(x: Floats, y: Floats, where: Flags) -> float:
-    """Of two signals."""
+    """Correlation of two signals."""
     a, b = x[where] - x[where].mean(), y[where] - y[where].mean()
     return float(a @ b) / (float(np.sqrt((a @ a) * (b @ b))) or 1.0)
 
@@ -315,7 +315,7 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
 
 
 def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
-    """What hardly moves, so that little can be told of it."""
+    """Channels with so little excitation that little can be learned about them."""
     found = []
     if "rates" in flight.channels:
         spread = np.nanstd(flight.channel("rates")[sure], axis=0)
@@ -325,12 +325,12 @@ def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if "velocity" in flight.channels:
         speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
         if speed < 0.3:
-            found.append(Finding(False, f"it flies no faster than {speed:.2g} m/s: it tells little of drag"))
+            found.append(Finding(False, f"it flies no faster than {speed:.2g} m/s: it reveals little about drag"))
     return found
 
 
 def filled(values: Floats) -> Floats:
-    """The channel with the last known number where one is missing."""
+    """The channel with missing numbers replaced by the last known one."""
     good: Flags = np.isfinite(values.sum(axis=1))
     if good.all() or not good.any():
         return np.nan_to_num(values)
@@ -340,7 +340,7 @@ def filled(values: Floats) -> Floats:
 
 
 def finite(sure: Flags, *channels: Floats) -> Flags:
-    """Rows to be sure of around which, a tenth of a second or so either way, all channels were measured."""
+    """Rows around which all channels were measured, for about a tenth of a second on either side."""
     missing: Flags = np.zeros(len(sure), dtype=bool)
     for values in channels:
         missing |= ~np.isfinite(values).all(axis=1)

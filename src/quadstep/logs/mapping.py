@@ -25,13 +25,13 @@ UNITS = {
     "yaw": {"rad": 1.0, "deg": math.pi / 180.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
-"""What one of a unit is in SI, by kind of quantity; the first is the usual one."""
+"""Units by kind of quantity, with their value in SI; the first is the default."""
 
 KINDS = {
     "setpoint": "position", "estimated_position": "position", "estimated_velocity": "velocity",
     "estimated_attitude": "attitude", "reference_rates": "rates", "setpoint_yaw": "yaw",
 }  # fmt: skip
-"""Channels that are of the kind of another."""
+"""Channels of the same kind as another."""
 
 ORDERS = {"wxyz": 4, "xyzw": 4, "roll-pitch-yaw": 3, "yaw-pitch-roll": 3}
 
@@ -39,7 +39,7 @@ Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1
 
 
 class TimeSection(Section):
-    """The column of the time, and its unit."""
+    """The time column and its unit."""
 
     column: Annotated[str, Quantity("", "name of the column")]
     unit: Annotated[Literal["s", "ms", "us", "ns"], Quantity("", "logged unit")] = "s"
@@ -100,7 +100,7 @@ class Mapping(Section):
         return self
 
     def names(self) -> list[str]:
-        """Every column that is read."""
+        """All columns that are read."""
         channels = [name for channel in self.columns.values() for name in channel.columns]
         return list(dict.fromkeys([self.time.column, *self.motors.columns, *channels]))
 
@@ -118,7 +118,7 @@ def load_mapping(name: str) -> Mapping:
 
 
 def read_mapping(given: str) -> Mapping:
-    """A mapping by name, or in a file of the user's. Raises UserError."""
+    """A mapping by name, or from a user's file. Raises UserError."""
     if given in mapping_names():
         return load_mapping(given)
     if not given.endswith(".toml"):
@@ -192,5 +192,5 @@ def product(a: Floats, b: Floats) -> Floats:
 
 
 def content_of(mapping: Mapping) -> dict[str, object]:
-    """What a mapping says, for a report."""
+    """A mapping in words, for a report."""
     return mapping.model_dump(exclude_defaults=True)

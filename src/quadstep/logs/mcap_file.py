@@ -12,7 +12,7 @@ from quadstep.logs.series import Columns, Series, by_topic
 
 
 def read(path: Path, wanted: list[str]) -> Columns:
-    """Columns of an MCAP file with messages of ROS 2 or in JSON, at the time of their logging."""
+    """Columns of an MCAP file with messages of ROS 2 or in JSON, at the time they were logged."""
     topics = by_topic(wanted)
     factory = DecoderFactory()
     rows: dict[str, list[list[float]]] = {topic: [] for topic in topics}

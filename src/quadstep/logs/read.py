@@ -12,15 +12,15 @@ from quadstep.logs.table import header_of, read_columns
 from quadstep.logs.topics import read_topics
 
 USUAL = {".ulg": ("px4", "px4-outputs"), ".ulog": ("px4", "px4-outputs"), ".bin": ("ardupilot",), ".mcap": ()}
-"""Mappings of the package for logs of many topics, in the order in which they are tried, by the end of the file's name."""
+"""The package's mappings for logs of many topics, in the order in which they are tried, by file extension."""
 
 RPM = np.pi / 30.0
 
 
 def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
-    """A log file. mapping: name or file of a mapping; a table whose columns fit one of the package's needs none.
+    """Read a log file. mapping: name or file of a mapping; not needed for a table whose columns fit one of the package's.
 
-    Raises UserError for what is no log, fits no mapping, or is broken.
+    Raises UserError for a file that is not a log, fits no mapping, or is broken.
     """
     kind = path.suffix.lower()
     if kind in USUAL:
@@ -31,7 +31,7 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
 
 
 def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
-    """A log of many topics by the first mapping whose motors it has. Raises UserError."""
+    """A log of many topics, by the first mapping whose motor columns it has. Raises UserError."""
     if not mappings:
         raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
     columns = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
@@ -93,7 +93,7 @@ def check_time(path: Path, time: Floats, column: str) -> float:
 
 
 def check_motors(path: Path, logged: Floats, mapping: Mapping) -> None:
-    """Refuses commands that are missing or below zero. Raises UserError."""
+    """Refuses missing or negative commands. Raises UserError."""
     for place, name in enumerate(mapping.motors.columns):
         bad = np.flatnonzero(~np.isfinite(logged[:, place]))
         if len(bad):
@@ -103,7 +103,7 @@ def check_motors(path: Path, logged: Floats, mapping: Mapping) -> None:
 
 
 def completed(record: FlightRecord) -> FlightRecord:
-    """The record with a velocity and rates, from positions and attitudes where they were not logged."""
+    """The record with velocity and rates added, from positions and attitudes, if they were not logged."""
     channels, derived = dict(record.channels), list(record.derived)
     if "position" in channels and "velocity" not in channels:
         channels["velocity"] = np.gradient(channels["position"], record.time, axis=0)

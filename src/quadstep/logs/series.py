@@ -1,4 +1,4 @@
-"""Columns of logs of many topics: each has samples of its own, and is called topic.field."""
+"""Columns of logs with many topics: each has its own samples and is named topic.field."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -17,7 +17,7 @@ Columns = dict[str, Series]
 
 
 def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:
-    """Fields by topic, which ends at the first dot."""
+    """Fields by topic; the topic's name ends at the first dot."""
     found: dict[str, list[str]] = {}
     for name in wanted:
         topic, _, field = name.partition(".")

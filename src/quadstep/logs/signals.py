@@ -1,4 +1,4 @@
-"""What regressions and correlations of logged signals say."""
+"""Regressions and correlations of logged signals."""
 
 from typing import NamedTuple
 
@@ -8,8 +8,8 @@ from quadstep.logs.flight import Flags, Floats
 
 
 class Slope(NamedTuple):
-    """y = slope x by least squares. share: of y's variance that it explains. axis: the column of x that explains y best, and
-    its slope alone.
+    """y = slope x by least squares. share: of y's variance that x explains. axis: the column of x that explains y best, and
+    the slope on it alone.
     """
 
     slope: float
@@ -20,7 +20,7 @@ class Slope(NamedTuple):
 
 
 class Lag(NamedTuple):
-    """How much later y comes than x [s], how much that differs from stretch to stretch [s], and their correlation there."""
+    """Lag of y behind x [s], its scatter between stretches of the log [s], and the correlation at that lag."""
 
     lag: float
     jitter: float
@@ -50,7 +50,7 @@ def spectrum(x: Floats, period: float, count: int = 256) -> tuple[Floats, Floats
 
 
 def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:
-    """For each column of y: its slope on the same column of x, and on that which explains it best; means taken off."""
+    """For each column of y: its slope on the same column of x, and on the one that explains it best; means removed."""
     found = []
     for place in range(y.shape[1]):
         target = y[where, place] - y[where, place].mean()
@@ -68,7 +68,7 @@ def slopes(x: Floats, y: Floats, where: Flags) -> list[Slope]:
 
 
 def lag(x: Floats, y: Floats, period: float, longest: float = 0.15) -> Lag | None:
-    """How much later y comes than x, by the peak of their correlation over stretches of two seconds; None without any."""
+    """Lag of y behind x, by the peak of their correlation over stretches of two seconds; None if there is no such stretch."""
     reach, size = round(longest / period), round(2.0 / period)
     found: list[tuple[float, float]] = []
     for first in range(reach, len(x) - size - reach, size):

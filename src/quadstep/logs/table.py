@@ -26,14 +26,14 @@ def header_of(path: Path) -> list[str]:
 
 
 def unreadable(path: Path) -> UserError:
-    """The error for a file that is no CSV."""
+    """The error for a file that is not CSV."""
     return UserError(f"{path}: cannot be read as a log: not a text file of comma-separated values")
 
 
 def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
-    """Columns of a CSV file by name, one number a row; NaN where a field is empty or nan.
+    """Columns of a CSV file by name, one number per row; NaN where a field is empty or nan.
 
-    Raises UserError for a missing column, a field that is no number, rows cut short, too few rows and too many.
+    Raises UserError for a missing column, a field that is not a number, truncated rows, too few rows or too many.
     """
     with files.table(path, files.LOG) as lines:
         table = csv.reader(lines)
@@ -44,7 +44,7 @@ def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
 
 
 def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[str]) -> dict[str, Floats]:
-    """`read_columns` of rows, each with the number of its line."""
+    """`read_columns` for rows, each with its line number."""
     header = [name.strip() for name in next(table, (0, []))[1]]
     for name in wanted:
         if name not in header:
@@ -74,7 +74,7 @@ def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[s
 
 
 def wrong_field(path: Path, line: int, row: list[str], places: list[int], header: list[str]) -> UserError:
-    """The error for the first field of a row that is no number."""
+    """The error for the first field of a row that is not a number."""
     for place in places:
         text = row[place].strip()
         try:

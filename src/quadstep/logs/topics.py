@@ -1,4 +1,4 @@
-"""Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. A reader is loaded when it is used, as it needs a package."""
+"""Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. Readers are loaded when used, since each needs a package."""
 
 from importlib import import_module
 from pathlib import Path
@@ -9,7 +9,7 @@ from quadstep.extras import needed_by
 from quadstep.logs.series import Columns
 
 MOST_SAMPLES = 20_000_000
-"""Numbers that are taken from a log, in all."""
+"""Most numbers taken from a log, in all."""
 
 READERS = {
     ".ulg": ("ulog", "ULog"),
@@ -17,11 +17,11 @@ READERS = {
     ".bin": ("ardupilot", "ArduPilot log"),
     ".mcap": ("mcap_file", "MCAP file"),
 }
-"""The module that reads a kind of file, and what the kind is called, by the end of the file's name."""
+"""The module that reads a kind of file, and the name of the kind, by file extension."""
 
 
 def read_topics(path: Path, wanted: list[str]) -> Columns:
-    """Those of the wanted columns that a log has. Raises UserError for what is no log, or a package that is not installed."""
+    """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
     module, kind = READERS[path.suffix.lower()]
     files.opened(path, files.LOG).close()
     found: Columns

@@ -1,11 +1,11 @@
-"""Enclosures: numbers that hold every value that a law gives while its inputs stay in a box, in f64 and in exact arithmetic.
+"""Enclosures: numbers that contain every value of a law while its inputs stay in a box, in f64 and in exact arithmetic.
 
 An affine form (Stolfi and de Figueiredo, "Self-validated numerical methods and applications", 1997): the value is
 
     centre + sum of parts_i e_i + something of size `rest` at most,    each e_i in [-1, 1],
 
-where e_1, e_2 ... are the box's directions. What is linear in the inputs cancels as it does in the law; what is not, and every
-rounding, goes into `rest`: that of the flown operation, whose result in f64 the form holds as it holds the exact one, and that
+where e_1, e_2 ... are the box's directions. Linear terms in the inputs cancel as they do in the law; nonlinear ones, and every
+rounding, go into `rest`: that of the flown operation, whose f64 result the form contains as well as the exact one, and that
 of the form itself. Without directions it is a ball. Arrays throughout: one operation encloses many samples.
 """
 
@@ -22,35 +22,35 @@ from quadstep.numbers.truth import Operand, Truth
 Array: TypeAlias = NDArray[Operand]
 
 ROUNDING = 2.0**-49
-"""Sixteen half units in the last place: more than the flown operation and the few that make its form lose together."""
+"""Sixteen half units in the last place: more than the flown operation and the few that compute its form lose together."""
 
 CLEAR = 1.0 + 1e-6
-"""By so much a distance from zero must be larger than what may be taken from it, for their difference to be known well."""
+"""Factor by which a distance from zero must exceed what may be subtracted from it, for their difference to be accurate."""
 
 ELEMENTARY = 2.0**-48
-"""What `elementary.py` may be off by, beside the value. `make proofs` checks that the polynomials, rounding included, use a
-quarter of it at most; 2.3 of its 16 units in the last place are the most that was measured (docs/decisions/0012).
+"""Relative error allowed for `elementary.py`. `make proofs` checks that the polynomials, rounding included, use a
+quarter of it at most; the largest measured error is 2.3 of its 16 units in the last place (docs/decisions/0012).
 """
 
 REDUCED = 2.0**-51
-"""What it may be off by beside 1 where an angle is reduced, or a sigmoid's argument turned into octaves."""
+"""Its error relative to 1 where an angle is reduced, or a sigmoid's argument is converted to octaves."""
 
 TINY = 1e-300
-"""More than what underflows."""
+"""More than any loss by underflow."""
 
 PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
-"""Numbers that are known, beside enclosures."""
+"""Known numbers that may be combined with enclosures."""
 
 
 class UndefinedError(Exception):
-    """A law that has no bounded value on all of a box: what, and where."""
+    """A law has no bounded value on all of a box; says what fails, and where."""
 
 
 class Fresh:
-    """Directions that functions may still take for what they are off a straight line by, so that it cancels too.
+    """Directions that functions may still use for their nonlinear remainders, so that these cancel too.
 
-    second: of so many first directions every product has a direction of its own, in rows behind them: e_i e_j in row second +
-    i second + j. What is of second order then cancels, and only what is of third order is left to the rest.
+    second: for this many first directions every product has its own direction, in rows after them: e_i e_j in row second +
+    i second + j. Second-order terms then cancel, and only third-order terms are left to the rest.
     """
 
     def __init__(self, first: int, past: int, second: int = 0) -> None:
@@ -86,7 +86,7 @@ class Enclosure:
 
     @property
     def tight(self) -> Array:
-        """How far a value may be from the centre, summed up from the parts."""
+        """How far a value may be from the centre, summed over the parts."""
         if not self.known:
             assert self.parts is not None
             summed = np.abs(self.parts).sum(axis=0)
@@ -109,13 +109,13 @@ class Enclosure:
 
     @property
     def size(self) -> Array:
-        """A bound of its magnitude."""
+        """A bound on its magnitude."""
         return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
 
     def made(
         self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, floor: Array | None = None
     ) -> Enclosure:
-        """The form whose operations have lost `lost` in rounding."""
+        """The form with a loss of `lost` by rounding in its operations."""
         return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, floor)
 
     def __add__(self, other: Operand) -> Operand:
@@ -202,7 +202,7 @@ class Enclosure:
         return Enclosure(chosen.centre, chosen.parts, chosen.rest, chosen.reach, chosen.fresh, np.zeros_like(chosen.centre))
 
     def over(self, other: Operand) -> Enclosure:
-        """self - other, for a comparison: no limit is as good as a far one."""
+        """self - other, for a comparison: an infinite limit is treated like a far one."""
         far = isinstance(other, float) and abs(other) == np.inf
         gap: Enclosure = self - (np.copysign(1e300, other) if far else other)
         return gap
@@ -211,19 +211,19 @@ class Enclosure:
         if other is self:
             return Truth(np.zeros_like(self.centre, dtype=bool), np.ones_like(self.centre, dtype=bool))
         gap = self.over(other)
-        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0), (self, other))  # what is no number is undecided
+        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0), (self, other))  # NaN is undecided
 
     def __le__(self, other: Operand) -> Truth:
         if other is self:
-            return ~(self < other)
+            return Truth(np.ones_like(self.centre, dtype=bool), np.zeros_like(self.centre, dtype=bool))
         gap = self.over(other)
         return Truth(~(gap.low > 0.0), ~(gap.high <= 0.0), (self, other))
 
     def __gt__(self, other: Operand) -> Truth:
-        return ~(self <= other)
+        return ~self.__le__(other)
 
     def __ge__(self, other: Operand) -> Truth:
-        return ~(self < other)
+        return ~self.__lt__(other)
 
 
 def below(x: Operand) -> Array:
@@ -233,7 +233,7 @@ def below(x: Operand) -> Array:
 
 
 def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
-    """What a product may lose at the lower end of the floats: nothing where a factor is exactly zero."""
+    """What a product may lose by underflow: nothing if a factor is exactly zero."""
     may: Array = TINY * ((np.abs(a.centre) + a.reach) != 0.0)
     return may if b is None else may * ((np.abs(b.centre) + b.reach) != 0.0)
 
@@ -264,9 +264,9 @@ def product(a: Enclosure, b: Enclosure) -> Enclosure:
 
 
 def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend: Array) -> tuple[Array | None, Array]:
-    """Parts of a form to which curve d_a d_b is added, and what is left of it beside them; `bend` where they have no place.
+    """Parts of a form with curve d_a d_b added, and the remainder outside the parts; `bend` where the parts have no room.
 
-    d: what a form is off its centre.
+    d: deviation of a form from its centre.
     """
     n = a.fresh.second if a.fresh is not None else 0
     if not n or parts is None or a.parts is None or b.parts is None:
@@ -281,16 +281,16 @@ def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend
 
 
 class Third(NamedTuple):
-    """A smooth function's parabola at the centre. curve: half its second slope. bend: how far it leaves that parabola."""
+    """A smooth function's parabola at the centre. curve: half its second derivative. bend: bound on the deviation from it."""
 
     curve: Array
     bend: Array
 
 
 def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third, error: float = ROUNDING) -> Enclosure:
-    """A smooth function: its value and slope at the centre, and how far it leaves that line.
+    """A smooth function: its value and slope at the centre, and a bound on its deviation from that line.
 
-    error: of value and slope, and of the flown function, beside 1 and their size.
+    error: of value and slope, and of the flown function, relative to 1 and their size.
     """
     size = np.abs(slope)
     reach = size * x.reach + bend
@@ -300,7 +300,7 @@ def straight(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third
 
 
 def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tuple[Array | None, Array]:
-    """Parts of a smooth function, and what is left beside them."""
+    """Parts of a smooth function, and the remainder."""
     parts = None if x.parts is None else slope * x.parts
     if third is None or x.fresh is None or not x.fresh.second or parts is None:
         return parts, bend
@@ -309,7 +309,7 @@ def parabola(x: Enclosure, slope: Array, bend: Array, third: Third | None) -> tu
 
 
 def of_its_own(x: Enclosure) -> Enclosure:
-    """The form with its rest as a direction of its own, where one is left."""
+    """The form with its rest as a separate direction, if one is left."""
     if x.fresh is None or x.parts is None or x.fresh.next >= x.fresh.past:
         return x
     parts = x.parts.copy()
@@ -343,7 +343,7 @@ def tangent(x: Enclosure, centre: Array, width: Array) -> Enclosure:
 
 
 def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: Third) -> Enclosure:
-    """A smooth function that takes no direction of its own."""
+    """A smooth function that uses no separate direction."""
     size = np.abs(slope)
     reach = size * x.reach + bend
     lost = ROUNDING * 4.0 * (np.abs(value) + reach) + TINY
@@ -354,7 +354,7 @@ def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: 
 def without_fresh_error(
     x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0, third: Third | None = None
 ) -> Enclosure:
-    """An elementary function: value and slope are off by what `elementary.py` may be. also: of the value, beside that."""
+    """An elementary function: value and slope have the error of `elementary.py`. also: further error of the value."""
     size = np.abs(slope)
     reach = size * x.reach + bend * (1.0 + 1e-12)
     lost = ELEMENTARY * (np.abs(value) + reach + x.reach) + also + TINY

@@ -1,4 +1,4 @@
-"""How recorded numbers are written in C99: literals, and each operation around its operands."""
+"""Recorded numbers in C99: literals, and the text of each operation around its operands."""
 
 import math
 
@@ -46,7 +46,7 @@ C_TEXT = {
     "word <<": "({} << {})",
     "word >>": "({} >> {})",
 }
-"""Brackets keep each operation a whole, so that none can be read with its neighbours."""
+"""Brackets keep each operation separate, so that none can be combined with its neighbours."""
 
 
 def literal(value: float, precise: bool) -> str:
@@ -62,7 +62,7 @@ def literal(value: float, precise: bool) -> str:
 
 
 def in_single(value: float) -> np.float32:
-    """The nearest f32. Raises UserError where that is infinite, or zero for what is not."""
+    """The nearest f32. Raises UserError if that is infinite, or zero for a nonzero number."""
     with np.errstate(all="ignore"):
         single = np.float32(value)
     if np.isinf(single) or (single == 0.0 and value != 0.0):
@@ -81,7 +81,7 @@ class CSteps(ScriptSteps):
 
 
 def bare(text: str) -> str:
-    """An expression without the brackets around the whole of it."""
+    """An expression without its outer brackets."""
     if not text.startswith("("):
         return text
     depth = 0

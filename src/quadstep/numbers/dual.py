@@ -1,13 +1,13 @@
 """Dual numbers: a value and its slopes along many directions at once, so that any law yields its own derivative.
 
 Forward differentiation (Griewank and Walther, "Evaluating Derivatives", 2008, chapter 3). The value is a Python float computed
-as `quadstep.numbers` computes it, so a law takes the branches that it takes in flight. Two things have no derivative, and are
-found instead of guessed:
+as `quadstep.numbers` computes it, so a law takes the same branches as in flight. Two cases have no derivative, and are
+detected instead of guessed:
 
 * A comparison of equal numbers, the edge of a `where`. The branch is that of a state moved a little to one side (`Seeds`), so
-  that all edges are decided for one and the same neighbour. Whoever differentiates does it for both sides and compares.
-* A slope that does not exist: the square root at zero, a quotient by zero. The number is `lost`, with the place in the law; a
-  factor of zero redeems it, as in |v| v at v = 0.
+  that all edges are decided for one and the same neighbour. The caller differentiates for both sides and compares.
+* A slope that does not exist: a square root at zero, a quotient by zero. The number is `lost`, with the place in the law; a
+  factor of zero restores it, as in |v| v at v = 0.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from quadstep.numbers.functions import FLOATS, Number
 Slopes: TypeAlias = NDArray[np.float64]
 
 CLOSE = 1e-11
-"""Numbers that differ by less, beside 1 and their own size, stand on an edge: what rounding leaves of an equilibrium."""
+"""Numbers that differ by less, relative to 1 and their size, are on an edge: an equilibrium is known only up to rounding."""
 
 
 class NotDifferentiableError(Exception):
-    """A law that dual numbers cannot pass: one line that says what, and where."""
+    """A law that dual numbers cannot evaluate: one line that says why, and where."""
 
 
 class Seeds:
-    """What the duals of one differentiation share.
+    """State shared by the duals of one differentiation.
 
     count: of directions. side: +1.0 or -1.0, to which side of an edge the state is moved. edges: places of comparisons that
     were decided so.
@@ -93,7 +93,7 @@ class Dual:
         if isinstance(other, Dual):
             slopes = self.slopes * other.value + other.slopes * self.value
             lost = self.lost or other.lost
-            if lost:  # what is lost is bounded, and counts for nothing beside a factor of zero
+            if lost:  # a lost slope is bounded, so a factor of zero cancels it
                 kept = (self.lost if abs(other.value) > CLOSE else None), (other.lost if abs(self.value) > CLOSE else None)
                 lost = kept[0] or kept[1]
             return Dual(self.value * other.value, slopes, self.seeds, lost)
@@ -134,7 +134,7 @@ class Dual:
         return -self if self < 0.0 else self
 
     def over(self, other: Dual | float) -> float:
-        """self - other for a comparison: on an edge, the side to which the state is moved."""
+        """self - other for a comparison: on an edge, decided by the side to which the state is moved."""
         value, slopes = (other.value, self.slopes - other.slopes) if isinstance(other, Dual) else (other, self.slopes)
         gap = self.value - value
         if abs(gap) <= CLOSE * (1.0 + abs(value)):
@@ -163,7 +163,7 @@ class Dual:
 
 
 def lost(x: Dual, where: str) -> Dual:
-    """What is left of a quotient by zero."""
+    """The result of a division by zero."""
     return Dual(FLOATS.sqrt(-1.0), np.zeros_like(x.slopes), x.seeds, f"a division by zero ({where})")
 
 

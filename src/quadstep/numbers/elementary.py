@@ -1,4 +1,4 @@
-"""sin, cos, exp, sigmoid, log and atan2, written once for every kind of number out of what IEEE 754 fixes to the bit.
+"""sin, cos, exp, sigmoid, log and atan2, written once for every kind of number from operations that IEEE 754 fixes to the bit.
 
 Sums, products, quotients, comparisons and `where` in the order written here, and four steps on the bits of a number: so the
 same argument gives the same bits on every engine, processor and compiler. Each function is a reduction to a short interval and
@@ -66,13 +66,13 @@ QUARTER_TURN = {True: parts(PI / 2, 33, 3), False: parts(PI / 2, 11, 3)}
 OCTAVE = {True: parts(LN2, 33, 2), False: parts(LN2, 12, 2)}
 
 MOST_ANGLE = {True: 2.0**20 * (math.pi / 2.0), False: 2.0**13 * (math.pi / 2.0)}
-"""Up to here the reduction of an angle is exact but for its last step; sine and cosine of anything beyond are NaN [rad]."""
+"""Up to here the reduction of an angle is exact except for its last step; sine and cosine beyond it are NaN [rad]."""
 
 EXPONENTS = {True: (-1023.0, 1024.0), False: (-127.0, 128.0)}
-"""Two to the first counts as zero, to the second as infinite: as the bits that `power` makes mean it."""
+"""Two to the first counts as zero, to the second as infinity, as in the bits that `power` makes."""
 
 SHIFTER = {True: 1.5 * 2.0**52, False: 1.5 * 2.0**23}
-"""A number plus this has no room for a fraction: it is rounded to the nearest whole one, whose low bits are then its own."""
+"""A number plus this has no bits for a fraction: it is rounded to the nearest integer, which its low bits then contain."""
 
 ROOT_HALF = 0.7071067811865476
 
@@ -83,9 +83,9 @@ class Elementary:
     where(condition, yes, no), abs(x), and `precise(x)`: f64, not f32?
     bit(x, place): whether the bit of this place, 0 the lowest, is set in x;
     power(m): 2^n for m = n + SHIFTER, n within EXPONENTS;
-    fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else of no meaning.
+    fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else meaningless.
 
-    What is made of them is read by the type checker as over floats, as a law is.
+    The type checker reads the resulting functions as over floats, as it does a law.
     """
 
     where: Callable[..., Any]
@@ -110,7 +110,7 @@ class Elementary:
         return result
 
     def turn(self, x: float) -> tuple[float, float, float]:
-        """Sine and cosine of what is left of x after whole quarter turns, and the number of these plus SHIFTER."""
+        """Sine and cosine of the remainder of x after whole quarter turns, and the number of these plus SHIFTER."""
         double = self.precise(x)
         x = self.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
         quarter = x * float(2 / PI) + SHIFTER[double]
@@ -134,7 +134,7 @@ class Elementary:
         return result
 
     def sigmoid(self, x: float) -> float:
-        """1 / (1 + exp(-x)): its error is small beside 1, as that of -x / ln 2 is where it counts."""
+        """1 / (1 + exp(-x)): its error is small relative to 1, as is that of -x / ln 2 where it matters."""
         double = self.precise(x)
         octaves = self.held(x * -float(1 / LN2), *EXPONENTS[double])
         nearest = octaves + SHIFTER[double]
@@ -149,7 +149,7 @@ class Elementary:
         return result
 
     def log(self, x: float) -> float:
-        """As IEEE 754 has it, save that numbers below the smallest normal one count as between half of it and it."""
+        """As in IEEE 754, except that numbers below the smallest normal one count as between half of it and it."""
         double = self.precise(x)
         mantissa, exponent = self.fraction(x), self.exponent(x)
         small = mantissa < ROOT_HALF

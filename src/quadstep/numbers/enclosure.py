@@ -1,4 +1,4 @@
-"""The functions of `quadstep.numbers` for enclosures: each with its slope at the centre, and how far it leaves that line."""
+"""The functions of `quadstep.numbers` for enclosures: each by its slope at the centre and a bound on the deviation from it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from quadstep.numbers.affine import (
     Array,
     Enclosure,
     Fresh,
-    Operand,
     Third,
     UndefinedError,
     added,
@@ -31,7 +30,7 @@ from quadstep.numbers.caller import place
 from quadstep.numbers.functions import ARRAYS, sinc
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.series import half_turn, turn_ratio
-from quadstep.numbers.truth import Truth
+from quadstep.numbers.truth import Operand, Truth
 from quadstep.numbers.undecided import lifted, undecided
 
 __all__ = [
@@ -66,7 +65,7 @@ class Enclosures:
         small = np.abs(x.centre) < 1e-3
         safe = np.where(small, 1.0, x.centre)
         slope = np.where(small, -x.centre / 3.0, (ARRAYS.cos(safe) - ARRAYS.sin(safe) / safe) / safe)
-        lost = 1e-9 * x.tight  # x^3 / 30 of the slope, and what cancels in it
+        lost = 1e-9 * x.tight  # x^3 / 30 of the slope, and its cancellation
         value: Operand = sinc(x.centre)  # type: ignore[arg-type]
         return without_fresh_error(x, value, slope, x.tight * x.tight / 6.0 + lost)
 
@@ -88,7 +87,7 @@ class Enclosures:
         return without_fresh_error(x, ARRAYS.log(x.centre), 1.0 / x.centre, 0.5 * x.tight * x.tight / (low * low))
 
     def sqrt(self, x: Enclosure) -> Enclosure:
-        """Where the radicand is a sum of squares that may vanish: anything between zero and its largest value."""
+        """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
         low, high = x.low, x.high
         if np.any(low < 0.0):
             raise UndefinedError(f"a square root of a number that may be negative ({place()})")
@@ -131,7 +130,7 @@ class Enclosures:
         return of_its_own(y.made(value, parts, size_y * y.rest + size_x * x.rest + bend, reach, lost))
 
     def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
-        """What is decided sample by sample; both where a condition is not."""
+        """The branch decided sample by sample; both branches where the condition is undecided."""
         if isinstance(condition, bool):
             return yes if condition else no
         if not isinstance(condition, Truth):
@@ -154,7 +153,7 @@ class Enclosures:
     def solve_symmetric(self, m: Matrix, b: Vector) -> Vector:
         """x of M x = b for a 3x3 M, without its cofactors: with C near the inverse of M's centre,
 
-        x = C b + (I - C M) x, so that the range of x counts once beside that of M, not once a cofactor.
+        x = C b + (I - C M) x, so that the range of x enters once beside that of M, not once per cofactor.
         """
         like = next(one for one in (*(entry for row in m for entry in row), *b) if isinstance(one, Enclosure))
         rows = [[lifted(entry, like) for entry in row] for row in m]
@@ -204,7 +203,7 @@ class Enclosures:
 
 
 def reduction(x: Enclosure) -> Array:
-    """What sines may be off by, beside 1, where quarter turns are taken off the angle."""
+    """Error of sines, relative to 1, from subtracting quarter turns from the angle."""
     return np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
 
 

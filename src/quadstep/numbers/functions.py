@@ -19,10 +19,10 @@ Number: TypeAlias = float
 """A number in a law. The type checker reads a law as if it were over floats; any other kind behaves the same."""
 
 Condition: TypeAlias = bool
-"""What comparing two numbers gives. Feed it to `where`; a lane's condition refuses `if`."""
+"""The result of comparing two numbers. Pass it to `where`; a lane's condition refuses `if`."""
 
 Word: TypeAlias = int
-"""Bits of a number: adds, shifts, ands, ors and xors as a whole number does. At least 32 bits; mask what may grow beyond."""
+"""Bits of a number: adds, shifts, ands, ors and xors like an integer. At least 32 bits; mask anything that may grow beyond."""
 
 
 Array: TypeAlias = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Functions(Protocol[N, C_contra, W]):
 
 
 OfLaw: TypeAlias = Functions[Number, Condition, Word]
-"""The functions as a law sees them, whatever its numbers are."""
+"""The functions as a law sees them, whatever kind its numbers are."""
 
 DOUBLE, WHOLE = struct.Struct("<d"), struct.Struct("<q")
 EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
@@ -324,5 +324,5 @@ def sinc(x: Number) -> Number:
 
 
 def entry(index: Number, size: int) -> Number:
-    """A whole index held to the entries of a table, 0 to size - 1; in a flight gone astray, NaN is the last."""
+    """A whole index limited to the entries of a table, 0 to size - 1; in a diverged flight, NaN gives the last."""
     return where(index < size - 1.0, where(index > 0.0, index, 0.0), size - 1.0)

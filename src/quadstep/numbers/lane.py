@@ -1,9 +1,9 @@
 """Lanes: numbers whose operators emit LLVM vector instructions, one flight per lane.
 
-Feed lanes to a law, and the result is its machine code. Constants fold (x * 0, x * 1, x + 0) and what has
+Pass lanes to a law, and the result is its machine code. Constants fold (x * 0, x * 1, x + 0) and whatever has
 been computed in a block is not computed again, so matrix notation costs nothing once compiled. Every operation is rounded by
-itself, in the order of the law: nothing is fused or reassociated, so lanes of any processor give what Python floats give. NaN
-and infinity keep their meaning, so that divergence is seen. What folding does to zeros and NaN stands in
+itself, in the order of the law: nothing is fused or reassociated, so lanes on any processor agree with Python floats. NaN
+and infinity keep their meaning, so that divergence is detected. The effect of folding on zeros and NaN is described in
 docs/decisions/0012-equal-bits.md.
 """
 
@@ -19,7 +19,7 @@ from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 
 class Stored(NamedTuple):
-    """Where a number was loaded from. memory: its first address. scalar: whether that holds one number for all lanes."""
+    """Where a number was loaded from. memory: its first address. scalar: whether one number there serves all lanes."""
 
     memory: ir.Value
     place: int
@@ -30,13 +30,13 @@ class Within(Protocol):
     """The function being written, if not the whole: a `lane_calls.Subroutine`."""
 
     def local(self, value: ir.Value) -> ir.Value:
-        """A value from around it as the function sees it."""
+        """A value of the surrounding code as the function sees it."""
 
 
 class Emitter:
     """Where lanes put their instructions: a builder, the vector type, and what the current block already holds.
 
-    One lane (width 1) is plain scalars, as a processor without vectors wants them: a graphics processor.
+    One lane (width 1) means plain scalars, for a processor without vectors: a graphics processor.
     """
 
     def __init__(self, builder: ir.IRBuilder, element: ir.Type, width: int) -> None:
@@ -53,7 +53,7 @@ class Emitter:
         self.stored: dict[int, Stored] = {}  # by identity of what was loaded
 
     def many(self, element: ir.Type) -> ir.Type:
-        """What holds one `element` a lane."""
+        """The type that holds one `element` per lane."""
         return element if self.width == 1 else ir.VectorType(element, self.width)
 
     def enter(self, block: ir.Block) -> None:
@@ -70,7 +70,7 @@ class Emitter:
         return self.splat(self.wholes, self.whole, value)
 
     def splat(self, kind: ir.Type, element: ir.Type, value: float) -> ir.Constant:
-        """A constant of this type, which holds one `element` a lane."""
+        """A constant of this type, which holds one `element` per lane."""
         key = (kind, repr(value))  # as text, 0.0 and -0.0 differ
         if key not in self.constants:
             one = ir.Constant(element, value)
@@ -94,7 +94,7 @@ class Emitter:
         return value if self.subroutine is None else self.subroutine.local(value)
 
     def once(self, key: tuple[str | ir.Value, ...], emit: Callable[[], ir.Value]) -> ir.Value:
-        """What `emit` gives, or what it gave before in this block for the same operation and operands."""
+        """The result of `emit`, or its earlier result in this block for the same operation and operands."""
         name = tuple(part if isinstance(part, str) else id(part) for part in key)
         if name not in self.known:
             self.known[name] = emit()
@@ -111,7 +111,7 @@ class Emitter:
 
 
 class Condition:
-    """What comparing lanes gives: one bit a lane."""
+    """The result of comparing lanes: one bit per lane."""
 
     __slots__ = ("emitter", "given")
 

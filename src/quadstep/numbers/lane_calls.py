@@ -1,6 +1,6 @@
 """Functions within compiled code: a law written once and called wherever it is needed.
 
-Caller and function meet in a frame in memory: what the law is given, what it gives, and what it takes from around it.
+Caller and function communicate through a frame in memory: the law's arguments, its results, and captured values.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 class Subroutine(Generic[S, T]):
-    """One law as a function of an S that gives a T. given: the places of its leaves; the frame holds one vector a place."""
+    """One law as a function from an S to a T. given: the places of its leaves; the frame holds one vector per place."""
 
     def __init__(self, emitter: Emitter, law: Callable[[S], T], structure: S) -> None:
         self.emitter = emitter
@@ -39,7 +39,7 @@ class Subroutine(Generic[S, T]):
             self.places = [self._place(leaf) for leaf in flatten(self.result)]
             emitter.builder.ret_void()
         block = emitter.builder.block
-        emitter.builder.position_at_start(block.function.entry_basic_block)  # before anything that is to be handed over
+        emitter.builder.position_at_start(block.function.entry_basic_block)  # before any value that has to be passed
         self.frame = emitter.builder.alloca(vector, size=self.size)
         emitter.builder.position_at_end(block)
         for value, place, _ in self.taken.values():
@@ -53,14 +53,14 @@ class Subroutine(Generic[S, T]):
         emitter.known, emitter.subroutine = {}, self
 
     def __exit__(self, *_: object) -> None:
-        """And back to where they were."""
+        """Return to the previous position."""
         emitter = self.emitter
         block, emitter.known = self.before
         emitter.builder.position_at_end(block)
         emitter.subroutine = None
 
     def call(self, structure: S) -> T:
-        """What the law gives for this structure: call it."""
+        """Call the law with this structure."""
         builder, given = self.emitter.builder, flatten(structure)
         for at, number in enumerate(given):
             builder.store(self.emitter.value(number), builder.gep(self.frame, [PLACE(at)]))
@@ -86,7 +86,7 @@ class Subroutine(Generic[S, T]):
         return self.taken[id(value)][2]
 
     def _place(self, number: object) -> int | None:
-        """Where the function leaves a number of its result; None if it is a constant."""
+        """The place where the function stores a number of its result; None if it is a constant."""
         if not isinstance(number, Lane):
             return None
         if id(number.value) in self.given:
@@ -129,7 +129,7 @@ def home(value: ir.Value) -> ir.Function:
 
 
 def call(memory: dict[str, Subroutine[S, T]], law: Callable[[S], T], structure: S) -> T:
-    """What `law` gives, its code written when first called and kept in `memory`."""
+    """The result of `law`, whose code is written on the first call and kept in `memory`."""
     emitter = next(number.emitter for number in flatten(structure) if isinstance(number, Lane))
     if emitter.width == 1 or emitter.subroutine is not None:  # a graphics processor; a law within a law
         return law(structure)

@@ -78,7 +78,7 @@ class LaneFunctions(Elementary):
 
 
 def mantissa(emitter: Emitter) -> tuple[int, int]:
-    """Bits of the mantissa, and what is added to the exponent."""
+    """Bits of the mantissa, and the bias of the exponent."""
     return (52, 1023) if emitter.double else (23, 127)
 
 

@@ -1,6 +1,6 @@
-"""Opaque functions in lanes: compiled code hands its inputs to Python on its stack and finds the outputs there.
+"""Opaque functions in lanes: compiled code passes its inputs to Python on its stack and finds the outputs there.
 
-Run such code outside the main thread, as the engines do: Python delivers Ctrl-C to the main thread, and there one that comes
+Run such code outside the main thread, as the engines do: Python delivers Ctrl-C to the main thread, where one that arrives
 while compiled code is just calling would be reported and lost.
 """
 
@@ -41,7 +41,7 @@ DISPATCH = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * 2, *[ctypes.c_int64] * 4)
 
 @lru_cache(maxsize=1)
 def link() -> None:
-    """Let compiled code find `dispatch`. To be done once in each process that loads such code; tracing it does so."""
+    """Let compiled code find `dispatch`. Needed once in each process that loads such code; tracing it does so."""
     llvm.add_symbol(SYMBOL, ctypes.cast(DISPATCH, ctypes.c_void_p).value)
 
 
@@ -54,13 +54,13 @@ def emit(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]
     link()
     emitter = lanes[0].emitter
     builder = emitter.builder
-    with builder.goto_entry_block():  # on the stack once, not once a loop
+    with builder.goto_entry_block():  # on the stack once, not once per turn of the loop
         source, target = (builder.alloca(emitter.vector, size=size) for size in (len(given), outputs))
     for place, number in enumerate(given):
         builder.store(emitter.value(number), builder.gep(source, [COUNT(place)]))
     places = [builder.gep(target, [COUNT(place)]) for place in range(outputs)]
     for place in places:
-        builder.store(emitter.constant(math.nan), place)  # stays if the call is cut short
+        builder.store(emitter.constant(math.nan), place)  # stays if the call is aborted
     function = builder.module.globals.get(SYMBOL)
     if function is None:
         kind = ir.FunctionType(ir.VoidType(), [BYTES] * 2 + [COUNT] * 4)

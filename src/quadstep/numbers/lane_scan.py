@@ -1,7 +1,7 @@
-"""Scans in lanes: a loop of LLVM's around a step that is traced once.
+"""Scans in lanes: an LLVM loop around a step that is traced once.
 
-The carry and all rows stand in memory, one vector a number. What is loaded from there is remembered with its place, so that
-a matrix that is in memory as it stands is scanned where it is: what another scan has made, or a matrix of the
+The carry and all rows are in memory, one vector per number. Loaded numbers are remembered with their place, so that
+a matrix that is already in memory is scanned where it is: the output of another scan, or a matrix of the
 flight's parameters.
 """
 
@@ -35,7 +35,7 @@ def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tu
     known = dict(emitter.known)
     body, over = (builder.function.append_basic_block(name) for name in ("turn", "turned"))
     builder.branch(body)
-    builder.position_at_end(body)  # what was known before is known in each turn
+    builder.position_at_end(body)  # values known before the loop are known in each turn
 
     place = builder.load(counter)
     now = rebuild(carry, iter(loaded(emitter, slots, len(given))))
@@ -56,14 +56,14 @@ def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tu
 
 
 def room(emitter: Emitter, size: int) -> ir.Value:
-    """Memory for so many numbers, taken once for the whole function."""
+    """Memory for this many numbers, allocated once for the whole function."""
     with emitter.builder.goto_entry_block():
         memory: ir.Value = emitter.builder.alloca(emitter.vector, size=max(size, 1))
     return memory
 
 
 def store(emitter: Emitter, numbers: Sequence[Operand], memory: ir.Value, place: ir.Value) -> None:
-    """Write numbers one after the other, the first to this place."""
+    """Write numbers consecutively, the first to this place."""
     builder = emitter.builder
     address = builder.gep(memory, [place])
     for offset, number in enumerate(numbers):
@@ -81,7 +81,7 @@ def loaded(emitter: Emitter, memory: ir.Value, size: int) -> list[Lane]:
 
 
 def matrix(emitter: Emitter, memory: ir.Value, count: int, columns: int) -> Matrix:
-    """What is in memory row by row."""
+    """A matrix that is in memory row by row."""
     lanes = cast(list[Number], loaded(emitter, memory, count * columns))
     return Matrix(Vector(lanes[place * columns : (place + 1) * columns]) for place in range(count))
 
@@ -98,7 +98,7 @@ def row(emitter: Emitter, source: Stored, place: ir.Value, columns: int) -> Vect
 
 
 def in_memory(emitter: Emitter, rows: Matrix) -> Stored:
-    """Where a matrix stands row by row: where it came from, else a copy."""
+    """The memory that holds a matrix row by row: its origin, else a copy."""
     entries = flatten(rows)
     places = [emitter.stored.get(id(number.value)) if isinstance(number, Lane) else None for number in entries]
     first = places[0]

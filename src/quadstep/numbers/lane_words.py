@@ -1,4 +1,4 @@
-"""Whole numbers of 32 bits in lanes, whatever the kind of the lanes' numbers: what a random generator works on."""
+"""32-bit integers in lanes, whatever the kind of the lanes' numbers, for the random generator."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class LaneWord:
 
     @classmethod
     def of(cls, x: Lane) -> LaneWord:
-        """The bits of a whole number in [0, 2^31); beyond that and for NaN they are of no meaning."""
+        """The bits of a whole number in [0, 2^31); beyond that and for NaN they are meaningless."""
         emitter = x.emitter
         kind = emitter.many(WHOLE)
         bits = emitter.once(("word", x.value), lambda: emitter.builder.fptosi(x.value, kind))

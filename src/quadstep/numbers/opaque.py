@@ -7,9 +7,9 @@ A law passes on a handle, a number like any other, so that one compiled program 
     raise_pending(handle)                    # after the flight
     release(handle)
 
-Nothing that a function raises passes through compiled code. Its outputs become NaN and it is not called again, until
-`raise_pending` raises what it raised; on floats and arrays too, so that such a flight ends alike on every engine. Each array
-element and each lane is a call of its own, in order, its flight ended or not: a function that remembers needs to fly alone.
+No exception of a function passes through compiled code. Its outputs become NaN and it is not called again until
+`raise_pending` raises the exception; on floats and arrays too, so that such a flight ends alike on every engine. Each array
+element and each lane is a separate call, in order, whether its flight has ended or not: a function with memory must fly alone.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from quadstep.numbers.registered import answer
 
 
 def call(handle: Number, inputs: Sequence[Number], outputs: int) -> list[Number]:
-    """What the function of this handle gives for these inputs: `outputs` numbers. It is called each time this is reached.
+    """The result of the function with this handle for these inputs: `outputs` numbers. It is called each time this is reached.
 
     Keep the handle among a law's parameters: on Python numbers alone the call would be made once, while the law is compiled.
     """

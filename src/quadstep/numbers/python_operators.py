@@ -11,7 +11,7 @@ INSTEAD = (
 
 
 class PythonOperators:
-    """Mixed into the kinds of number of which code is made."""
+    """Mixin for the kinds of number from which code is generated."""
 
     __slots__ = ()
 

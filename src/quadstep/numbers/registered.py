@@ -1,4 +1,4 @@
-"""The Python functions that laws may call (`opaque.py`), by handle, and what they have raised."""
+"""The Python functions that laws may call (`opaque.py`), by handle, and the exceptions they have raised."""
 
 import math
 import reprlib
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Function: TypeAlias = Callable[[NDArray[np.float64]], object]
 
 MOST_FUNCTIONS = 2**24
-"""Whole numbers below it are exact in f32."""
+"""Integers below this are exact in f32."""
 
 FUNCTIONS: dict[float, Function] = {}
 PENDING: dict[float, BaseException] = {}
@@ -32,7 +32,7 @@ def register(function: Function) -> int:
 
 
 def release(handle: int) -> None:
-    """Forget the function and what it raised. The handle may be given out again."""
+    """Forget the function and its exception. The handle may be reused."""
     with LOCK:
         del FUNCTIONS[handle]
         PENDING.pop(handle, None)
@@ -42,7 +42,7 @@ def release(handle: int) -> None:
 def raise_pending(handle: int) -> None:
     """Raise what the function raised since it was last asked, if anything: any exception, KeyboardInterrupt included.
 
-    TypeError if it gave something other than the numbers wanted, LookupError if no function has this handle.
+    TypeError if it returned something other than the expected numbers, LookupError if no function has this handle.
     """
     error = PENDING.pop(handle, None)
     if error is not None:
@@ -50,7 +50,7 @@ def raise_pending(handle: int) -> None:
 
 
 def answer(handle: float, inputs: NDArray[np.float64], outputs: int) -> list[float]:
-    """What the function gives; NaN where it cannot, and the reason is then pending. Raises nothing."""
+    """The function's result; NaN if it fails, and the exception is then pending. Raises nothing."""
     if handle not in PENDING:
         try:
             if handle not in FUNCTIONS:

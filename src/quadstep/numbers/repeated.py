@@ -1,4 +1,4 @@
-"""Laws that are called several times in a row, whose code need not be written as often."""
+"""Laws that are called several times in a row, whose code need be emitted only once."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -11,9 +11,9 @@ T = TypeVar("T")
 
 
 def repeated(law: Callable[[S], T]) -> Callable[[S], T]:
-    """The same law. Compiled to vectors, it becomes a function of its own that each call of it calls.
+    """The same law. Compiled to vectors, it becomes a separate function that each call calls.
 
-    Shorter code stays near the processor. What the law takes from around it must be the same in every call.
+    Shorter code stays in the processor's cache. Values that the law captures must be the same in every call.
     """
     memory: dict[str, object] = {}
 

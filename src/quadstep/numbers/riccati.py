@@ -8,7 +8,7 @@ from quadstep.numbers.solve import inverse
 Square = Sequence[Sequence[float]]
 
 MOST_STEPS, SMALL = 100, 1e-15
-"""Of Newton's method for the sign of a matrix, and the relative step after which it has converged."""
+"""Most steps of Newton's method for the sign of a matrix, and the relative step at which it has converged."""
 
 
 def product(a: Square, b: Square) -> list[list[float]]:
@@ -58,7 +58,7 @@ def riccati(a: Square, s: Square, q: Square) -> list[list[float]]:
 
 
 def left_over(a: Square, s: Square, q: Square, x: Square) -> float:
-    """The largest entry of what X leaves of the equation."""
+    """The largest entry of the equation's residual for X."""
     forward, square = product(x, a), product(x, product(s, x))
     n = len(a)
     return size([[forward[j][i] + forward[i][j] - square[i][j] + q[i][j] for j in range(n)] for i in range(n)])

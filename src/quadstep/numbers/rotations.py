@@ -88,7 +88,7 @@ def from_rotation_vector(v: Vector) -> Vector:
 
 
 def half_turn(angle_squared: Number) -> tuple[Number, Number]:
-    """cos(a / 2) and sin(a / 2) / a of an angle a [rad]; a kind of number that knows them better may have its own."""
+    """cos(a / 2) and sin(a / 2) / a of an angle a [rad]; a kind of number may provide better ones."""
     own = getattr(functions_of(angle_squared), "half_turn", None)
     found: tuple[Number, Number] | None = own(angle_squared) if own is not None else None
     if found is not None:
@@ -108,8 +108,8 @@ def rotation_vector(q: Vector) -> Vector:
 
 
 def turn_ratio(sine_squared: Number, cosine: Number) -> Number:
-    """a / s of a turn by a [rad] whose half has the sine s and this cosine; a kind of number that knows it better may have its
-    own.
+    """a / s of a turn by a [rad] whose half has the sine s and this cosine; a kind of number may provide
+    a better one.
     """
     own = getattr(functions_of(sine_squared, cosine), "turn_ratio", None)
     found: Number | None = own(sine_squared, cosine) if own is not None else None
@@ -121,9 +121,9 @@ def turn_ratio(sine_squared: Number, cosine: Number) -> Number:
 
 
 def yaw_pitch_roll(q: Vector) -> Vector:
-    """(yaw, pitch, roll) [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), right-handed; for the eye, not for control.
+    """(yaw, pitch, roll) [rad] with R = Rz(yaw) Ry(pitch) Rx(roll), right-handed; for display, not for control.
 
-    At pitch +-pi/2 yaw and roll turn about one axis, and what is given for them means nothing.
+    At pitch +-pi/2 yaw and roll turn about the same axis, and their values are meaningless.
     """
     r = rotation_matrix(q)
     level = sqrt(r[2, 1] * r[2, 1] + r[2, 2] * r[2, 2])

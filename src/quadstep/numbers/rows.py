@@ -1,8 +1,8 @@
-"""Vectors and matrices that stay in memory while a law is recorded: what is done with their rows becomes loops.
+"""Vectors and matrices that stay in memory while a law is recorded: operations on their rows become loops.
 
-They stand where a law expects a `Vector` or a `Matrix`. Sums, differences and scaling wait until a result is needed, row by
+They replace a `Vector` or a `Matrix` in a law. Sums, differences and scaling are deferred until a result is needed, row by
 row; a norm, a product and `map_rows` record one loop over the rows, in the order in which `Vector` and `Matrix` add. Anything
-else takes the entries one by one, as ever.
+else takes the entries one by one, as usual.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.script import INPUT, Record, ScriptNumber
 
 FEWEST_ROWS = 5
-"""Of a matrix that stays in memory, and entries of a vector that does: fewer are taken one by one."""
+"""Fewest rows of a matrix, and fewest entries of a vector, that stays in memory: fewer are taken one by one."""
 
 INDEX, TURN = "i", "s"
 OWN = re.compile(rf"\[?([{INDEX}{TURN}]\d+)[\].]")
-"""The loop whose row a text names, or whose memory: `[i3][1]`; `[s4]` and `s4.velocity` of a scan."""
+"""The loop whose row or memory a text names: `[i3][1]`; `[s4]` and `s4.velocity` for a scan."""
 
 
 LEFT = "left"
-"""Operation: what a scan has left in its memory."""
+"""Operation: a value that a scan has left in its memory."""
 
 
 class Body(NamedTuple):
     """One turn of a loop, as places in the record. counter: its row.
 
-    stored: of a row of the array that it makes; empty for none. added: what each running sum takes in, term by term.
+    stored: entries of the row that it makes; empty for none. added: the terms added to each running sum.
     """
 
     rows: int
@@ -49,7 +49,7 @@ class RowRecord(Record):
         self._indices = 0
 
     def place(self, operation: str, *operands: int, text: str = "") -> int:
-        """As of any record; it is noted which loops' rows a number depends on."""
+        """As in any record; also notes which loops' rows a number depends on."""
         place = super().place(operation, *operands, text=text)
         if place == len(self.turning):
             named = OWN.match(text) if operation in ("item", INPUT) else None
@@ -58,7 +58,7 @@ class RowRecord(Record):
         return place
 
     def index(self, kind: str = INDEX) -> str:
-        """A loop's own name for its row. kind: `TURN` for a scan."""
+        """A loop's unique name for its row. kind: `TURN` for a scan."""
         self._indices += 1
         return f"{kind}{self._indices}"
 
@@ -68,7 +68,7 @@ class RowRecord(Record):
         return ScriptNumber(self, self.place("item", array, text=f"[{row}]{place}"))
 
     def loop(self, body: Body) -> int:
-        """The place of a loop, after everything that it takes from around it."""
+        """The place of a loop, after everything that it captures."""
         taken = self.around(body.counter, [*body.stored, *(place for terms in body.added for place in terms)])
         if any(one.startswith(INDEX) for place in taken for one in self.turning[place]):
             raise TypeError(
@@ -79,7 +79,7 @@ class RowRecord(Record):
         return place
 
     def around(self, counter: str, results: Sequence[int]) -> set[int]:
-        """What the loop of this counter takes from around it to make these results."""
+        """The values that the loop of this counter captures to compute these results."""
         taken: set[int] = set()
         seen: set[int] = set()
         waiting = list(results)
@@ -109,12 +109,12 @@ class RowVector(Vector):
 
     @classmethod
     def found(cls, record: RowRecord, count: int, array: int) -> RowVector:
-        """One in memory."""
+        """One that is stored in memory."""
         return cls(record, count, lambda row: cast(Number, record.item(array, row)), array)
 
     @property
     def entries(self) -> tuple[Number, ...]:  # type: ignore[override]
-        """One by one."""
+        """The entries one by one."""
         return tuple(self.entry(str(row)) for row in range(self.count))
 
     def __len__(self) -> int:
@@ -180,12 +180,12 @@ class RowMatrix(Matrix):
 
     @classmethod
     def found(cls, record: RowRecord, shape: tuple[int, int], array: int) -> RowMatrix:
-        """One in memory."""
+        """One that is stored in memory."""
         return cls(record, shape, lambda row: Vector(cast(Number, record.item(array, row, i)) for i in range(shape[1])), array)
 
     @property
     def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
-        """One by one."""
+        """The entries one by one."""
         return tuple(self.row(str(row)) for row in range(self.shape[0]))
 
     def __len__(self) -> int:
@@ -223,7 +223,7 @@ class RowMatrix(Matrix):
         return RowVector.found(self.record, self.shape[0], self.record.loop(Body(self.shape[0], index, (stored,))))
 
     def norm(self) -> Number:
-        """As of a matrix; what waited is computed in the same loop, and kept."""
+        """As for a matrix; deferred operations are computed in the same loop, and kept."""
         index = self.record.index()
         row = self.row(index)
         stored = () if self.array is not None else tuple(map(self.record.at, row))
@@ -245,7 +245,7 @@ class Turned(Matrix):
 
     @property
     def rows(self) -> tuple[Vector, ...]:  # type: ignore[override]
-        """One by one."""
+        """The entries one by one."""
         return Matrix(self.of.rows).T.rows
 
     def __len__(self) -> int:

@@ -54,13 +54,13 @@ def turn_by_turn(step: Step[C], carry: C, rows: Rows, count: int, backwards: boo
 
 
 def same_shape(carry: object, leaves: int) -> None:
-    """Raises TypeError for a carry of another number of leaves."""
+    """Raises TypeError for a carry with another number of leaves."""
     if len(flatten(carry)) != leaves:
         raise TypeError(f"a scan's carry had {leaves} numbers and has {len(flatten(carry))} after a turn")
 
 
 def matrices(rows: Rows) -> list[Matrix]:
-    """Those of a structure, in order."""
+    """The matrices of a structure, in order."""
     return [one for part in rows for one in matrices(part)] if isinstance(rows, tuple) else [rows]
 
 

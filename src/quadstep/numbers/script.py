@@ -1,8 +1,8 @@
-"""Script numbers: feed them to a law, and the result is a list of assignments, to be written as JavaScript or C.
+"""Script numbers: pass them to a law, and the result is a list of assignments, to be written as JavaScript or C.
 
-Constants fold (x * 0, x * 1, x + 0) and what has been computed is not computed again, as in lanes. Nothing is reassociated or
-contracted: each assignment is one operation, so on doubles a script gives what Python floats give, to the bit. NaN and
-infinity keep their meaning. No text from outside enters: names are made from places in arrays.
+Constants fold (x * 0, x * 1, x + 0) and nothing is computed twice, as in lanes. Nothing is reassociated or
+contracted: each assignment is one operation, so on doubles a script agrees with Python floats to the bit. NaN and
+infinity keep their meaning. No external text enters: names are made from places in arrays.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ COMMUTATIVE = frozenset("+*")
 
 
 class Record:
-    """The assignments so far, each once, operands before what uses them."""
+    """The assignments so far, each once, operands before their users."""
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
@@ -51,7 +51,7 @@ class Record:
 
 
 def constant_text(value: float) -> str:
-    """A Python float as JavaScript reads it; the same double."""
+    """A Python float as a JavaScript literal; the same double."""
     if value != value:  # noqa: PLR0124 (NaN)
         return "NaN"
     text = repr(value).replace("inf", "Infinity").removesuffix(".0")
@@ -59,7 +59,7 @@ def constant_text(value: float) -> str:
 
 
 class ScriptCondition:
-    """What comparing script numbers gives."""
+    """The result of comparing script numbers."""
 
     __slots__ = ("place", "record")
 

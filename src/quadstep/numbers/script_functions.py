@@ -43,7 +43,7 @@ JAVASCRIPT = {
     "word <<": "({}<<{})",
     "word >>": "({}>>>{}|0)",
 }
-"""Every operation as text around its operands; brackets keep each a whole, so that none can be read with its neighbours.
+"""Every operation as text around its operands; brackets keep each separate, so that none combines with its neighbours.
 
 sin and its like are functions that `library` writes; D and W are the bits of one number, see there.
 """
@@ -112,7 +112,7 @@ class ScriptSteps(Elementary):
 
 
 def written(record: Record, operation: str, *operands: Operand) -> ScriptNumber:
-    """A recorded operation on numbers, some of which may be Python's."""
+    """A recorded operation on numbers, some of which may be Python numbers."""
     return ScriptNumber(record, record.place(operation, *(record.at(operand) for operand in operands)))
 
 

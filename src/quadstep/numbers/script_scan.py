@@ -1,7 +1,7 @@
-"""Scans in scripts: one node of the record stands for a loop, whose step is recorded once.
+"""Scans in scripts: one node of the record represents a loop, whose step is recorded once.
 
-Carry and rows stand in arrays of the script's own, `L0`, `L1` and so on; rows that stand one after the other in an array, as
-parameters do and what another scan has made, are read there.
+Carry and rows are kept in the script's own arrays, `L0`, `L1` and so on; rows that are already consecutive in an array, like
+parameters and the output of another scan, are read there.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class LoopRecord(Record):
         self.turning: list[frozenset[str]] = []
 
     def place(self, operation: str, *operands: int, text: str = "", turning: frozenset[str] = frozenset()) -> int:
-        """As of any record. turning: of this number beside its operands'."""
+        """As in any record. turning: of this number besides its operands'."""
         place = super().place(operation, *operands, text=text)
         if place == len(self.turning):
             self.turning.append(turning.union(*(self.turning[operand] for operand in operands)))
@@ -57,7 +57,7 @@ class LoopRecord(Record):
         return name
 
     def item(self, text: str, source: tuple[int, ...], turning: frozenset[str] = frozenset()) -> ScriptNumber:
-        """A number read from an array. source: what has to be there before."""
+        """A number read from an array. source: what has to be computed first."""
         return ScriptNumber(self, self.place(ITEM, *source, text=text, turning=turning))
 
     def source(self, rows: Matrix) -> tuple[str, int, tuple[int, ...], frozenset[str]]:
@@ -76,7 +76,7 @@ class LoopRecord(Record):
         return name, 0, (self.place(ARRAY, *places, text=name),), turning
 
     def around(self, index: str, results: list[int]) -> tuple[set[int], frozenset[str]]:
-        """What a loop takes from around it, and the loops that its turns differ with beside itself."""
+        """The values that a loop captures, and the other loops on which its turns depend."""
         taken: set[int] = set()
         seen: set[int] = set()
         waiting, turning = list(results), set[str]()
@@ -131,7 +131,7 @@ class LoopRecord(Record):
 
 
 def scan(step: Step[C], carry: C, rows: Rows, count: int, backwards: bool) -> tuple[C, Rows]:
-    """See `quadstep.numbers.scan`: a loop where the record can hold one."""
+    """See `quadstep.numbers.scan`: a loop if the record supports one."""
     record = next(number.record for number in flatten((carry, rows)) if isinstance(number, ScriptNumber))
     own = getattr(record, "scan", turn_by_turn)
     result: tuple[C, Rows] = own(step, carry, rows, count, backwards)

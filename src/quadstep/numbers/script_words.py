@@ -1,4 +1,4 @@
-"""Whole numbers of 32 bits in scripts: what a random generator works on. JavaScript's bit operations are on just these."""
+"""32-bit integers in scripts, for the random generator. JavaScript's bit operations work on exactly these."""
 
 from __future__ import annotations
 

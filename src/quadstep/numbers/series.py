@@ -7,24 +7,25 @@ from math import factorial
 
 import numpy as np
 
-from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Operand, Third, without_fresh_error
+from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Third, without_fresh_error
+from quadstep.numbers.truth import Operand
 
 FEW, MANY = 12, 60
 
 COSINE = [(-0.25) ** k / factorial(2 * k) for k in range(FEW)]
-"""cos(a / 2) by a^2; what is left out is below 1e-22 for a^2 <= 1."""
+"""cos(a / 2) in powers of a^2; the truncation error is below 1e-22 for a^2 <= 1."""
 
 SINE = [0.5 * (-0.25) ** k / factorial(2 * k + 1) for k in range(FEW)]
-"""sin(a / 2) / a by a^2."""
+"""sin(a / 2) / a in powers of a^2."""
 
 ANGLE = [(-1.0) ** k / (2 * k + 1) for k in range(MANY)]
-"""arctan(t) / t by t^2; what is left out is below 1e-20 for t^2 <= 0.4, that of its third slope below 1e-15."""
+"""arctan(t) / t in powers of t^2; the truncation error is below 1e-20 for t^2 <= 0.4, that of its third slope below 1e-15."""
 
 FARTHEST, WIDEST = 1.0, 0.4
-"""How large a^2 and t^2 may be."""
+"""Largest a^2 and t^2."""
 
 LEFT_OUT = 1e-18
-"""More than what the laws' own parabolas next to zero are off by."""
+"""More than the error of the laws' own parabolas near zero."""
 
 
 def horner(coefficients: Sequence[float], x: Array) -> Array:
@@ -36,7 +37,7 @@ def horner(coefficients: Sequence[float], x: Array) -> Array:
 
 
 def slopes(coefficients: Sequence[float], times: int) -> list[float]:
-    """Coefficients of its slope, so many times taken."""
+    """Coefficients of its derivative of this order."""
     found = list(coefficients)
     for _ in range(times):
         found = [k * one for k, one in enumerate(found)][1:]
@@ -66,7 +67,7 @@ def half_turn(square: Enclosure) -> tuple[Operand, Operand] | None:
 
 
 def turn_ratio(square: Operand, cosine: Operand) -> Operand:
-    """2 atan2(s, c) / s by s^2 and c > 0, of a quaternion of any length; where s is next to nothing laws take it to be 1.
+    """2 atan2(s, c) / s from s^2 and c > 0, for a quaternion of any length; for tiny s laws assume length 1.
 
     None where the angle may be too large.
     """

@@ -18,7 +18,7 @@ EXPONENT = (1 << 8) - 1
 
 
 class Single:
-    """One f32. Infinities and NaN arise where IEEE 754 has them: NumPy's warnings are best ignored around all of a law."""
+    """One f32. Infinities and NaN arise as in IEEE 754: NumPy's warnings are best suppressed around a whole law."""
 
     __slots__ = ("value",)
     functions: Singles
@@ -92,7 +92,7 @@ def rounded(number: Single | float) -> np.float32:
 
 
 def calculated(operation: Callable[[np.float32, np.float32], np.float32], a: Single | float, b: Single | float) -> Single:
-    """One operation, rounded once; a vector beside a number is left to the vector."""
+    """One operation, rounded once; a vector operand handles the operation itself."""
     if not isinstance(a, OPERANDS) or not isinstance(b, OPERANDS):
         return NotImplemented
     return Single(operation(rounded(a), rounded(b)))
@@ -141,7 +141,7 @@ class Singles(Elementary):
 
 
 class SingleWord:
-    """Bits that came of an f32 and may become one again; as a Python int, which a constant is."""
+    """Bits from an f32 that may become one again; as a Python int, like a constant."""
 
     __slots__ = ("bits",)
     functions: Singles

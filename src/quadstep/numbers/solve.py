@@ -1,6 +1,6 @@
-"""Small linear systems, solved by +, -, *, / and square roots in an order that is written here.
+"""Small linear systems, solved by +, -, *, / and square roots in a fixed order.
 
-What a mission is set up with (shares of the rotors, gains of a regulator, pieces of a path, correlated draws) decides its
+The numbers that set up a mission (shares of the rotors, gains of a regulator, pieces of a path, correlated draws) decide its
 flight, which must be the same to the bit on every machine; the order in which LAPACK and BLAS add depends on the processor.
 """
 
@@ -136,7 +136,7 @@ def least_norm_inverse(rows: Sequence[Vector]) -> list[Vector]:
 def rank(rows: Sequence[Vector], tolerance: float) -> int:
     """How many rows are independent: taken one by one, the farthest first, while one is so far from the span of those taken.
 
-    tolerance: of that distance, for rows made one long; rows of zeros count as none.
+    tolerance: on that distance, for rows scaled to length one; zero rows do not count.
     """
     left = [row / row.norm() for row in rows if row.norm() > 0.0]
     taken = 0

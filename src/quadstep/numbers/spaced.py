@@ -1,8 +1,8 @@
-"""Numbers evenly apart."""
+"""Evenly spaced numbers."""
 
 
 def evenly_spaced(low: float, high: float, count: int) -> list[float]:
-    """`count` numbers from low to high, both exactly there; only low if it is one."""
+    """`count` numbers from low to high, both included exactly; only low if count is 1."""
     step = (high - low) / max(count - 1, 1)
     numbers = [low + i * step for i in range(count)]
     if count > 1:

@@ -16,9 +16,9 @@ from quadstep.numbers.linear import Matrix, Vector
 S = TypeVar("S")
 
 Structure: TypeAlias = Any
-"""A number, vector, or nested `NamedTuple` of them, whose type only those know who made it: a state, a memory, gains, the
-parameters of a flight. Unchecked: a law or a plant says its own types where its methods override these. What only passes a
-structure on takes an `object`.
+"""A number, vector, or nested `NamedTuple` of them, whose type is known only to its creator: a state, a memory, gains, the
+parameters of a flight. Unchecked: a law or a plant declares its own types where its methods override these. Code that only
+passes a structure on takes an `object`.
 """
 
 

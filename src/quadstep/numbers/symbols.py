@@ -1,4 +1,4 @@
-"""SymPy expressions as numbers: feed symbols to a law, and the result is the equation that the code actually computes.
+"""SymPy expressions as numbers: pass symbols to a law, and the result is the equation that the code actually computes.
 
 Comparing symbols gives a relational, which `where` turns into a `Piecewise`. Loaded only when a value is a SymPy object.
 """

@@ -1,4 +1,4 @@
-"""Formulas as numbers: feed them to a law, and what comes out is the law's own arithmetic, to be written for a proof checker.
+"""Formulas as numbers: pass them to a law, and the result is the law's own arithmetic, to be written for a proof checker.
 
 Nothing is simplified and nothing is decided: a term is what the code does, operation by operation, over the real numbers.
 `coq` writes it for Coq, `gappa` for Gappa with a rounding after each operation, as floats have it. Equal terms are one object.
@@ -142,7 +142,7 @@ def variable(name: str) -> Number:
 def generalised(root: Number | Term, names: Mapping[Term, Term], opaque: frozenset[str] = frozenset()) -> Term:
     """The term with the given parts replaced by variables, and every call of an `opaque` function by one for its argument.
 
-    What holds of the result for all values of the variables holds of the term.
+    Whatever holds for the result for all values of the variables holds for the term.
     """
     done: dict[int, Term] = {id(old): new for old, new in names.items()}
 
@@ -205,12 +205,12 @@ def coq(root: Term) -> str:
 
 
 def decision(test: Term) -> str:
-    """What Coq's `if` branches on."""
+    """The condition of Coq's `if`."""
     return f"({TESTS[test.op]} {coq(test.parts[0])} {coq(test.parts[1])})"
 
 
 def gappa(root: Term, rounding: str, lines: list[str]) -> str:
-    """The term in Gappa's notation, one rounded operation a line added to `lines`; its name is returned.
+    """The term in Gappa's notation, one rounded operation per line added to `lines`; its name is returned.
 
     A factor that is a power of two, and a change of sign, are exact: Gappa knows.
     """

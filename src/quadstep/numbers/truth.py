@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 Operand: TypeAlias = Any
-"""A number of any kind, or what is given beside one."""
+"""A number of any kind, or the other operand of one."""
 
 
 class Truth:

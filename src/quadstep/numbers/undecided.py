@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from quadstep.numbers.affine import ROUNDING, Enclosure, Operand
-from quadstep.numbers.truth import Truth
+from quadstep.numbers.affine import ROUNDING, Enclosure
+from quadstep.numbers.truth import Operand, Truth
 
 
 def lifted(x: Operand, like: Enclosure) -> Enclosure:

@@ -1,4 +1,4 @@
-"""Boxes of states as enclosures, and what comes out of a law as arrays."""
+"""Boxes of states as enclosures, and images of a law as arrays."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, ball
 def seeded(centres: Array, spread: Array, spare: int = 0, second: int = 0) -> list[Enclosure]:
     """Numbers that fill a box: centres + spread e, with e in [-1, 1].
 
-    centres: (numbers, samples). spread: (numbers, directions), or (numbers, directions, samples). spare: directions left to
-    what is not linear; with `second`, to the products of so many first directions and to more, see `Fresh`.
+    centres: (numbers, samples). spread: (numbers, directions), or (numbers, directions, samples). spare: directions left for
+    nonlinear terms; with `second`, for the products of that many first directions and for more, see `Fresh`.
     """
     count, samples = centres.shape
     directions = spread.shape[1]

@@ -1,4 +1,4 @@
-"""The file that says what was proved, with all that a check of it needs: the mission, the unknowns, the flight, the boxes."""
+"""The certificate file: what was proved, and everything needed to check it: mission, unknowns, flight, boxes."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from quadstep.prove.unknown import Unknown
 
 FORMAT = "quadstep tube 1"
 LARGEST = 2**28
-"""Bytes of a flight."""
+"""Most bytes of a flight."""
 
 
 class Certificate(NamedTuple):
-    """mission: text of its file. states: names. flown: (samples + 1, states), the centre line. block: samples of one. dense:
-    blocks in which all states are summed up at every stride. spread: the coordinates in which `boxes` (blocks, states) are
-    half widths. position: claimed for each axis [m].
+    """mission: text of its file. states: names. flown: (samples + 1, states), the centre line. block: samples of each. dense:
+    blocks in which all states are bounded at every stride. spread: the coordinates in which `boxes` (blocks, states) are
+    half widths. position: the claimed bound of each axis [m].
     """
 
     mission: str
@@ -63,17 +63,17 @@ UNITS = {"force": "N", "torque": "N m", "mass": "-", "inertia": "-", "start": "m
 
 
 def written(unknown: Unknown) -> dict[str, float]:
-    """The unknowns as a certificate has them, with their units."""
+    """The unknowns as stored in a certificate, with their units."""
     return {f"{name}[{unit}]": value for (name, unit), value in zip(UNITS.items(), unknown, strict=True)}
 
 
 def read_unknown(content: Mapping[str, float]) -> Unknown:
-    """Back again. Raises KeyError, TypeError or ValueError."""
+    """The unknowns read back. Raises KeyError, TypeError or ValueError."""
     return Unknown(*(float(content[f"{name}[{unit}]"]) for name, unit in UNITS.items()))
 
 
 def read_certificate(path: Path) -> Certificate:
-    """What the file says. Raises UserError."""
+    """The content of the file. Raises UserError."""
     content = read_json(path)
     try:
         if content["format"] != FORMAT:

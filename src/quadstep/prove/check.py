@@ -1,8 +1,8 @@
-"""An independent check of a certificate: it shares the laws and the arithmetic of enclosures with the prover, nothing else.
+"""An independent check of a certificate: it shares the laws and the enclosure arithmetic with the prover, nothing else.
 
-The prover carries what every sample did forwards; here each bound is asked for from its end, backwards: a row c of what is
-to be bounded goes back by c A from sample to sample, and the sum of |c| times what a sample adds is the bound. Rounding of c A
-is counted as something added too. The centre line need not be trusted: whatever it is off by from sample to sample is counted.
+The prover propagates the effect of every sample forwards; here each bound is computed backwards from its end: a row c of the
+quantity goes back by c A from sample to sample, and the sum of |c| times each sample's addition is the bound. Rounding of c A
+counts as an addition too. The centre line need not be trusted: its defect from sample to sample is counted.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from quadstep.prove.certificate import Certificate, read_certificate
 from quadstep.prove.unknown import Unknown
 
 UP = 1.0 + 1e-11
-"""More than sums of some thousand numbers above zero lose."""
+"""More than what sums of some thousand positive numbers lose by rounding."""
 
 STRIDE = 10
 PUSHES = 6
 
 
 class Checked(NamedTuple):
-    """failed: what does not hold, empty if all does. position: bound of each axis [m]; off_path: from the path [m]."""
+    """failed: what does not hold, empty if everything does. position: bound of each axis [m]; off_path: from the path [m]."""
 
     name: str
     axes: tuple[str, ...]
@@ -51,17 +51,17 @@ class Stretch(NamedTuple):
 
 
 def rounding(count: int) -> float:
-    """What a sum of `count` products loses at most beside the sum of their sizes."""
+    """The most that a sum of `count` products loses by rounding, relative to the sum of their magnitudes."""
     return (count + 2) * 2.0**-52
 
 
 class Loop:
-    """The mission's loop on enclosures; leaves that are no states stay as they are, or are written before they are read."""
+    """The mission's loop on enclosures; leaves that are not states stay constant, or are written before they are read."""
 
     def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
         self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
         names: list[str] = []
-        for name in leaf_names(self.like):  # by the last parts, which the first of that name has
+        for name in leaf_names(self.like):  # by the last parts of the name, which belong to the first leaf of that name
             brief = name.partition(".")[2]
             names.append(name if brief in names else brief)
         self.start = [float(leaf) for leaf in flatten(self.like)]
@@ -75,7 +75,7 @@ class Loop:
             raise UserError("the check supports only loops whose periods divide the slowest one")
 
     def after(self, x: Sequence[Operand], ticks: Operand, p: Operand) -> list[Operand]:
-        """The states a sample later. Leaves that the loop writes before it reads them begin as no number at all.
+        """The states one sample later. Leaves that the loop writes before it reads them start undefined.
 
         Raises UndefinedError, UserError.
         """
@@ -100,7 +100,7 @@ class Loop:
         return leaves
 
     def run(self, leaves: list[Operand], ticks: Operand, p: Operand) -> list[Operand]:
-        """One sample: what is due, and the vehicle, step by step."""
+        """One sample: the tasks that are due and the vehicle, step by step."""
         loop, step = self.plan.loop, self.plan.ticks.step
         cycle = rebuild(self.like, iter(leaves))
         for past in range(self.span):
@@ -171,7 +171,7 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
 
 
 def asked(found: Certificate, blocks: list[Stretch], into: Array, axes: int) -> dict[int, Array]:
-    """Bounds of z by sample, each summed up over all that came before: at the ends of blocks, at every stride in the first
+    """Bounds of z by sample, each summed over all previous samples: at the ends of blocks, at every stride in the first
     `dense` blocks; of the position at every stride, the rest of z then infinite.
     """
     n, samples = len(into), len(found.flown) - 1
@@ -195,7 +195,7 @@ def asked(found: Certificate, blocks: list[Stretch], into: Array, axes: int) -> 
         inside = one.rest[(sample - 1) % found.block]
         made = now @ one.inputs
         sums[:used] += np.abs(made[:, :PUSHES]).sum(axis=1) + size @ (inside + rounding(n) * np.abs(one.inputs).sum(axis=1))
-        sums[:used] += samples * 2.0**-52 * np.abs(made[:, PUSHES:]).sum(axis=1)  # what their sum loses
+        sums[:used] += samples * 2.0**-52 * np.abs(made[:, PUSHES:]).sum(axis=1)  # rounding of their sum
         constants[:used] += made[:, PUSHES:]
         rows[:used] = now @ one.step
     start = np.zeros(n)
@@ -209,7 +209,7 @@ def asked(found: Certificate, blocks: list[Stretch], into: Array, axes: int) -> 
 
 
 def grown(one: Stretch, into: Array, spread: Array, known: dict[int, Array], begin: int) -> Array:
-    """z at most at every sample of a block, (samples + 1, states), from its start and anew from every stride."""
+    """Bounds of z at every sample of a block, (samples + 1, states), from its start and again from every stride."""
     n, samples = len(into), len(one.rest)
     size, rest = np.abs(into), one.rest.max(axis=0)
     power, off = np.eye(n), np.zeros((n, n))
@@ -234,7 +234,7 @@ def grown(one: Stretch, into: Array, spread: Array, known: dict[int, Array], beg
 
 
 def check_certificate(path: Path) -> Checked:
-    """Whether what the certificate in `path` says holds. Raises UserError where it says nothing that can be checked."""
+    """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
     found = read_certificate(path)
     mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
     plan = plan_mission(mission, path)

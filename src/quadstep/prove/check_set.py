@@ -1,8 +1,8 @@
-"""An independent check that no flight leaves the set of a certificate: it shares the laws and the arithmetic of enclosures
+"""An independent check that no flight leaves the set of a certificate: it shares the laws and the enclosure arithmetic
 with the prover, nothing else.
 
-The set is mapped through one sample at all ticks but the first, its starts through the first. What comes out, e' = V z', is
-taken apart by an approximate inverse of V, in extended precision, each rounding counted, and z' must lie in the set again.
+The set is mapped through one sample at all ticks but the first, its starts through the first. The image, e' = V z', is
+decomposed by an approximate inverse of V, in extended precision, each rounding counted, and z' must lie in the set again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from quadstep.prove.set_certificate import SetCertificate, read_set
 from quadstep.prove.unknown import Unknown
 
 LONGEST = 1e6
-"""Until when [s]: clocks are not followed farther."""
+"""Time up to which clocks are followed [s]."""
 
 PUSHES = 10
 UP = 1.0 + 1e-12
@@ -46,7 +46,7 @@ class CheckedSet(NamedTuple):
 
 
 class Image(NamedTuple):
-    """Of those that move: centre less the rest, what each direction makes, and what is left."""
+    """The image of the moving states: centre less the rest, the part of each direction, and the remainder."""
 
     gap: Array
     parts: Array
@@ -54,7 +54,7 @@ class Image(NamedTuple):
 
 
 def box(found: SetCertificate, centre: Array, width: Array, second: int, directions: int) -> list[Operand]:
-    """All states of the loop: those that move fill centre + width e, the others are as at rest, or the same as another."""
+    """All states of the loop: the moving ones fill centre + width e, the others are as at rest, or equal to another."""
     moving, columns = width.shape
     fresh = Fresh(directions, directions, second)
     numbers: list[Operand] = [float(one) for one in found.rest]
@@ -65,7 +65,7 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
         numbers[place] = Enclosure(np.array([centre[place]]), parts, np.zeros(1), np.array([reach]), fresh)
     for place, other in found.twins.items():
         numbers[place] = numbers[other]
-    if found.unit >= 0:  # of a quaternion of length one, but for rounding
+    if found.unit >= 0:  # of a quaternion of length one, up to rounding
         x, y, z = numbers[found.unit + 1 : found.unit + 4]
         w: Operand = sqrt(1.0 - (x * x + y * y + z * z))
         off = w.rest + 1e-14
@@ -74,7 +74,7 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
 
 
 def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> Image:
-    """A sample later. Raises UndefinedError, UserError."""
+    """The image one sample later. Raises UndefinedError, UserError."""
     p = pushed(loop.plan.parameters, found.unknown, directions - PUSHES, directions, 1)
     with np.errstate(all="ignore"):
         after = loop.after(numbers, ticks, p)
@@ -101,7 +101,7 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
 
 
 class Discs:
-    """The set's coordinates as numbers w: a real one of an interval, or a complex one and its conjugate of a disc."""
+    """The set's coordinates as numbers w: a real number for an interval, a complex one and its conjugate for a disc."""
 
     def __init__(self, found: SetCertificate) -> None:
         count = len(found.radii)
@@ -119,7 +119,7 @@ class Discs:
         self.off = off + self.unit * (np.abs(self.into) @ np.abs(self.spread))
 
     def reached(self, image: Image, first: int, second: bool) -> Array:
-        """|w| at most after the sample. first: of the directions are those of the set, or of a box."""
+        """Bounds of |w| after the sample. first: whether the directions are those of the set, else of a box."""
         size, count = np.abs(self.into), len(self.radii)
         seen = self.into @ image.parts.astype(np.longdouble)
         bound = np.abs(self.into @ image.gap.astype(np.longdouble)) + size @ image.left
@@ -139,7 +139,7 @@ def starts(loop: Loop, found: SetCertificate) -> Array:
 
 
 def failing(loop: Loop, found: SetCertificate) -> str:
-    """What is not shown, in words; nothing where all is. Raises UserError."""
+    """What is not shown, in words; empty if everything is. Raises UserError."""
     discs, count = Discs(found), len(found.live)
     axes = len(loop.plan.loop.plant.axes)
     middle = 0.5 * (LONGEST / loop.plan.ticks.step + loop.span)
@@ -170,7 +170,7 @@ def failing(loop: Loop, found: SetCertificate) -> str:
 
 
 def check_set(path: Path) -> CheckedSet:
-    """Whether what the certificate in `path` says holds. Raises UserError where it says nothing that can be checked."""
+    """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
     found = read_set(path)
     mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
     plan = plan_mission(mission, path)
@@ -183,7 +183,7 @@ def check_set(path: Path) -> CheckedSet:
         loop = Loop(plan, found.states)
         w = found.unit
         if w >= 0 and not isinstance(plan.loop.plant, Multirotor):
-            raise UserError("its attitude is no unit quaternion")  # noqa: TRY301
+            raise UserError("its attitude is not a unit quaternion")  # noqa: TRY301
         if w >= 0 and abs(starts(loop, found)[w] ** 2 + np.square(starts(loop, found)[w + 1 : w + 4]).sum() - 1.0) > 1e-14:
             raise UserError("its quaternion does not begin with length one")  # noqa: TRY301
         failed = failing(loop, found)

@@ -1,4 +1,4 @@
-"""The verdict on hover that holds for ever, and on a certificate that says so."""
+"""The verdict on hover that holds for ever, and on a certificate that claims it."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: H
         f"What stopped a larger set: {kept.found.limit}.",
     ]
     if not enough:
-        says.append(f"open: starts within {1e3 * unknown.start:g} mm were asked for.")
+        says.append(f"open: starts within {1e3 * unknown.start:g} mm were requested.")
     return Verdict(name, Kind.PROVED if enough else Kind.OPEN, rows, says, out, COLUMNS)
 
 
 def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
-    """Axis by axis."""
+    """A row for each axis."""
     return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
 
 

@@ -17,12 +17,12 @@ from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import Unknown
 
 UNITS = {"velocity": (1.0, "m/s"), "rates": (np.degrees(1.0), "deg/s"), "speeds": (1.0, "rad/s")}
-"""What of a state is told beside position and attitude, and in which unit."""
+"""The quantities reported besides position and attitude, with their units."""
 
 
 class Hold(NamedTuple):
-    """at: where the loop rests. own: whether the starts are the mission's own but for the position; else they are those of the
-    rest. reach: of each state of the loop, how far it may be from its rest.
+    """at: where the loop rests. own: whether the starts are the mission's own except for the position; else those of the
+    rest. reach: how far each state of the loop may be from its rest.
     """
 
     at: Rest
@@ -33,14 +33,14 @@ class Hold(NamedTuple):
 
 
 def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | str:
-    """The largest set that is found, or in words why there is none."""
+    """The largest set that is found, or the reason why there is none."""
     try:
         at = rest(loop)
         chosen = modes(at.slopes)
     except (UserError, UndefinedError) as error:
         return str(error)
     except np.linalg.LinAlgError:
-        return "the loop has no eigenvectors to take for coordinates"
+        return "the loop has no eigenvectors to use as coordinates"
     fastest = int(np.argmax(np.abs(chosen.values)))
     if np.abs(chosen.values[fastest]) >= 1.0:
         rate = float(np.log(np.abs(chosen.values[fastest]))) / loop.period
@@ -68,7 +68,7 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
 
 
 def described(loop: Sampled, one: Hold) -> list[tuple[str, str]]:
-    """What the set holds beside the position: quantity, and how far it may be from its rest."""
+    """The set's extent besides the position: quantity, and how far it may be from its rest."""
     groups: dict[str, list[float]] = {}
     moving = len(flatten(loop.like.state))
     for place, name, reach in zip(loop.places, loop.names, one.reach, strict=True):

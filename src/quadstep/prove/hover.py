@@ -18,7 +18,7 @@ from quadstep.prove.spectrum import Spectrum, spectrum
 
 
 class Hover(NamedTuple):
-    """state: of the sampled loop, in the order of its names. tick: from which on the path rests. position [m]."""
+    """state: of the sampled loop, in the order of its names. tick: from which the path is at rest. position [m]."""
 
     state: list[float]
     tick: float
@@ -26,7 +26,7 @@ class Hover(NamedTuple):
 
 
 class Instability(NamedTuple):
-    """Eigenvalues outside the unit circle: how many of how many, and between which rates [1/s] the fastest error grows."""
+    """Eigenvalues outside the unit circle: how many out of how many, and bounds on the rate [1/s] of the fastest growth."""
 
     unstable: int
     states: int
@@ -35,13 +35,13 @@ class Instability(NamedTuple):
 
 
 def resting(reference: Reference) -> bool:
-    """Whether a path stands still there."""
+    """Whether a path is at rest there."""
     rates = (*reference.velocity, *reference.acceleration, reference.yaw_rate)
     return not any(rates)
 
 
 def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
-    """Standing still at the path's end; None where the path does not rest there. Raises UserError."""
+    """Hover at the path's end; None if the path is not at rest there. Raises UserError."""
     tick = float(loop.samples * loop.span)
     reference = loop.loop.path.reference(tick * loop.ticks.step, loop.parameters.path)
     if not resting(reference):
@@ -59,7 +59,7 @@ def is_equilibrium(loop: Sampled, at: Hover) -> bool:
 
 
 def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
-    """Its middle and radius, (states, states), the law in exact arithmetic. Raises UndefinedError."""
+    """Midpoint and radius of the Jacobian, (states, states), for the law in exact arithmetic. Raises UndefinedError."""
     count = len(at.state)
     middle, radius = np.zeros((count, count)), np.zeros((count, count))
     for row, number in enumerate(loop.step(jets(at.state), at.tick)):
@@ -71,7 +71,7 @@ def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
 
 
 def instability(loop: Sampled, at: Hover) -> Instability | None:
-    """Proof that hover is no stable equilibrium; None where this does not show it."""
+    """Proof that hover is not a stable equilibrium; None if it cannot be shown this way."""
     try:
         if not is_equilibrium(loop, at):
             return None
@@ -85,6 +85,6 @@ def instability(loop: Sampled, at: Hover) -> Instability | None:
 
 
 def growth(found: Spectrum, period: float) -> tuple[float, float]:
-    """Between which rates [1/s] the largest eigenvalue lies."""
+    """Bounds on the growth rate [1/s] of the largest eigenvalue."""
     size, radius = abs(found.centres[0]), found.radii[0]
     return float(np.log(size - radius)) / period * (1.0 - 1e-12), float(np.log(size + radius)) / period * (1.0 + 1e-12)

@@ -1,4 +1,4 @@
-"""What a number depends on: run a law on these, and each result says which inputs it was made of."""
+"""Dependence of numbers: evaluate a law on these, and each result knows the inputs that it depends on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from quadstep.numbers.enclosure import PLAIN, Operand
 
 
 class Influence:
-    """The inputs, by place, that a number was made of. A product with zero is made of none."""
+    """The inputs, by place, that a number depends on. A product with zero depends on none."""
 
     __slots__ = ("of",)
     __array_ufunc__ = None
@@ -18,7 +18,7 @@ class Influence:
         self.of = of
 
     def with_(self, *others: Operand) -> Influence:
-        """Made of these too."""
+        """The same number, depending on these inputs too."""
         return Influence(self.of.union(*(one.of for one in others if isinstance(one, Influence))))
 
     def __add__(self, other: Operand) -> Operand:
@@ -72,5 +72,5 @@ Influence.functions = Influences()
 
 
 def of(x: Operand) -> frozenset[int]:
-    """The inputs that a number was made of; none of a constant."""
+    """The inputs that a number depends on; none for a constant."""
     return x.of if isinstance(x, Influence) else frozenset()

@@ -1,12 +1,12 @@
 """A set about a loop's rest that no flight ever leaves: sampled, e' = A e + B w + q(e, e) + r.
 
-In eigenvectors, e = V z, a pair of complex ones being the coordinates of one complex number, the set is |z_i| <= r_i: a box of
-intervals and discs. One sample's image of it, the slopes and the terms of second order exact but for rounding, the others
-enclosed, lies in it where for every i
+In eigenvectors, e = V z, with a complex pair as the coordinates of one complex number, the set is |z_i| <= r_i: a box of
+intervals and discs. Its image after one sample, with slopes and second-order terms exact up to rounding and the others
+enclosed, lies in the set if for every i
 
     sum_j |L_ij| r_j + sum_jk |Q_ijk| r_j r_k + |T| r + ... <= r_i,    T near V^-1.
 
-Then flights that begin in it stay in it for ever, sample by sample. z' itself, V z' = e', is z' = T e' + (I - T V) z', and
+Then flights that start in it stay in it for ever, sample by sample. z' itself, V z' = e', is z' = T e' + (I - T V) z', and
 lies in the box as soon as |T e'| + |I - T V| r does (the map contracts it).
 """
 
@@ -29,12 +29,12 @@ from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 24, 16
 LARGER, CLOSER, SMALLER, SPARE, GROWN = 1.01, 1.001, 0.85, 1e-9, 1e3
 BEGIN, LEAST, MOST = 1e-3, 1e-8, 1.0
-"""Of the box of starts [m]: the first guessed from, the least and the most tried."""
+"""Half sides of the box of starts [m]: the first guess, the smallest and the largest tried."""
 
 
 class Growth(NamedTuple):
-    """What a sample makes of the set, at most. lines: (modes, modes), of r_j. curves: (modes, modes, modes), of r_j r_k.
-    rest: beside these, (modes,).
+    """Bounds on the set's image after a sample. lines: (modes, modes), of r_j. curves: (modes, modes, modes), of r_j r_k.
+    rest: the remainder, (modes,).
     """
 
     lines: Array
@@ -43,7 +43,7 @@ class Growth(NamedTuple):
 
     @property
     def whole(self) -> Array:
-        """|z'| at most."""
+        """Bound on |z'|."""
         result: Array = (self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.rest) * UP
         return result
 
@@ -77,7 +77,7 @@ class Set:
         self.astray = np.abs(np.eye(count) - self.into @ spread) + products(count + 4) * (size @ np.abs(spread))
 
     def even(self, radii: Array) -> Array:
-        """The same, those of a pair alike."""
+        """The same, equal for both of a pair."""
         result = radii.copy()
         for i in self.modes.pairs:
             result[i : i + 2] = radii[i : i + 2].max()
@@ -102,7 +102,7 @@ class Set:
         return Growth(lines + self.astray * radii, np.abs(curves), more)
 
     def starts(self, side: float) -> tuple[Array, Array]:
-        """|z| of the box of starts after the first sample: of its middle, and what its sides add. Raises UndefinedError."""
+        """|z| of the box of starts after the first sample: of its centre, and added by its sides. Raises UndefinedError."""
         count = len(self.place)
         axes = len(self.loop.loop.plant.axes)
         spread = np.zeros((count, axes))
@@ -120,7 +120,7 @@ class Set:
         return middle, (sides + size @ rest + rounded) * UP
 
     def run(self, numbers: list[Enclosure], tick: Operand, p: Structure, directions: int) -> tuple[Array, Array, Array]:
-        """One sample of those that move: centre less the rest, parts, rest. Raises UndefinedError."""
+        """One sample of the moving states: centre less the rest, parts, remainder. Raises UndefinedError."""
         found = image(after(self.loop, self.at, numbers, tick, p), directions, 1)
         if not all(np.all(np.isfinite(one)) for one in found):
             raise UndefinedError("a number grew beyond all bounds")
@@ -134,8 +134,8 @@ def closed(growth: Growth, begun: Array, radii: Array) -> bool:
 
 
 class Guess(NamedTuple):
-    """How a set grows, guessed from one whose growth was computed: slopes and curves stay, what is of third order grows with
-    the third power of the size. reach: of the loop's numbers, of radii. side: of the starts; middle, sides: see `Set.starts`.
+    """A guess of how a set grows, from one whose growth was computed: slopes and curves stay, third-order terms grow with
+    the cube of the size. reach: of the loop's numbers, of radii. side: of the starts; middle, sides: see `Set.starts`.
     """
 
     growth: Growth
@@ -146,7 +146,7 @@ class Guess(NamedTuple):
     side: float
 
     def radii_for(self, side: float) -> Array | None:
-        """The least set for starts in such a box, as far as guessed: None where there is none."""
+        """The guessed least set for starts in a box of this size; None if there is none."""
         count, begun = len(self.radii), (self.middle + self.sides * (side / self.side)) * LARGER
         try:
             into = np.linalg.inv(np.eye(count) - self.growth.lines / self.radii)
@@ -169,7 +169,7 @@ class Guess(NamedTuple):
         return None
 
     def largest(self, least: float, most: float) -> float:
-        """The largest box of starts with a set; 0 for none."""
+        """The largest box of starts that has a set; 0 for none."""
         if self.radii_for(least) is None:
             return 0.0
         for _ in range(HALVINGS):
@@ -202,7 +202,7 @@ def first_guess(at: Set) -> Guess:
 def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str:
     """The largest set that is found, or why there is none. Raises UndefinedError."""
     guess, best = first_guess(at), None
-    side, most, limit = guess.largest(LEAST, MOST), MOST, "what is not linear outgrows what decays"
+    side, most, limit = guess.largest(LEAST, MOST), MOST, "the nonlinear terms outgrow the decay"
     if not side:
         return unsettled(guess)
     side *= 0.6
@@ -230,9 +230,9 @@ def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str
 
 
 def unsettled(guess: Guess) -> str:
-    """Why there is no set at all."""
+    """The reason why there is no set at all."""
     lines = guess.growth.lines / guess.radii
     fastest = float(np.abs(np.linalg.eigvals(lines)).max())
     if fastest >= 1.0:
         return f"its slopes do not contract (a mode times {fastest:.7g} a sample)"
-    return "even from next to its rest, what it begins with or what is unknown outgrows what decays"
+    return "even close to its rest, its start or the unknowns outgrow the decay"

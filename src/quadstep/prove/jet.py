@@ -1,7 +1,7 @@
 """Derivatives, enclosed: a value and its slopes along some directions, both as balls.
 
-A length is not differentiable at zero. It is Lipschitz, so that its product with a number that is exactly zero there has the
-slope zero; any other use of it leaves slopes without bound.
+A norm is not differentiable at zero. It is Lipschitz, so that its product with a number that is exactly zero there has the
+slope zero; any other use of it leaves the slopes unbounded.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Enclosure, Operand, Tr
 
 
 class Jet:
-    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a length at zero, whose slopes are unknown."""
+    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm at zero, whose slopes are unknown."""
 
     __slots__ = ("kinked", "slopes", "value")
     __array_ufunc__ = None

@@ -1,4 +1,4 @@
-"""Numbers known exactly, or not at all: they show that a state is an equilibrium in exact arithmetic, where it is one.
+"""Numbers known exactly or not at all, to show that a state is an equilibrium in exact arithmetic.
 
 A fraction, or None for a number whose exact value is not known; zero times any number is zero.
 """
@@ -78,7 +78,7 @@ def exact(x: Operand) -> Known:
         return x
     try:
         return Known(Fraction(float(x)))
-    except (OverflowError, ValueError):  # infinite, or no number
+    except (OverflowError, ValueError):  # infinite or NaN
         return Known(None)
 
 
@@ -89,7 +89,7 @@ def both(a: Known, b: Operand, operation: Callable[[Fraction, Fraction], Fractio
 
 
 def compared(a: Known, b: Operand, relation: Callable[[Fraction, float | Fraction], bool]) -> bool | Known:
-    """Whether a relation holds, or that it is not known."""
+    """Whether a relation holds, or that this is not known."""
     other = exact(b)
     right = float(b) if other.value is None and not isinstance(b, Known) else other.value
     return Known(None) if a.value is None or right is None else relation(a.value, right)

@@ -1,4 +1,4 @@
-"""One block of samples as one linear map with what is left of it, and how a box grows on its way through."""
+"""One block of samples as one linear map with a remainder, and the growth of a box on its way through."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 
 STRIDE = 10
-"""Samples between the points of a block at which the whole past is summed up."""
+"""Samples between the points of a block at which the whole past is summed."""
 
 SPARE = 6
-"""Directions for what functions are off a straight line by."""
+"""Directions for the nonlinear remainders of functions."""
 
 
 class Coordinates(NamedTuple):
-    """e = spread z, z = into e, exactly: the box is one of z. Both (states, states), the position's rows and columns unit."""
+    """e = spread z, z = into e, exactly: the box is in z. Both (states, states), the position's rows and columns unit."""
 
     into: Array
     spread: Array
@@ -39,7 +39,7 @@ class Block(NamedTuple):
 
 
 def block(loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinates, box: Array, first: int, past: int) -> Block:
-    """The block, for all states within `box` (in z) of those flown. Raises UndefinedError."""
+    """The block, for all states within `box` (in z) of the flown ones. Raises UndefinedError."""
     count, samples = len(box), past - first
     known = count + PUSHES + CONSTANTS
     width = np.zeros((count, known))
@@ -53,7 +53,7 @@ def block(loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinate
 
 
 def straightened(found: Image, after: Array, coordinates: Coordinates, box: Array, first: int) -> Block:
-    """One linear map for all samples: that of the middle one; how the others differ from it is left as rest."""
+    """One linear map for all samples, that of the middle one; the others' differences from it go into the remainder."""
     count, samples = after.shape
     parts, middle = found.parts, samples // 2
     step = (parts[:, :count, middle] / box) @ coordinates.into
@@ -65,14 +65,14 @@ def straightened(found: Image, after: Array, coordinates: Coordinates, box: Arra
 
 
 class Way(NamedTuple):
-    """The powers of a block's map. near: 0 to STRIDE. far: of near's last, so many as the block has strides."""
+    """The powers of a block's map. near: 0 to STRIDE. far: powers of near's last, one for each stride of the block."""
 
     near: Known
     far: Known
 
     @property
     def strides(self) -> int:
-        """Of the block."""
+        """The map of the whole block."""
         return len(self.far.middle) - 1
 
 
@@ -91,17 +91,17 @@ def after_each(maps: Known, sources: Array) -> Known:
 
 
 def through(rows: Array, maps: Known) -> Array:
-    """|rows| of each of the stacked maps, magnitudes at most."""
+    """Bounds on |rows| of each of the stacked maps."""
     rounded = lost(rows.shape[1] + 2) * (np.abs(rows) @ np.abs(maps.middle)) + np.abs(rows) @ maps.off
     result: Array = (np.abs(rows @ maps.middle) + rounded) * UP
     return result
 
 
 def coordinates(loop: Sampled, flown: Array, unknown: Unknown) -> Coordinates:
-    """The torque in place of the rates, as far as it is linear in the state half way: what cancels in it is seen in a box.
+    """The torque in place of the rates, as far as it is linear in the state half way, so that cancellations in it are seen.
 
-    Worth it where the inertia, by which the torque is divided, is unknown; else, and where there is no torque that every rate
-    moves, the state as it is, whose boxes are smaller.
+    Used if the inertia, by which the torque is divided, is unknown; else, and if there is no torque that every rate
+    affects, the state is used as it is, whose boxes are smaller.
     """
     states = len(loop.places)
     plain = Coordinates(np.eye(states), np.eye(states))

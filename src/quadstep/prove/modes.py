@@ -1,6 +1,6 @@
 """Coordinates in which a sampled loop is nearly diagonal: its eigenvectors, those of equal eigenvalues kept apart.
 
-Nothing that is proved rests on them: any coordinates will do, good ones give larger sets.
+No proof depends on them: any coordinates will do, good ones give larger sets.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from quadstep.prove.sampled import Array
 ComplexArray = NDArray[np.complex128]
 
 COUPLED, EQUAL = 1e-12, 1e-3
-"""Slopes below the first are taken for none; eigenvalues nearer to each other than this share of their distance from 1 are
-taken for equal.
+"""Slopes below the first count as zero; eigenvalues nearer to each other than the second's share of their distance from 1
+count as equal.
 """
 
 
 class Modes(NamedTuple):
-    """e = spread z: columns are eigenvectors, of a pair of complex ones the real and the imaginary part. pairs: the first
-    columns of these. values: the eigenvalue of every column, that of a pair once as it is and once conjugate.
+    """e = spread z: columns are eigenvectors, for a complex pair the real and the imaginary part. pairs: the first
+    columns of pairs. values: the eigenvalue of every column; a pair has one as it is and one conjugate.
     """
 
     spread: Array
@@ -31,7 +31,7 @@ class Modes(NamedTuple):
 
 
 def modes(slopes: Array) -> Modes:
-    """Of the loop's slopes (states, states). Raises LinAlgError where eigenvectors are dependent."""
+    """The modes of the loop's slopes (states, states). Raises LinAlgError if eigenvectors are dependent."""
     count = len(slopes)
     spread, values, pairs = np.zeros((count, count)), np.zeros(count, dtype=complex), []
     column = 0
@@ -70,7 +70,7 @@ def coupled(slopes: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
 
 
 def apart(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
-    """Another basis of what these eigenvectors span, each without the numbers in which the others are largest.
+    """Another basis of the span of these eigenvectors, each with zeros where the others are largest.
 
     Along x and y a vehicle has the same modes; any mixture of two is one too, and a box of mixtures is larger than need be.
     """
@@ -81,7 +81,7 @@ def apart(vectors: ComplexArray, rows: ComplexArray) -> ComplexArray:
     left, chosen = weighed.copy(), []
     for _ in range(count):
         size = np.sqrt((np.abs(left) ** 2).sum(axis=1))
-        chosen.append(int(np.argmax(size * (1.0 - 1e-6 * np.arange(len(size))))))  # the first of those of one size
+        chosen.append(int(np.argmax(size * (1.0 - 1e-6 * np.arange(len(size))))))  # the first of equal ones
         along = left[chosen[-1]].conj() / size[chosen[-1]]
         left = left - np.outer(left @ along, along.conj())
     result: ComplexArray = vectors @ np.linalg.inv(weighed[chosen])

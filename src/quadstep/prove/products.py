@@ -1,4 +1,4 @@
-"""Products of matrices with bounds of their rounding, and powers."""
+"""Products of matrices with bounds on their rounding, and powers."""
 
 from typing import NamedTuple
 
@@ -8,16 +8,16 @@ from quadstep.prove.sampled import Array
 
 HALF_UNIT = 2.0**-53
 UP = 1.0 + 1e-12
-"""What sums of some hundred numbers above zero lose at most."""
+"""The most that sums of some hundred positive numbers lose by rounding."""
 
 
 def lost(count: int) -> float:
-    """What a sum of `count` products loses at most beside the sum of their sizes, in any order (Higham 2002, section 3.5)."""
+    """Bound on a sum's rounding for `count` products, relative to their sizes, in any order (Higham 2002, section 3.5)."""
     return count * HALF_UNIT / (1.0 - count * HALF_UNIT) * UP
 
 
 class Known(NamedTuple):
-    """Matrices and how far they are from the exact ones, entry by entry; leading axes alike."""
+    """Matrices, and bounds on their distance from the exact ones, entry by entry; with the same leading axes."""
 
     middle: Array
     off: Array

@@ -1,4 +1,4 @@
-"""Where a sampled loop rests, found by Newton's method on enclosures of points; nothing that is proved rests on it."""
+"""The rest of a sampled loop, by Newton's method on enclosures of points; no proof depends on how it was found."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from quadstep.prove.box import image, seeded
 from quadstep.prove.sampled import Array, Sampled
 
 LONGEST = 1e6
-"""What `for ever` means here [s], eleven days: a sine of much longer times is no number (`numbers.sin`)."""
+"""The meaning of `for ever` here [s], eleven days: the sine of much longer times is NaN (`numbers.sin`)."""
 
 QUATERNION = "attitude.0"
 LENGTH = 1e-14
-"""More than what a quaternion's length is off one by after `renormalised`, a few units in the last place."""
+"""More than a quaternion's length can differ from one after `renormalised`, a few units in the last place."""
 
 SMALL, MOST_STEPS, AT_REST, SAME = 1e-9, 20, 1e-9, 1e-12
 CURVED = 0.05
@@ -27,9 +27,9 @@ CURVED = 0.05
 
 
 class Rest(NamedTuple):
-    """state: the loop's numbers at rest. live: places of those that move; slopes of these, (live, live). The others are
-    constants of the flight, or `twins`: what a sample leaves there is what it leaves at another place, to the bit; or `unit`:
-    the first of a quaternion whose length is one (-1: there is none).
+    """state: the loop's numbers at rest. live: places of those that move; slopes: of these, (live, live). The others are
+    constants of the flight, or `twins`: a sample leaves the same number there as at another place, to the bit; or `unit`:
+    the first number of a quaternion whose length is one (-1: none).
     """
 
     state: Array
@@ -39,7 +39,7 @@ class Rest(NamedTuple):
     slopes: Array
 
     def numbers(self, live: list[Enclosure]) -> list[Operand]:
-        """The loop's numbers, with these for those that move."""
+        """The loop's numbers, with these values for the moving ones."""
         found: list[Operand] = self.state.tolist()
         for place, number in zip(self.live, live, strict=True):
             found[place] = number
@@ -53,7 +53,7 @@ class Rest(NamedTuple):
 
 
 def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Structure) -> list[Operand]:
-    """A sample later, those that move. Raises UndefinedError where others do not do as they should."""
+    """The moving numbers one sample later. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
         found = loop.step(at.numbers(live), tick, p)
     if at.unit >= 0 and not np.all(found[at.unit].low > 0.5):
@@ -71,20 +71,20 @@ def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Stru
 
 
 def always(loop: Sampled) -> Enclosure:
-    """Every tick after the first sample."""
+    """All ticks after the first sample, as one enclosure."""
     middle = 0.5 * (LONGEST / loop.ticks.step + loop.span)
     return ball(np.array([middle]), middle - loop.span)
 
 
 def holds(loop: Sampled) -> bool:
-    """Whether the path stands still at all ticks after the first sample."""
+    """Whether the path is at rest at all ticks after the first sample."""
     wanted = loop.loop.path.reference(always(loop) * loop.ticks.step, loop.parameters.path)
     still = not any(map(moving, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
     return still and all(not isinstance(one, Enclosure) or not one.tight.any() for one in (*wanted.position, wanted.yaw))
 
 
 def moving(x: Operand) -> bool:
-    """Whether a number may be other than zero."""
+    """Whether a number may differ from zero."""
     return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
 
@@ -123,16 +123,16 @@ def rest(loop: Sampled) -> Rest:
 
 
 def idle(slopes: Array) -> NDArray[np.bool_]:
-    """Which numbers stay where they are put, to first order."""
+    """The numbers that keep any value they are given, to first order."""
     found: NDArray[np.bool_] = np.all(np.abs(slopes - np.eye(len(slopes))) < SAME, axis=1)
     return found
 
 
 def refuse_idle(names: list[str], slopes: Array) -> None:
-    """Raises UserError for numbers that stay where they are put."""
+    """Raises UserError for numbers that keep any value they are given."""
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
-        raise UserError(f"{', '.join(found)}: to first order these stay where they are put, and do not return by themselves")
+        raise UserError(f"{', '.join(found)}: to first order these keep any value given, and do not return by themselves")
 
 
 def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
@@ -144,7 +144,7 @@ def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:
-    """Without the first number of the vehicle's quaternion, which the plant makes one of length one at every step."""
+    """The places without the first number of the vehicle's quaternion, which the plant normalises at every step."""
     names = loop.names
     if not isinstance(loop.loop.plant, Multirotor) or QUATERNION not in names:
         return at
@@ -161,7 +161,7 @@ def reduced(loop: Sampled, at: Rest) -> Rest:
 
 
 def alike(numbers: list[Operand]) -> dict[int, int]:
-    """Places of numbers that are one and the same as an earlier one, and its place."""
+    """Places of numbers that are always equal to an earlier one, and its place."""
     first: dict[int, int] = {}
     found = {}
     for place, number in enumerate(numbers):

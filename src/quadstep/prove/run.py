@@ -35,14 +35,14 @@ from quadstep.terminal.bars import bar
 from quadstep.vehicle.disturbance import Disturbance
 
 DENSE = 10
-"""Blocks in which all numbers are summed up at every stride where only forces and torques are unknown."""
+"""Blocks in which all numbers are bounded at every stride if only forces and torques are unknown."""
 
 PUSH = 2.3e-4
 """The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""
 
 
 def usual(plan: FlightPlan, force: float | None, torque: float | None, mass: float, inertia: float, start: float) -> Unknown:
-    """The unknowns, with those of the paper's plant where nothing is said of them."""
+    """The unknowns, with the defaults of the paper's plant for those not given."""
     push = PUSH if isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance) else 0.0
     return Unknown(push if force is None else force, push if torque is None else torque, mass, inertia, start)
 
@@ -112,7 +112,7 @@ def prove_mission(
 
 
 def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
-    """Raises UserError where the law has no bounded value on the starts asked for."""
+    """Raises UserError if the law has no bounded value on the requested starts."""
     start = np.zeros(flown.shape[1])
     start[: len(loop.loop.plant.axes)] = unknown.start
     try:
@@ -140,7 +140,7 @@ def check(path: Path) -> Verdict:
 
 
 def counted(to: Callable[[int], None]) -> Callable[[int], None]:
-    """Progress by how much more, told how much there is."""
+    """Progress by increments, from a function that is called with totals."""
     done = 0
 
     def more(samples: int) -> None:
@@ -159,12 +159,12 @@ def wanted(loop: Sampled, count: int) -> Array:
 
 
 def not_for_ever(why: str) -> list[str]:
-    """That hover is not shown to hold for ever, where it was tried."""
+    """The note that hover was not shown to hold for ever, if that was tried."""
     return [f"open: no set was found that hover never leaves: {why}."] if why else []
 
 
 def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, result: Open, off: Array, why: str) -> Verdict:
-    """What was closed, and what was not."""
+    """The verdict on a tube that did not close: what was closed, and what was not."""
     closed = len(result.position)
     position, seconds = result.position.max(axis=0), (closed - 1) * loop.period
     rows = [
@@ -179,14 +179,14 @@ def still_open(name: str, plan: FlightPlan, loop: Sampled, unknown: Unknown, res
 
 
 def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verdict:
-    """Hover is no stable equilibrium."""
+    """The verdict that hover is not a stable equilibrium."""
     log = fly(plan)
     place = ", ".join(f"{one:g}" for one in at.position)
     says = [
         f"disproved: hover at the path's end ({place}) m is an exact equilibrium of the sampled loop, and it is unstable: "
         f"{found.unstable} of the {found.states} eigenvalues of its Jacobian lie outside the unit circle, the law taken in "
         f"exact arithmetic. The fastest error grows at {down(found.slowest):g} to {up(found.fastest):g} 1/s, doubling every "
-        f"{math.log(2.0) / found.slowest:.3g} s: there are starts as near as one likes that are driven away from it.",
+        f"{math.log(2.0) / found.slowest:.3g} s: there are starts arbitrarily near to it that are driven away from it.",
         *consequence(plan),
         flight_says(log),
     ]
@@ -194,7 +194,7 @@ def unstable(name: str, plan: FlightPlan, at: Hover, found: Instability) -> Verd
 
 
 def consequence(plan: FlightPlan) -> list[str]:
-    """What this means for Theorem 5.1, where its printed conditions hold."""
+    """What this means for Theorem 5.1, if its printed conditions hold."""
     gains = plan.parameters.gains
     if not isinstance(plan.loop.controller.alone, Backstepping) or not isinstance(gains, BacksteppingGains):
         return []
@@ -221,7 +221,7 @@ def flight_says(log: FlightLog) -> str:
 
 
 def flown_rows(plan: FlightPlan, log: FlightLog) -> list[list[str]]:
-    """Axis by axis, how far the flight was off its path."""
+    """A row for each axis: how far the flight was off its path."""
     axes = plan.loop.plant.axes
     off = np.abs(log.table(*axes) - log.table(*(f"{axis}_d" for axis in axes))).max(axis=0)
     return [[axis, "disproved", "-", f"{1e3 * one:.6g} mm flown"] for axis, one in zip(axes, off, strict=True)]

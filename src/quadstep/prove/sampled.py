@@ -1,6 +1,6 @@
-"""The sampled closed loop as a map of one state: what flies, for any kind of number.
+"""The sampled closed loop as a map of one state: the laws that fly, for any kind of number.
 
-From sample to sample all loops of the controller have run as often as they do until they fall due together again.
+A sample spans the time until all loops of the controller fall due together again.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ class Recorded(Loop):
 
 
 class Sampled:
-    """A plan's closed loop from sample to sample, `span` steps each.
+    """A plan's closed loop from sample to sample, each of `span` steps.
 
-    places: of its state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never
-    depends (weights of nets that are off) are no state. period [s]; samples: of the flight.
+    places: of the state's numbers among the leaves of the cycle; names: of these. Leaves on which the vehicle's motion never
+    depends (weights of nets that are off) are not states. period [s]; samples: of the flight.
     """
 
     def __init__(self, plan: FlightPlan) -> None:
@@ -109,18 +109,18 @@ class Sampled:
         if not len(log.rows):
             raise UserError("the flight has no first sample: a number is not finite at t = 0 s")
         moving = len(flatten(self.like.state))
-        before = np.vstack([[self.start], log.rows[:-1]])  # what is sampled stays until the next sample
+        before = np.vstack([[self.start], log.rows[:-1]])  # sampled values stay until the next sample
         before[:, :moving] = log.rows[:, :moving]
         return before[:: self.span][:, self.places], log
 
     def at_rest(self, cycle: Cycle) -> list[float]:
-        """The state's numbers in a cycle."""
+        """The state's numbers from a cycle."""
         leaves = flatten(cycle)
         return [float(leaves[place]) for place in self.places]
 
 
 def short(names: Sequence[str]) -> list[str]:
-    """Names without the part of the cycle that they are of, but where that is the name of another before them."""
+    """Names without the part of the cycle that they belong to, unless an earlier name is the same."""
     found: dict[str, None] = {}
     for name in names:
         brief = name.partition(".")[2]
@@ -129,7 +129,7 @@ def short(names: Sequence[str]) -> list[str]:
 
 
 def refuse_unprovable(plan: FlightPlan) -> None:
-    """Raises UserError where a flight is more than equations from sample to sample."""
+    """Raises UserError if a flight is more than equations from sample to sample."""
     loop = plan.loop
     if not isinstance(loop, Loop):
         raise UserError("nothing can be proved about this kind of flight")
@@ -145,12 +145,12 @@ def refuse_unprovable(plan: FlightPlan) -> None:
 
 
 def refuse_ended(code: Operand) -> None:
-    """Raises UndefinedError where a flight may end."""
+    """Raises UndefinedError if a flight may end."""
     if isinstance(code, Enclosure) or (isinstance(code, float | np.ndarray) and np.any(np.asarray(code) != 0.0)):
         raise UndefinedError(f"the flight may end: {ending(code)}")
 
 
 def ending(code: Operand) -> str:
-    """What an outcome other than 0 may be."""
+    """The outcomes other than 0 that are possible, in words."""
     most = code.high if isinstance(code, Enclosure) else np.asarray(code)
     return REASONS.get(Outcome(min(int(np.max(most)), max(Outcome))), "a limit of the mission")

@@ -1,4 +1,4 @@
-"""The file that says which set no flight leaves: the mission, the unknowns, the rest, coordinates, radii, the starts."""
+"""The certificate of a set that no flight leaves: the mission, the unknowns, the rest, coordinates, radii, the starts."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ def write_set(path: Path, found: SetCertificate) -> None:
 
 
 def is_set(path: Path) -> bool:
-    """Whether a file says that it is one. Raises UserError."""
+    """Whether a file claims to be such a certificate. Raises UserError."""
     content = read_json(path)
     return isinstance(content, dict) and content.get("format") == FORMAT
 
 
 def read_set(path: Path) -> SetCertificate:
-    """What the file says. Raises UserError."""
+    """The content of the file. Raises UserError."""
     content = read_json(path)
     try:
         states = tuple(str(name) for name in content["states"])
@@ -93,7 +93,7 @@ def read_set(path: Path) -> SetCertificate:
             position=np.array(content["position[m]"], dtype=np.float64),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise UserError(f"{path}: no certificate of `quadstep prove`: {error}") from None
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
     count, moving = len(states), len(found.live)
     paired = [place for one in found.pairs for place in (one, one + 1)]
     shapes = found.rest.shape == (count,) and found.spread.shape == (moving, moving) and found.radii.shape == (moving,)
@@ -104,5 +104,5 @@ def read_set(path: Path) -> SetCertificate:
         apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
     numbers = (found.rest, found.spread, found.radii, found.position, np.array([*found.unknown, found.start]))
     if not (shapes and sound and apart) or not all(np.isfinite(one).all() for one in numbers) or found.radii.min() < 0.0:
-        raise UserError(f"{path}: no certificate of `quadstep prove`: its tables do not fit each other")
+        raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
     return found

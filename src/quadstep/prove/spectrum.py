@@ -1,6 +1,6 @@
-"""Eigenvalues of a matrix known to within a radius, enclosed: Gershgorin's discs in its approximate eigenvectors.
+"""Enclosed eigenvalues of a matrix that is known to within a radius: Gershgorin discs in its approximate eigenvectors.
 
-For A within R of M, entry by entry, and M T = T D but for a defect, T^-1 A T = D + T^-1 (A T - T D). The defect is bounded
+For A within R of M, entry by entry, and M T = T D up to a defect, T^-1 A T = D + T^-1 (A T - T D). The defect is bounded
 with the rounding of its own computation (Higham, "Accuracy and Stability of Numerical Algorithms", 2002, section 3.5), T^-1 by
 an approximate inverse Y with |I - Y T| < 1 (Rump, "Verification methods", 2010, section 10).
 """
@@ -14,18 +14,18 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 HALF_UNIT = 2.0**-53
 UP = 1.0 + 1e-12
-"""What sums of some hundred numbers above zero lose at most."""
+"""The most that sums of some hundred positive numbers lose by rounding."""
 
 
 class Spectrum(NamedTuple):
-    """Discs that hold all eigenvalues, the largest first. Each connected set of them holds as many as it has discs."""
+    """Discs that contain all eigenvalues, the largest first. Each connected set of discs contains as many as it has discs."""
 
     centres: ComplexArray
     radii: Array
 
     @property
     def outside(self) -> int:
-        """How many eigenvalues are surely outside the unit circle."""
+        """The number of eigenvalues that are certainly outside the unit circle."""
         size = np.abs(self.centres)
         out = size - self.radii > 1.0 + 1e-15
         inner, outer = np.flatnonzero(~out), np.flatnonzero(out)
@@ -39,17 +39,17 @@ class Spectrum(NamedTuple):
 
     @property
     def inside(self) -> bool:
-        """Whether all eigenvalues are surely inside the unit circle."""
+        """Whether all eigenvalues are certainly inside the unit circle."""
         return bool(np.all(np.abs(self.centres) + self.radii < 1.0 - 1e-15))
 
 
 def products(count: int) -> float:
-    """What a sum of `count` complex products loses at most, beside the sum of their sizes."""
+    """The most that a sum of `count` complex products loses by rounding, relative to the sum of their magnitudes."""
     return 4.0 * count * HALF_UNIT / (1.0 - 4.0 * count * HALF_UNIT)
 
 
 def spectrum(middle: Array, radius: Array) -> Spectrum | None:
-    """Of all matrices within `radius` of `middle`, both (n, n); None where the eigenvectors are too nearly dependent."""
+    """The discs for all matrices within `radius` of `middle`, both (n, n); None if the eigenvectors are nearly dependent."""
     count = len(middle)
     values, t = np.linalg.eig(middle)
     try:

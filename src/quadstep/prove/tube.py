@@ -1,9 +1,9 @@
-"""A tube around a flight that every flight with its unknowns stays in, sample by sample.
+"""A tube around a flight in which every flight with its unknowns stays, sample by sample.
 
-Off the flight by e, the sampled loop is e' = A e + B w + C c + d, with A and B of a block of samples and |d| bounded by its
-enclosure over a box. What the unknown w of every sample makes of e later is carried along as a column each, never
-reduced (a zonotope), so that the sums over magnitudes are those of an optimal linear bound; d, of second order, as a box a
-stride. If what comes out stays within the box at all samples of a block, it holds, by induction from sample to sample.
+At a deviation e from the flight, the sampled loop is e' = A e + B w + C c + d, with A and B of a block of samples and |d|
+bounded by its enclosure over a box. The later effect of the unknown w of every sample on e is kept as a column each, never
+reduced (a zonotope), so that the sums over magnitudes are those of an optimal linear bound; d, of second order, as a box per
+stride. If the result stays within the box at all samples of a block, the bound holds, by induction from sample to sample.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown
 
 SAMPLES = 10 * STRIDE
-"""Of a block."""
+"""Most samples of a block."""
 
 TRIES, LARGER, SLACK, LEAST, MOST = 25, 1.03, 1.002, 1e-12, 1e3
 
 
 class Tube(NamedTuple):
-    """boxes: (blocks, states), half widths in z that hold at every sample of a block. position: (samples + 1, axes) [m], how
+    """boxes: (blocks, states), half widths in z, valid at every sample of a block. position: (samples + 1, axes) [m], how
     far a flight may be from the one flown.
     """
 
@@ -35,7 +35,7 @@ class Tube(NamedTuple):
 
 
 class Open(NamedTuple):
-    """Where it was not closed. sample; why: in words; boxes, position: up to there."""
+    """A tube that did not close. sample: where; why: in words; boxes, position: up to there."""
 
     sample: int
     why: str
@@ -44,7 +44,7 @@ class Open(NamedTuple):
 
 
 class Past:
-    """What has come so far: columns with their weights; constants are columns of their own whose parts add up."""
+    """The effects of the past: columns with their weights; constants have their own columns, whose parts add up."""
 
     def __init__(self, start: Array, capacity: int) -> None:
         states = len(start)
@@ -55,13 +55,13 @@ class Past:
         self.add(np.eye(states)[:, start > 0.0], start[start > 0.0])
 
     def add(self, columns: Array, weights: Array) -> None:
-        """More of them."""
+        """Add columns."""
         self.columns[:, self.used : self.used + columns.shape[1]] = columns
         self.weights[self.used : self.used + columns.shape[1]] = weights
         self.used += columns.shape[1]
 
     def bound(self, rows: Array, also: Array | None = None) -> Array:
-        """|rows e| at most. also: what the constants add, (rows, constants)."""
+        """Bounds on |rows e|. also: the constants' part, (rows, constants)."""
         made = np.abs(rows @ self.columns[:, : self.used]) @ self.weights[: self.used]
         constants = rows @ self.constants + (0.0 if also is None else also)
         rounded = lost(2 * len(self.constants)) * (np.abs(rows) @ (self.size + np.abs(self.constants).sum(axis=1)))
@@ -70,12 +70,12 @@ class Past:
 
     @property
     def size(self) -> Array:
-        """|e| at most, but for the constants."""
+        """Bounds on |e|, without the constants."""
         result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * UP
         return result
 
     def move(self, one: Block, on: Way, strides: Array) -> None:
-        """On to the end of a block. strides: what a stride leaves at its end, a box. Rounding is one more such box."""
+        """Move to the end of a block. strides: the box that each stride adds at its end. Rounding is one more such box."""
         last = Known(on.far.middle[-1], on.far.off[-1])
         size = self.size + np.abs(self.constants).sum(axis=1) * UP
         rounded = (lost(len(size) + 2) * np.abs(last.middle) + last.off) @ size
@@ -94,7 +94,7 @@ class Past:
 
 
 def pushed(one: Block, on: Way) -> tuple[Known, Known]:
-    """What the pushes and the constants of every sample are at the block's end, (strides, samples, states, directions)."""
+    """The effects of every sample's pushes and constants at the block's end, (strides, samples, states, directions)."""
     near = Known(on.near.middle[:-1], on.near.off[:-1])
     made = []
     for sources in (one.pushes, one.constants):
@@ -105,7 +105,7 @@ def pushed(one: Block, on: Way) -> tuple[Known, Known]:
 
 
 class Grown(NamedTuple):
-    """inside: z at most at any sample of a block. position: (samples, axes), after each of them. strides: see `Past.move`."""
+    """inside: bounds on z at all samples of a block. position: (samples, axes), after each one. strides: see `Past.move`."""
 
     inside: Array
     position: Array
@@ -113,7 +113,7 @@ class Grown(NamedTuple):
 
 
 def grown(one: Block, on: Way, into: Coordinates, past: Past, axes: int, dense: bool) -> Grown:
-    """How far e may get in a block."""
+    """Bounds on e in a block."""
     t, v = into
     near, far = on.near, on.far
     box_near = through(t, near)  # (STRIDE + 1, states, states)
@@ -121,7 +121,7 @@ def grown(one: Block, on: Way, into: Coordinates, past: Past, axes: int, dense: 
     push = through(t, after_each(near, one.pushes)).sum(axis=2)
     const_size = through(t, after_each(near, one.constants)).sum(axis=2)
     left = box_near @ one.rest
-    local = np.concatenate([np.zeros((1, len(t))), np.cumsum((push + const_size + left)[:-1], axis=0)])  # by so many samples
+    local = np.concatenate([np.zeros((1, len(t))), np.cumsum((push + const_size + left)[:-1], axis=0)])  # by this many samples
     strides = through(np.eye(len(t)), Known(near.middle[:-1], near.off[:-1])).sum(axis=0) @ one.rest * UP
 
     start, size = past.bound(t), past.size + np.abs(past.constants).sum(axis=1)
@@ -159,7 +159,7 @@ def tube(
 ) -> Tube | Open:
     """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position.
 
-    dense: in so many blocks the past is summed up for every number at every stride, not for the position only; it takes time.
+    dense: number of blocks in which every number is bounded at every stride, not only the position; it takes time.
     """
     count, samples = flown.shape[1], len(flown) - 1
     start = np.zeros(count)

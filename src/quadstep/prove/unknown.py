@@ -1,4 +1,4 @@
-"""What is not known of a flight, and holds for all of it that is proved."""
+"""The unknowns of a flight: whatever is proved holds for all of their values."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ PUSHES, CONSTANTS = 6, 4
 
 
 class Unknown(NamedTuple):
-    """Bounds. force [N], torque [N m]: of each axis, held from sample to sample, anything else about them free. mass, inertia:
-    of the vehicle, constant, beside what the mission says (0.01: within 1 %). start [m]: of the position at first, each axis.
+    """Bounds. force [N], torque [N m]: per axis, constant from sample to sample, otherwise arbitrary. mass, inertia:
+    of the vehicle, constant, relative to the mission's (0.01: within 1 %). start [m]: of the initial position, per axis.
     """
 
     force: float = 0.0
@@ -30,17 +30,17 @@ class Unknown(NamedTuple):
 
     @property
     def pushes(self) -> Array:
-        """Bounds of what may change at every sample: three forces, three torques."""
+        """Bounds on the unknowns that may change at every sample: three forces, three torques."""
         return np.array([self.force] * 3 + [self.torque] * 3)
 
     @property
     def shares(self) -> Array:
-        """Bounds of what is constant: mass, three inertias, each as a share."""
+        """Bounds on the constant unknowns: mass, three inertias, each as a share."""
         return np.array([self.mass] + [self.inertia] * 3)
 
 
 def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
-    """Raises UserError where a plan has no such numbers, or for bounds that leave nothing."""
+    """Raises UserError if a plan has no such numbers, or for invalid bounds."""
     for name, value, most in zip(Unknown._fields, unknown, (1e3, 1e3, 0.9, 0.9, 1e3), strict=True):
         if not 0.0 <= value <= most:
             raise UserError(f"--{name}: should be from 0 to {most:g}, not {value:g}")

@@ -1,4 +1,4 @@
-"""A verdict, its numbers with their units, and the words for what it is under."""
+"""A verdict, its numbers with their units, and the words for its unknowns."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Kind(IntEnum):
 
 
 class Verdict(NamedTuple):
-    """What is certain. rows: axis, verdict, and in millimetres what it is about. says: sentences. written: its certificate."""
+    """The result. rows: axis, verdict, and the bounds in millimetres. says: sentences. written: its certificate."""
 
     name: str
     kind: Kind
@@ -36,13 +36,13 @@ def millimetres(metres: float) -> str:
 
 
 def down(x: float, digits: int = 6) -> float:
-    """Rounded down to so many digits."""
+    """Rounded down to this many digits."""
     unit = 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1)
     return math.floor(x / unit) * unit
 
 
 def up(x: float, digits: int = 6) -> float:
-    """Rounded up to so many digits."""
+    """Rounded up to this many digits."""
     return -down(-x, digits)
 
 

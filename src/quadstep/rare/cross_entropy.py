@@ -1,7 +1,7 @@
-"""Importance sampling from a normal distribution that is fitted to the failures by cross-entropy (Rubinstein and Kroese 2004).
+"""Importance sampling from a normal distribution fitted to the failures by cross-entropy (Rubinstein and Kroese 2004).
 
-The latent numbers are drawn from the fitted distribution, noise as in any flight, so that each flight's weight is the ratio of
-the densities of its latent numbers and the estimate has no bias whatever the noise does.
+The latent numbers are drawn from the fitted distribution, noise as in any flight, so each flight's weight is the ratio of
+the densities of its latent numbers, and the estimate is unbiased whatever the noise does.
 """
 
 import math
@@ -13,21 +13,21 @@ from quadstep.rare.points import Evaluate, Floats, Points, Random
 from quadstep.rare.replicate import LEAST, MOST_KEPT, Level, Replicate, beyond
 
 SHARE = 0.1
-"""Of the flights that a distribution is fitted to."""
+"""Share of the flights that a distribution is fitted to."""
 
 MOST_FITS = 20
 LAST = 3
-"""Flights that the estimate is made from, as multiples of those of a fit."""
+"""Flights that the estimate is made from, as a multiple of those of a fit."""
 
 FLOOR, WIDER = 0.05, 1.3
-"""Variance added in every direction of a fit, and the factor of the covariance that the estimate draws from."""
+"""Variance added to a fit in every direction, and factor on the covariance that the estimate draws from."""
 
 DEFENSIVE = 0.1
 """Share of the last flights that are drawn as the campaign draws: no weight exceeds its inverse (Hesterberg 1995)."""
 
 
 class Fit(NamedTuple):
-    """A normal distribution. factor: lower triangle of its covariance."""
+    """A normal distribution. factor: lower triangular factor of its covariance."""
 
     mean: Floats
     factor: Floats
@@ -37,7 +37,7 @@ class Fit(NamedTuple):
         return self.mean + latent @ self.factor.T
 
     def log_density(self, latent: Floats) -> Floats:
-        """Up to the constant that standard normal numbers have too."""
+        """Logarithm of its density, up to the constant that standard normal numbers share."""
         scaled = np.linalg.solve(self.factor, (latent - self.mean).T).T
         return standard(np.asarray(scaled, dtype=np.float64)) - float(np.log(np.diag(self.factor)).sum())
 
@@ -49,7 +49,7 @@ def standard(latent: Floats) -> Floats:
 
 
 def cross_entropy(evaluate: Evaluate, random: Random, size: int, least: float = LEAST) -> Replicate:
-    """One replicate with so many flights in each fit. least: a probability below which it gives up."""
+    """One replicate with `size` flights in each fit. least: the probability below which it gives up."""
     one = np.eye(random.dimensions)
     fit, levels, flights, crude = Fit(np.zeros(random.dimensions), one), list[Level](), 0, 0
     reached = False
@@ -83,7 +83,7 @@ def cross_entropy(evaluate: Evaluate, random: Random, size: int, least: float = 
 
 
 def fitted(latent: Floats, weights: Floats) -> Fit:
-    """The normal distribution of least cross-entropy to the weighted points, its covariance shrunk where they are few."""
+    """The normal distribution with the least cross-entropy to the weighted points, its covariance shrunk if they are few."""
     shares = weights / weights.sum()
     mean = shares @ latent
     apart = latent - mean

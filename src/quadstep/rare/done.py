@@ -1,4 +1,4 @@
-"""What a finished piece of a run leaves, as rare.json holds it."""
+"""The record of a finished piece of a run, as stored in rare.json."""
 
 from typing import Annotated
 
@@ -17,9 +17,9 @@ class Record(BaseModel):
 
 
 class DoneEvent(Record):
-    """Failures of one kind. score: the metrics that announced them. levels: threshold, None for failure itself; probability.
+    """Failures of one kind. score: the metrics that predicted them. levels: threshold, None for failure itself; probability.
 
-    crude: flights drawn as the campaign draws, and those of them that failed; failures: all that were found at last.
+    crude: flights drawn as the campaign draws, and how many of them failed; failures: all that were found at the end.
     """
 
     failure: str
@@ -32,7 +32,7 @@ class DoneEvent(Record):
 
 
 class Nearest(Record):
-    """The most likely failure found: how far from the middle of what is drawn, its values, each with its own deviations."""
+    """The most likely failure found: its distance from the median, its values, and the deviations of each."""
 
     deviations: float
     values: dict[str, object]
@@ -40,14 +40,14 @@ class Nearest(Record):
 
 
 class Again(Record):
-    """Failures that were flown again with other noise, and those of them that failed again."""
+    """Failures that were flown again with different noise, and how many of them failed again."""
 
     flights: Count
     failures: Count
 
 
 class Done(Record):
-    """A piece. kind: why it was flown."""
+    """A finished piece. kind: why it was flown."""
 
     kind: str
     method: Method
@@ -59,5 +59,5 @@ class Done(Record):
 
     @property
     def score(self) -> str:
-        """What announced the failures, in words."""
+        """What predicted the failures, in words."""
         return " and ".join(f"by {', '.join(event.score)}" for event in self.events)

@@ -1,4 +1,4 @@
-"""Points flown: which of them failed, and how close to failure the others came by a score made of the campaign's metrics."""
+"""Flies points: which of them failed, and how close to failure the others came, by a score from the campaign's metrics."""
 
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -17,11 +17,11 @@ from quadstep.rare.points import Evaluate, Floats, Points
 from quadstep.rare.space import values
 
 FAR = 8.0
-"""Deviations up to which values are tried before anything is flown: what the mission takes there, it takes in between."""
+"""Deviations at which values are tried before anything is flown: a mission that accepts these accepts all in between."""
 
 
 class Failure(Enum):
-    """Which failures are looked for."""
+    """The kind of failure that is sought."""
 
     ABOVE = "completed, above a limit"
     EARLY = "ended early"
@@ -29,14 +29,14 @@ class Failure(Enum):
 
 
 class Scale(NamedTuple):
-    """What a metric is counted from, and in."""
+    """Origin and unit in which a metric is counted."""
 
     zero: float
     unit: float
 
 
 class Event(NamedTuple):
-    """Failures, and what announces them: the largest of some metrics, each by its own scale. scales: by bare name."""
+    """Failures, and what predicts them: the largest of some metrics, each on its own scale. scales: by name without unit."""
 
     failure: Failure
     scales: dict[str, Scale]
@@ -55,14 +55,14 @@ class Flights:
         far = values(campaign.file, np.outer([FAR, -FAR], np.ones(len(campaign.file.keys))))
         try:
             list(planner.batches(first[:2], far))
-        except UserError:  # refused flight by flight, if ever it comes to that
+        except UserError:  # refused flight by flight, should it occur
             return
 
     def events(self) -> list[Event]:
-        """What is looked for, each with the score that announces it. A score that the user names is for any failure.
+        """The failures sought, each with the score that predicts it. A score that the user names is for any failure.
 
-        Without one, the largest ratio of a metric to its limit announces that a limit is exceeded, and how much the inputs
-        vary, beside what is typical, that a flight ends early: a loop that becomes unstable is seen there first.
+        Without one, the largest ratio of a metric to its limit predicts that a limit is exceeded; how much the inputs vary,
+        relative to what is typical, predicts that a flight ends early: a loop that becomes unstable shows there first.
         """
         file = self.campaign.file
         if file.rare.score:
@@ -73,16 +73,16 @@ class Flights:
 
     @property
     def activity(self) -> dict[str, Scale]:
-        """How much the inputs vary."""
+        """The metrics of how much the inputs vary."""
         names = [name for name in self.campaign.thresholds if name.startswith("variation_")]
         return self.scales(names or ["largest_error"])
 
     def scales(self, names: Sequence[str]) -> dict[str, Scale]:
-        """Of these metrics over typical flights: zero in the middle, one where a tenth is above."""
+        """Scales of these metrics over typical flights: zero at the median, one at the 90 % quantile."""
         return {name: scale(self.typical[self.campaign.thresholds[name]].to_numpy()) for name in names}
 
     def evaluate(self, event: Event, told: Callable[[int], None]) -> Evaluate:
-        """What flies points and says how close they came to the event, infinite where it happened. told: new flights."""
+        """A function that flies points and scores how close each came to the event, infinite where it occurred."""
         columns = [(self.campaign.thresholds[name], scale) for name, scale in event.scales.items()]
 
         def fly(points: Points) -> Floats:
@@ -109,7 +109,7 @@ def happened(table: pa.Table, failure: Failure) -> NDArray[np.bool_]:
 
 
 def scale(column: NDArray[np.float64]) -> Scale:
-    """Of a metric."""
+    """The scale of a metric."""
     known = column[np.isfinite(column.astype(np.float64))].astype(np.float64)
     if not len(known):
         return Scale(0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The folder of a run: rare.json, rewritten with each piece that is finished, so that a run that was stopped can go on."""
+"""The folder of a run: rare.json, rewritten after each finished piece, so that an interrupted run can be resumed."""
 
 import contextlib
 import json
@@ -21,7 +21,7 @@ MANIFEST = "rare.json"
 
 
 class Manifest(BaseModel):
-    """rare.json. decides: all that decides a result; wanted: how many pieces; files: of the report."""
+    """rare.json. decides: everything that determines a result; wanted: number of pieces; files: of the report."""
 
     model_config = ConfigDict(extra="forbid")
     name: str
@@ -40,18 +40,18 @@ class Manifest(BaseModel):
 
 
 class Kept:
-    """The folder of one run, held by it. Made by `opened`."""
+    """The folder of one run, locked by it. Made by `opened`."""
 
     def __init__(self, folder: Path, manifest: Manifest) -> None:
         self.folder, self.manifest = folder, manifest
 
     @property
     def pieces(self) -> list[Done]:
-        """Those finished, in order."""
+        """The finished pieces, in order."""
         return self.manifest.pieces
 
     def add(self, piece: Done) -> None:
-        """Keep one more. Raises UserError where the disk does not take it."""
+        """Keep one more. Raises UserError if it cannot be written."""
         self.manifest.pieces.append(piece)
         self.save()
 
@@ -63,7 +63,7 @@ class Kept:
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
-        """What a disk refuses, in one line."""
+        """Turns an error of the disk into a UserError of one line."""
         try:
             yield
         except OSError as error:
@@ -81,7 +81,7 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
 
 
 def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Kept:
-    """What is kept in a folder that is locked."""
+    """The content of a locked folder."""
     mine = new_manifest(campaign)
     found = read_manifest(folder)
     if found is None:
@@ -136,7 +136,7 @@ def new_manifest(campaign: Campaign) -> Manifest:
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """rare.json of a folder, None where there is none. Raises UserError for one that cannot be read."""
+    """rare.json of a folder, or None. Raises UserError for one that cannot be read."""
     path = folder / MANIFEST
     if not path.exists():
         return None

@@ -1,4 +1,4 @@
-"""The picture of an estimate: how the probability falls as the score rises, in each replicate."""
+"""The figure of an estimate: how the probability falls as the score rises, in each replicate."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ from quadstep.report.sheet import Sheet
 OWN, OTHER, END = "black", "#2166ac", "#b2182b"
 
 FAR, LINEAR = 30.0, 3.0
-"""Scores beyond which the axis is linear only at first, and up to where: some run away where a loop becomes unstable."""
+"""Largest score for an all-linear axis, and the end of its linear part otherwise: scores of unstable loops can be huge."""
 
 
 def draw_levels(path: Path, pieces: Sequence[Done], sheet: Sheet) -> None:

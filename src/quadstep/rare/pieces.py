@@ -1,4 +1,4 @@
-"""What a run consists of: independent replicates, and second opinions that do not count but must agree."""
+"""The pieces of a run: independent replicates, and second opinions that do not count but must agree."""
 
 from collections.abc import Callable, Iterator
 from enum import StrEnum
@@ -20,13 +20,13 @@ from quadstep.rare.subset import subset_simulation
 METHODS = {Method.SUBSET: subset_simulation, Method.CROSS_ENTROPY: cross_entropy}
 
 EVENTS = 2
-"""Of a piece, at most."""
+"""Most failures kept of a piece."""
 
 NEGLIGIBLE = 0.01
-"""Share of what other events add to the probability below which an event need not be followed further."""
+"""Share of the other events' probability below which an event need not be followed further."""
 
 AGAIN = 50
-"""Failures that are flown again with other noise."""
+"""Number of failures that are flown again with different noise."""
 
 
 class Kind(StrEnum):
@@ -38,14 +38,14 @@ class Kind(StrEnum):
 
 
 class Piece(NamedTuple):
-    """One piece of a run, with the place that decides its random numbers."""
+    """One piece of a run, with the index that determines its random numbers."""
 
     kind: Kind
     place: int
 
 
 def pieces(campaign: Campaign) -> Iterator[Piece]:
-    """All pieces of a campaign, in order; the second opinions are of both kinds in turn."""
+    """All pieces of a campaign, in order; the two kinds of second opinion alternate."""
     rare = campaign.file.rare
     kinds = [Kind.REPLICATE] * rare.replicates + ([Kind.METHOD, Kind.SCORE] * rare.opinions)[: rare.opinions]
     yield from (Piece(kind, place) for place, kind in enumerate(kinds))
@@ -76,13 +76,13 @@ def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Do
 
 
 def other_events(flights: Flights) -> list[Event]:
-    """Any failure, announced by all that may tell: what is limited and how much the inputs vary."""
+    """Any failure, predicted by every candidate: the limited metrics and how much the inputs vary."""
     limits = flights.scales(tuple(flights.campaign.file.failure) or ("largest_error",))
     return [Event(Failure.ANY, {**limits, **flights.activity})]
 
 
 def recorded(event: Event, one: Replicate) -> DoneEvent:
-    """What one event has shown."""
+    """The result for one event."""
     return DoneEvent(
         failure=event.failure.value,
         score=list(event.scales),
@@ -107,7 +107,7 @@ def nearest(flights: Flights, failures: Points) -> Nearest:
 
 
 def again(flights: Flights, failures: Points, told: Callable[[int], None]) -> Again:
-    """How many of some failures fail again with other noise."""
+    """How many of some failures fail again with different noise."""
     count = len(failures.noise)
     some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
     failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()

@@ -1,4 +1,4 @@
-"""Flights as points: what is drawn for one as independent standard normal numbers, and whose noise it meets."""
+"""Flights as points: the values drawn for each as independent standard normal numbers, and the flight whose noise it gets."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -13,28 +13,28 @@ FIRST = 2**31
 """The first flight's number, beyond those of campaigns."""
 
 A_REPLICATE = 2**24
-"""Numbers that each replicate has, more than it can use."""
+"""Flight numbers reserved for each replicate, more than it can use."""
 
 LATENT, CHOSEN = STREAM + 1, STREAM + 2
-"""Streams of random numbers: of the points, and of what is done with them."""
+"""Streams of random numbers: for the points, and for the choices made with them."""
 
 Numbers: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
 
 
 class Points(NamedTuple):
-    """latent: shape (flights, dimensions); noise: the number of the flight whose noise each of them meets."""
+    """latent: shape (flights, dimensions); noise: the number of the flight whose noise each of them gets."""
 
     latent: Floats
     noise: Numbers
 
     def at(self, places: NDArray[np.bool_] | Numbers) -> "Points":
-        """Some of them."""
+        """A subset of the points."""
         return Points(self.latent[places], self.noise[places])
 
 
 def joined(some: list[Points]) -> Points:
-    """All of them, in order."""
+    """All points, in order."""
     return Points(np.concatenate([one.latent for one in some]), np.concatenate([one.noise for one in some]))
 
 
@@ -43,7 +43,7 @@ Evaluate: TypeAlias = Callable[[Points], Floats]
 
 
 class Random:
-    """The random numbers of one replicate: each flight that it asks for has a number, which decides all of them."""
+    """The random numbers of one replicate: each flight that it requests has a number, which determines all of them."""
 
     def __init__(self, seed: int, replicate: int, dimensions: int) -> None:
         self.seed, self.dimensions = seed, dimensions

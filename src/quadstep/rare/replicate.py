@@ -7,10 +7,10 @@ import numpy as np
 from quadstep.rare.points import Floats, Points
 
 LEAST = 1e-12
-"""A probability below which a replicate gives up."""
+"""Probability below which a replicate gives up."""
 
 MOST_KEPT = 0.5
-"""Share of the flights beyond a threshold above which a score that takes few values leads nowhere."""
+"""Share of flights beyond a threshold above which a score with few distinct values makes no progress."""
 
 
 class Level(NamedTuple):
@@ -21,7 +21,7 @@ class Level(NamedTuple):
 
 
 class Replicate(NamedTuple):
-    """probability: 0 where no failure was reached. flights: all that were flown; crude: drawn as the campaign draws, and how
+    """A replicate. probability: 0 if no failure was reached. flights: all flown; crude: drawn as the campaign draws, and how
     many of them failed. failures: some flights that failed.
     """
 
@@ -34,7 +34,7 @@ class Replicate(NamedTuple):
 
 
 def beyond(scores: Floats, share: float) -> float:
-    """A threshold that about this share of the scores reaches; of equal scores all or none, whichever is closer."""
+    """A threshold that about this share of the scores reaches; equal scores all count or none, whichever is closer."""
     values, counts = np.unique(scores, return_counts=True)
     reached = np.cumsum(counts[::-1])[::-1] / len(scores)
     return float(values[np.argmin(np.abs(np.log(reached / share)))])

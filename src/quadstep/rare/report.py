@@ -1,4 +1,4 @@
-"""report.html of an estimate, and its picture."""
+"""report.html of an estimate, and its figure."""
 
 import shutil
 import tempfile
@@ -31,7 +31,7 @@ READING = (
 
 
 def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
-    """Write it beside its place, then move it there, and name its files in rare.json. Raises UserError for a full disk."""
+    """Write it to a temporary folder, move it into place, name its files in rare.json. Raises UserError for a full disk."""
     with kept.explained():
         temporary = Path(tempfile.mkdtemp(dir=kept.folder, prefix=WRITING))
         try:
@@ -41,7 +41,7 @@ def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, s
             page.write_page(temporary / REPORT, campaign.file.name, body, "Rare failures")
             names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
             kept.manifest.files = names
-            kept.save()  # so that what a kill leaves is known to be ours
+            kept.save()  # so that files left by a killed run are known to be ours
             (kept.folder / FIGURES).mkdir(exist_ok=True)
             for name in sorted(names, key=lambda name: name == REPORT):
                 (temporary / name).chmod(0o644)
@@ -101,7 +101,7 @@ def replicate_rows(pieces: Sequence[Done]) -> list[tuple[str, ...]]:
 
 
 def nearest(summary: Summary) -> list[str]:
-    """What varied, in the failure that is nearest to the middle."""
+    """The values of the keys in the failure nearest to the median."""
     if summary.nearest is None:
         return [page.paragraph("No failure was found.")]
     return [
@@ -111,7 +111,7 @@ def nearest(summary: Summary) -> list[str]:
 
 
 def nearest_rows(summary: Summary) -> list[tuple[str, str, str]]:
-    """Key, value, deviations of its normal number: those that are farthest out first."""
+    """Key, value, and deviations of its normal number; the farthest out first."""
     if summary.nearest is None:
         return []
     away = summary.nearest.deviations_by_key

@@ -16,7 +16,7 @@ from quadstep.report.sheet import Sheet
 
 
 class Found(NamedTuple):
-    """A run that is over."""
+    """A finished run."""
 
     campaign: Campaign
     summary: Summary
@@ -24,7 +24,7 @@ class Found(NamedTuple):
 
 
 Progress = Callable[[int, str], None]
-"""Told flights over, and what is being flown."""
+"""Called with the number of flights done and a note on what is being flown."""
 
 
 def estimate(

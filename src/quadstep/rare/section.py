@@ -9,24 +9,24 @@ from quadstep.mission.fields import Quantity, Section, as_tuple
 
 
 class Method(StrEnum):
-    """How a replicate makes failures frequent."""
+    """The method by which a replicate makes failures frequent."""
 
     CROSS_ENTROPY = "cross-entropy"
     SUBSET = "subset"
 
     @property
     def words(self) -> str:
-        """In a sentence."""
+        """Its name in a sentence."""
         return "cross-entropy" if self is Method.CROSS_ENTROPY else "subset simulation"
 
     @property
     def other(self) -> "Method":
-        """The one that gives a second opinion."""
+        """The other method, which gives a second opinion."""
         return Method.SUBSET if self is Method.CROSS_ENTROPY else Method.CROSS_ENTROPY
 
 
 def as_method(value: object) -> object:
-    """TOML has text. Raises ValueError for another name."""
+    """The method of a name in TOML. Raises ValueError for an unknown name."""
     if value not in tuple(Method):
         raise ValueError(f"should be {' or '.join(Method)}, not {value!r:.60}")
     return Method(str(value))

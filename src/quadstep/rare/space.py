@@ -1,4 +1,4 @@
-"""What a campaign varies as independent standard normal numbers: one for each key."""
+"""The varying keys of a campaign as independent standard normal numbers, one for each key."""
 
 from pathlib import Path
 from typing import cast
@@ -13,11 +13,11 @@ from quadstep.errors import UserError
 from quadstep.rare.points import Floats
 
 LEAST, MOST = 2.0**-1000, 1.0 - 2.0**-53
-"""Of a share: quantile functions are finite in between. Beyond it, 8.2 deviations up, is a probability of 1e-16."""
+"""Range of a share in which quantile functions are finite. The probability above it, at 8.2 deviations, is 1e-16."""
 
 
 def check_space(file: CampaignFile, path: Path) -> None:
-    """Refuses a campaign of which nothing is drawn, or not everything. Raises UserError."""
+    """Refuses a campaign in which nothing is drawn, or not every key. Raises UserError."""
     grids = [name for name, one in file.vary.items() if isinstance(one, Grid)]
     if grids:
         raise UserError(f"{path}: vary.{grids[0]}: a grid has no probabilities; use a choice or a distribution")

@@ -1,8 +1,8 @@
 """Subset simulation (Au and Beck 2001): a rare event as the last of nested events, each frequent given the one before.
 
-An event is that a flight fails, or its score exceeds a threshold, so failure is inside every one of them whatever the score
-is. Flights given an event are drawn by Markov chains that start from those that are already there, by conditional sampling
-whose step adapts to the share accepted (Papaioannou, Betz, Zwirglmaier and Straub 2015).
+An event is that a flight fails or its score exceeds a threshold, so failure is part of every event whatever the score
+is. Flights given an event are drawn by Markov chains that start from those already in it, by conditional sampling
+whose step size adapts to the acceptance rate (Papaioannou, Betz, Zwirglmaier and Straub 2015).
 """
 
 import math
@@ -14,17 +14,17 @@ from quadstep.rare.points import Evaluate, Floats, Points, Random, joined
 from quadstep.rare.replicate import LEAST, MOST_KEPT, Level, Replicate, beyond
 
 SHARE = 0.1
-"""Of the flights that each event keeps."""
+"""Share of the flights that each event keeps."""
 
 STEP, WANTED = 0.6, 0.44
-"""The first step of the chains, a standard deviation, and the share of candidates that should be accepted."""
+"""The first step size of the chains, a standard deviation, and the target acceptance rate."""
 
 NEW_NOISE = 0.5
-"""Share of the candidates that meet noise of their own; the others keep their predecessor's."""
+"""Share of the candidates that get new noise; the others keep their predecessor's."""
 
 
 def subset_simulation(evaluate: Evaluate, random: Random, size: int, least: float = LEAST) -> Replicate:
-    """One replicate with so many flights in each level. least: a probability below which it gives up."""
+    """One replicate with `size` flights in each level. least: the probability below which it gives up."""
     points = random.points(size)
     scores = evaluate(points)
     crude, flights = int(np.isinf(scores).sum()), size
@@ -49,7 +49,7 @@ def subset_simulation(evaluate: Evaluate, random: Random, size: int, least: floa
 def chains(
     evaluate: Evaluate, random: Random, points: Points, scores: Floats, threshold: float, size: int, step: float
 ) -> tuple[Points, Floats, int, float]:
-    """About `size` flights whose score is at least the threshold, those given among them; their scores, new flights, step."""
+    """About `size` flights whose score is at least the threshold, including those given; their scores, new flights, step."""
     all_points, all_scores = [points], [scores]
     count, turns = len(scores), -(-size // len(scores)) - 1
     drawn = random.points(turns * count)

@@ -1,4 +1,4 @@
-"""What the replicates have shown: a probability with an interval from how much they differ, and what speaks against it."""
+"""The result of the replicates: a probability with an interval from their scatter, and warnings."""
 
 import math
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""
 
 MORE = 5.0
-"""Ratio of a second opinion to the probability above which it speaks against it."""
+"""Ratio of a second opinion to the probability above which it contradicts the estimate."""
 
 DOUBT = 0.01
-"""Chance that an interval of crude flights misses the truth, where it is used as a check."""
+"""Probability that an interval from crude flights misses the truth, where it is used as a check."""
 
 FEW_AGAIN = 0.1
-"""Share of failures that fail again with other noise below which noise decides."""
+"""Share of failures that fail again with different noise, below which noise dominates."""
 
 
 class Crude(NamedTuple):
-    """Flights drawn as the campaign draws, and those of them that failed. rate: with its exact 99 % interval."""
+    """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval."""
 
     flights: int
     failures: int
@@ -36,7 +36,7 @@ class Crude(NamedTuple):
 class Summary(NamedTuple):
     """probability: of failure, with its 95 % interval. replicates: those of each. flights: all that were flown.
 
-    spread: standard deviation of the replicates over their mean. one_by_one: flights whose rate would be as sure as this.
+    spread: standard deviation of the replicates over their mean. one_by_one: crude flights needed for the same accuracy.
     """
 
     probability: Estimate
@@ -74,9 +74,9 @@ def summarise(done: Sequence[Done]) -> Summary:
 def interval(probabilities: Floats, crude: Crude) -> Estimate:
     """The mean of independent estimates with its 95 % interval.
 
-    Estimates of small probabilities scatter by factors: they are taken as log-normal, and the interval is Cox's for the mean
-    (Zhou and Gao 1997) with Student's quantile. Where some are 0 it begins at 0 and ends at Student's for the numbers
-    themselves; where all are, it is that of the crude flights.
+    Estimates of small probabilities scatter by factors: they are assumed log-normal, and the interval is Cox's for the mean
+    (Zhou and Gao 1997) with Student's quantile. If some are 0, it begins at 0 and ends at Student's for the numbers
+    themselves; if all are, it is that of the crude flights.
     """
     count, mean = len(probabilities), float(probabilities.mean())
     if mean == 0.0:
@@ -92,7 +92,7 @@ def interval(probabilities: Floats, crude: Crude) -> Estimate:
 
 
 def crude_of(own: Sequence[Done]) -> Crude:
-    """The flights that replicates begin with, of all events together: each adds its own rate."""
+    """The flights that replicates begin with, over all events: each adds its own rate."""
     rates: dict[str, tuple[int, int]] = {}
     for event in (event for one in own for event in one.events):
         flown, failed = rates.get(event.failure, (0, 0))
@@ -105,7 +105,7 @@ def crude_of(own: Sequence[Done]) -> Crude:
 
 
 def warnings(found: Summary) -> list[str]:
-    """What speaks against the estimate, in sentences; none where nothing does."""
+    """Warnings against the estimate, in sentences."""
     said, own = [], np.array(found.replicates)
     none = int((own == 0.0).sum())
     if none:

@@ -14,7 +14,7 @@ from quadstep.rare.summary import as_json
 def verdict(found: Found, file: Path, least: float | None) -> Verdict:
     """Judge an estimate. least: share of flights that must succeed; None if nothing is required.
 
-    It is met where the lower end of the interval reaches it and nothing speaks against the estimate.
+    It is met if the lower end of the interval reaches it and there is no warning against the estimate.
     """
     summary, name = found.summary, found.campaign.file.name
     probability = summary.probability

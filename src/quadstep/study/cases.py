@@ -17,7 +17,7 @@ NEURONS, SEEDS = (8, 10, 12), tuple(range(1, 9))
 FIGURE_3_ENDS, FIGURE_3_TIME = (10.0, 20.0, 30.0, 40.0), 10.0
 
 CASE_3_START = {"position": [0.5, -0.5, 0.0], "attitude": [0.0, 0.1, -0.1]}
-"""Off the path by half a metre and tilted by 0.1 rad, because from rest on the path x, y, theta and phi stay zero for ever."""
+"""Half a metre off the path and tilted by 0.1 rad, because from rest on the path x, y, theta and phi stay zero for ever."""
 
 CASE_3_STARTS: dict[str, dict[str, Any]] = {
     "at rest on the path": {},
@@ -31,7 +31,7 @@ NESTED_GAINS: dict[str, dict[str, object]] = {
     "a_z = (3, 0.5)": {"a_z": [3.0, 0.5]},
     "a_z = (0.001, 0.002)": {"a_z": [0.001, 0.002]},
 }
-"""Altitude gains of [11] found in scripts that reproduce it; the second are hardware units that do not settle in SI."""
+"""Altitude gains of [11] found in scripts that reproduce it; the second set is in hardware units and does not settle in SI."""
 
 
 def line(name: str, origin: list[float], target: list[float], **sections: object) -> LagrangeMission:
@@ -57,19 +57,19 @@ def case_1(**sections: object) -> LagrangeMission:
 
 
 def case_2(axis: str = "x") -> LagrangeMission:
-    """Case 2: one axis moves alone, y and z as in its last sentence."""
+    """Case 2: one axis moves alone; y and z as in its last sentence."""
     start = {"x": [0.0, 5.0, 10.0], "y": [20.0, 0.0, 10.0], "z": [20.0, 5.0, 0.0]}[axis]
     return line(f"Case 2: {axis} command only", start, [20.0, 5.0, 10.0])
 
 
 def case_3(controller: dict[str, object], start: dict[str, object] | None = None) -> LagrangeMission:
-    """Case 3: altitude change from 0 to 10 m while x and y should stay at zero."""
+    """Case 3: altitude change from 0 to 10 m while x and y should stay zero."""
     begin = CASE_3_START if start is None else start
     return line("Case 3: altitude change", [0.0, 0.0, 0.0], [0.0, 0.0, 10.0], controller=controller, start=begin)
 
 
 def stress(duration: float, scale: float, **nets: object) -> LagrangeMission:
-    """Case 1's way in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
+    """Case 1's path in `duration` seconds under `scale` times the paper's disturbance, then held; `nets` as in a mission."""
     return case_1(
         duration=duration,
         disturbance={"scale": scale},
@@ -91,7 +91,7 @@ def main_cases() -> dict[str, LagrangeMission]:
 
 
 def further_flights() -> dict[str, LagrangeMission]:
-    """Flights that a claim needs beside the cases: the nets switched off."""
+    """Flights that a claim needs besides the cases: with the nets switched off."""
     return {"case1 without nets": case_1(controller=adaptive(enabled=False)),
             "case3 without nets": case_3(adaptive(enabled=False))}  # fmt: skip
 

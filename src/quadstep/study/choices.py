@@ -16,7 +16,7 @@ from quadstep.study.cases import (
 
 
 class Choice(NamedTuple):
-    """what was chosen, its value and why."""
+    """A choice: what was chosen, its value, and why."""
 
     what: str
     value: str
@@ -30,7 +30,7 @@ def choices() -> list[Choice]:
     gains = mission.controller.model_dump()
     nets = gains["nets"]
     return [
-        Choice("T_eta", vehicle.kinematics, "the printed one breaks Newton-Euler; with Sigma = 5 I both fly alike"),
+        Choice("T_eta", vehicle.kinematics, "the printed one violates Newton-Euler; with Sigma = 5 I both fly alike"),
         Choice("C(eta, eta_dot)", "C eta_dot by Eq. 2", "Christoffel's C gives the same and is the one the proof needs"),
         Choice("Eq. 67", "row products", "sums give tau_psi = 0.93 N m in Case 1, which the paper says is 0"),
         Choice("rotor arm l, factor c", f"{vehicle.rotors.arm:g} m, {vehicle.rotors.moment:g} m", "only f_i depends on them"),
@@ -41,9 +41,9 @@ def choices() -> list[Choice]:
                "K_r2 > J_M max(Lambda2) = 150; inner loop well above the outer one"),
         Choice("desired attitude rates", f"critically damped filter at {gains['filter_frequency']:g} rad/s, from the attitude "
                "at the start", "the exact rate needs eta_dd and makes an algebraic loop; yaw's rate is known from the path"),
-        Choice("zero wanted force", "theta_d = phi_d = 0", "any attitude makes zero force; level is the safe one"),
+        Choice("zero desired force", "theta_d = phi_d = 0", "any attitude gives zero force; level is the safe one"),
         Choice("basis and input weights", f"sigmoid, uniform in [-1, 1] with bias, seed {nets['seed']}", "worked in trials"),
-        Choice("neurons", f"{nets['neurons']} a net", "the paper's number; 8 and 12 are flown too"),
+        Choice("neurons", f"{nets['neurons']} per net", "the paper's number; 8 and 12 are flown too"),
         Choice("F1, F2", f"{nets['F1']:g} I, {nets['F2']:g} I (N x N)", "diag(5 [1;1;1]) does not fit Eq. 54's dimensions"),
         Choice("kappa", f"kappa1 = {nets['kappa1']:g}, kappa2 = {nets['kappa2']:g}, both times |r| of both loops",
                "Section 6 has two, Eq. 54 one"),

@@ -1,4 +1,4 @@
-"""What a claim of the paper is, and how it is judged."""
+"""A claim of the paper, and how it is judged."""
 
 from collections.abc import Mapping
 from enum import StrEnum
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 
 class Verdict(StrEnum):
-    """What the flights say of a sentence."""
+    """The verdict of the flights on a sentence of the paper."""
 
     HOLDS = "holds"
     FAILS = "fails"
@@ -14,7 +14,7 @@ class Verdict(StrEnum):
 
 
 class Claim(NamedTuple):
-    """name: short. sentence: the paper's. measured: one line with numbers. values: the same for machines."""
+    """A claim. name: short. sentence: the paper's. measured: one line with numbers. values: the same for machines."""
 
     name: str
     sentence: str
@@ -24,5 +24,5 @@ class Claim(NamedTuple):
 
 
 def judge(holds: bool) -> Verdict:
-    """Holds or fails."""
+    """The verdict for a condition: holds or fails."""
     return Verdict.HOLDS if holds else Verdict.FAILS

@@ -1,4 +1,4 @@
-"""What Section 6 of the paper claims, what was measured, and the verdict."""
+"""The claims of Section 6 of the paper, what was measured, and the verdict."""
 
 from quadstep.study.claim import Claim, Verdict
 from quadstep.study.claims_comparison import altitude, settling, sideways, smoothness, transient_cause, transients

@@ -1,4 +1,4 @@
-"""Claims of Case 3: the paper's controller beside that of its reference [11]."""
+"""Claims of Case 3: the paper's controller compared with that of its reference [11]."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from quadstep.study.study import Study, completed
 def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool = True) -> dict[str, str]:
     """For each start and gain set of [11]: whether the measure (all of several) is smaller, or larger, for the adaptive one.
 
-    Answers yes, no, equal, or who did not finish.
+    Answers yes, no, equal, or which controller did not finish.
     """
     table = {}
     for (where, name), nested in study.starts.items():
@@ -32,7 +32,7 @@ def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool =
 
 
 def over_starts(table: dict[str, str]) -> Verdict:
-    """The paper states neither start nor gains: a sentence holds if it does wherever both controllers finish and differ."""
+    """The paper gives neither start nor gains: a sentence holds if it does wherever both controllers finish and differ."""
     answers = set(table.values()) & {"yes", "no"}
     return Verdict.UNDECIDED if len(answers) != 1 else judge(answers == {"yes"})
 
@@ -76,7 +76,7 @@ def sideways(study: Study) -> Claim:
 
 
 def settled(metrics: Metrics) -> float:
-    """When roll and pitch both stay level to 5 mrad [s]; infinite if never."""
+    """Time from which roll and pitch both stay level to within 5 mrad [s]; infinite if never."""
     times = [metrics["attitude"][angle]["angle_settling[s]"] for angle in ("theta", "phi")]
     return max(np.inf if time is None else time for time in times)
 
@@ -95,7 +95,7 @@ def settling(study: Study) -> Claim:
 
 
 def finite_or_none(value: float) -> float | None:
-    """For JSON, which knows no infinity."""
+    """A number for JSON, which has no infinity."""
     return value if np.isfinite(value) else None
 
 
@@ -138,7 +138,7 @@ def transients(study: Study) -> Claim:
 
 
 def transient_cause(study: Study) -> Claim:
-    """Case 3, the reason given."""
+    """Case 3, the reason that the paper gives."""
     (tilt, torque), (tilt_off, torque_off) = peaks(study.cases["case3_adaptive"]), peaks(study.further["case3 without nets"])
     return Claim(
         "transients caused by the nets",

@@ -114,14 +114,14 @@ def no_yaw_torque(study: Study) -> Claim:
 
 
 def silent(metrics: Metrics, axes: str, torque: str, angle: str) -> dict[str, float]:
-    """How much the other axes, their torque and angle move."""
+    """How far the other axes, with their torque and angle, move."""
     moved = {f"{axis}[m]": metrics["position"][axis]["largest[m]"] for axis in axes}
     return {**moved, f"{torque}[N m]": metrics[torque]["largest[N m]"], f"{angle} error[rad]":
             metrics["attitude"][angle]["largest[rad]"]}  # fmt: skip
 
 
 def shown(values: dict[str, float]) -> str:
-    """Values with their names in one line."""
+    """Values with their names on one line."""
     return ", ".join(f"{name.partition('[')[0]} {value:.1e} {name.partition('[')[2][:-1]}" for name, value in values.items())
 
 

@@ -60,7 +60,7 @@ def figure_jobs(logs: Mapping[str, FlightLog]) -> list[FigureJob]:
 
 
 def trajectories() -> tuple[NDArray[np.float64], list[Panel]]:
-    """x_d(t) for four final positions in 10 s (Eq. 75), with its rate and second rate."""
+    """x_d(t) for four final positions in 10 s (Eq. 75), with its first and second derivative."""
     t = np.linspace(0.0, FIGURE_3_TIME, 401)
     path, here = MinimumJerk(), vector(0.0, 0.0, 0.0)
     panels = [Panel("x_d", "m", {}), Panel("x_d rate", "m/s", {}), Panel("x_d second rate", "m/s^2", {})]

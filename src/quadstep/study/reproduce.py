@@ -124,10 +124,10 @@ AT_A_GLANCE = (4, 10, 12)
 
 
 def answer(claims: list[Claim]) -> str:
-    """What came of the paper's claims, in a sentence."""
+    """The result for the paper's claims, in a sentence."""
     count = {kind: sum(claim.verdict is kind for claim in claims) for kind in Verdict}
     return (
-        f"Of {len(claims)} claims that the paper makes of its simulations, {count[Verdict.HOLDS]} hold when "
+        f"Of {len(claims)} claims that the paper makes about its simulations, {count[Verdict.HOLDS]} hold when "
         f"reproduced, {count[Verdict.FAILS]} fail, and {count[Verdict.UNDECIDED]} cannot be decided."
     )
 

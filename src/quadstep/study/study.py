@@ -1,4 +1,4 @@
-"""The whole study flown: logs of the cases, metrics of everything else."""
+"""Flies the whole study: logs of the cases, metrics of everything else."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ Logs = dict[str, FlightLog]
 
 
 class StudyPlans(NamedTuple):
-    """What is to be flown, by family."""
+    """The flights to be flown, by family."""
 
     cases: dict[str, FlightPlan]
     further: dict[str, FlightPlan]
@@ -51,7 +51,7 @@ def plan_study() -> StudyPlans:
 
 
 def fly_study(plans: StudyPlans, engine: Engine = Engine.LANES, on_cases: Callable[[Logs], None] | None = None) -> Study:
-    """Fly everything, the cases first. on_cases: told their logs at once, so that figures can be drawn meanwhile."""
+    """Fly everything, the cases first. on_cases: called with their logs at once, so that figures can be drawn meanwhile."""
     logs = dict(zip(plans.cases, fly_all(list(plans.cases.values()), engine), strict=True))
     if on_cases:
         on_cases(logs)

@@ -1,1 +1,1 @@
-"""The repaired theorem (docs/theory.md): inequalities checked on random states, and what the completed controller gains."""
+"""The repaired theorem (docs/theory.md): inequalities checked on random states, and how much the completed law gains."""

@@ -1,7 +1,7 @@
-"""Looking for the closed loops that come nearest to breaking a statement: random ones, and a search from the best of them.
+"""Search for the closed loops that come nearest to violating a statement: random ones, and a search from the best of them.
 
-A bound is tight where some closed loop comes near it; so each term of a bound is sought out where the others leave it the
-least room. Every statement must hold there, and must not if a term is taken a tenth smaller than it is.
+A bound is tight where some closed loop comes near it, so each term of a bound is tested where the others leave it the
+least room. Every statement must hold there, and must fail if a term is made a tenth smaller.
 """
 
 from typing import NamedTuple
@@ -16,14 +16,14 @@ ROUND_OFF = 1e-9
 """Relative margin that rounding may cost."""
 
 LANES, STEPS, ENOUGH = 24, 400, 0.95
-"""Of a search: closed loops a term, the most steps, and the share of every term that ends it."""
+"""Of a search: closed loops per term, the largest number of steps, and the share of every term that ends it."""
 
 FACTOR = 0.9
-"""A statement must be broken once a term of its bound is taken this small."""
+"""A statement must fail once a term of its bound is scaled by this."""
 
 
 class Margin(NamedTuple):
-    """A statement: its number in docs/theory.md, what it says, its worst relative margin (negative: broken), samples.
+    """A statement: its number in docs/theory.md, its text, its worst relative margin (negative: violated), samples.
 
     reached: for each term of its bound, the share of it that some closed loop uses up; of an equation, 1 where it is not zero.
     """
@@ -41,18 +41,18 @@ class Margin(NamedTuple):
 
     @property
     def bites(self) -> bool:
-        """Whether it breaks where any term of the bound is taken a tenth smaller."""
+        """Whether it fails when any term of the bound is made a tenth smaller."""
         return all(share > FACTOR for share in self.reached.values())
 
 
 class Seen:
-    """What a statement has shown so far: the worst margin, and what of each term was used up."""
+    """Results for a statement so far: the worst margin, and the share of each term that was used up."""
 
     def __init__(self) -> None:
         self.worst, self.reached = np.inf, dict[str, float]()
 
     def look(self, sides: list[Sides]) -> list[Cube]:
-        """Take a batch in. Returns, for each term of an inequality, what is left of it, a number a closed loop."""
+        """Add a batch. Returns, for each term of an inequality, how much of it is left, one number per closed loop."""
         left = []
         for part, side in enumerate(sides):
             size = np.maximum(side.size, 1e-300)
@@ -87,7 +87,7 @@ def search(statement: Statement, seen: Seen, seed: int = 1) -> Cube:
 
 
 def moved(cube: Cube, best: Cube, draw: np.random.Generator) -> Cube:
-    """Closed loops beside the best so far: some numbers of each moved, taken from a better one, or put to zero error."""
+    """Closed loops near the best so far: some numbers of each shifted, taken from a better one, or set to zero error."""
     groups, lanes = best.shape
     count = groups * lanes
     changed = draw.random(cube.shape) < 10.0 ** draw.uniform(-2.3, -0.3, count)

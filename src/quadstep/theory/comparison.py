@@ -1,6 +1,6 @@
 """The paper's and the completed controller over inner-loop gains, t_f, disturbance and nets.
 
-Two more laws show which part of the completion gains what: the counter-term without the rigid-body torque, and the
+Two more laws show what each part of the completion gains: the counter-term without the rigid-body torque, and the
 completed law without the counter-term.
 """
 
@@ -93,7 +93,7 @@ def disturbance_over_weight(times: tuple[float, ...] = TIMES) -> dict[float, flo
 
 
 class Summary(NamedTuple):
-    """What the grid says of a law beside another's: flights, survivors, flights gained, lost and worse, ratios of RMSE."""
+    """A law compared with another over the grid: flights, survivors, flights gained, lost and worse, ratios of RMSE."""
 
     flights: int
     other_flies: int

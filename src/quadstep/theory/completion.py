@@ -1,4 +1,4 @@
-"""`quadstep study completion`: the statements on random states, the grid of flights, a folder with both."""
+"""`quadstep study completion`: checks the statements on random states, flies the grid, and writes a folder with both."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -28,8 +28,8 @@ GRID = ("K_r2[N m s]", "Lambda2[1/s]", "t_f[s]", "scale[-]", "nets", "law", "rms
 
 
 class Completion(NamedTuple):
-    """What was found. summaries: of each law beside the paper's. uncountered: the completed law without its counter-term
-    beside the completed law.
+    """The results. summaries: each law compared with the paper's. uncountered: the completed law without its counter-term
+    compared with the completed law.
 
     over_weight: largest disturbance at scale 1 over the weight, by t_f [s].
     """
@@ -69,13 +69,13 @@ def as_json(found: Completion) -> dict[str, object]:
 
 
 def sentences(found: Completion) -> list[str]:
-    """The finding in words, with its numbers."""
+    """The findings in words, with their numbers."""
     u = found.uncountered
     forbidden = ", ".join(f"{t:g} s ({ratio:.1f} times)" for t, ratio in found.over_weight.items() if ratio > 1.0)
     return [
         f"{sum(m.holds for m in found.margins)} of {len(found.margins)} statements hold on "
         f"{found.margins[0].samples} random closed loops and where a search brings them nearest to failing; "
-        f"{sum(m.bites for m in found.margins)} break if any term of their bound is taken a tenth smaller.",
+        f"{sum(m.bites for m in found.margins)} fail if any term of their bound is made a tenth smaller.",
         *(
             f"Of {s.flights} flights the paper's law completes {s.other_flies}, '{law}' {s.law_flies}: {s.gained} gained, "
             f"{s.lost} lost. Where both fly, its RMSE is {s.best_ratio:.2g} to {s.worst_ratio:.4g} times the paper's; "
@@ -100,8 +100,8 @@ def sections(out: Path, found: Completion) -> list[str]:
         *(page.paragraph(sentence) for sentence in others),
         page.heading("Statements of the theorem on closed loops", "statements"),
         page.paragraph(
-            "Worst margin relative to the terms it is made of; a negative one of 1e-9 or less is round-off. Used up: the "
-            "least share of a term of the bound that some closed loop needs; above 0.9 the statement breaks with 0.9 of "
+            "Worst margin relative to the terms it is made of; a negative one of up to 1e-9 is round-off. Used up: the "
+            "least share of a term of the bound that some closed loop needs; above 0.9 the statement fails with 0.9 of "
             "any term."
         ),
         page.table(["number", "statement", "worst margin", "used up", "samples", "verdict"], margins),

@@ -31,7 +31,7 @@ DIRECTIONS: dict[str, dict[str, tuple[float, float, float]]] = {
     "pitch rate": {"rates": (0.0, 8.0, 0.0)},
     "everything": {"position": (0.5, 0.4, 0.3), "velocity": (-0.4, 0.3, 0.3), "attitude": (0.1, 0.02, -0.02)},
 }
-"""Ways off the start of the path [m, m/s, rad, rad/s]; each is stretched until L is the region's level."""
+"""Directions away from the start of the path [m, m/s, rad, rad/s]; each is scaled until L equals the region's level."""
 
 DURATION = 20.0
 """Seconds flown of Case 1's 40."""
@@ -50,13 +50,13 @@ class Edge(NamedTuple):
 
 
 def mission(off: Mapping[str, tuple[float, float, float]], nets: bool) -> LagrangeMission:
-    """Case 1 without Eq. 67, flown by the completed law from off the start of its path."""
+    """Case 1 without Eq. 67, flown by the completed law from a start off its path."""
     controller = {"type": "completed-backstepping", "nets": {"enabled": nets}}
     return case_1(disturbance={"scale": 0.0}, controller=controller, start=dict(off), simulation={"duration": DURATION})
 
 
 def setting_of(plan: FlightPlan, force: float = 0.0, torque: float = 0.0, bias: float = 0.0) -> Setting:
-    """The theorem's numbers of a plan. Raises UserError where gains or inertias differ between axes."""
+    """The theorem's numbers for a plan. Raises UserError where gains or inertias differ between axes."""
     gains: CompletedGains = plan.parameters.gains
     paper, vehicle = gains.paper, plan.parameters.vehicle
 
@@ -105,7 +105,7 @@ def level_at_start(plan: FlightPlan, region: Region) -> float:
 
 
 def stretched(direction: Mapping[str, tuple[float, float, float]], region: Region) -> dict[str, tuple[float, float, float]]:
-    """A direction made as long as the region's level allows."""
+    """A direction scaled as far as the region's level allows."""
     low, high = 0.0, 1.0
 
     def by(factor: float) -> dict[str, tuple[float, float, float]]:
@@ -132,7 +132,7 @@ def over_bounds(log: FlightLog, region: Region) -> tuple[float, float, float] | 
 
 
 def default_region(force: float = 0.0, torque: float = 0.0, bias: float = 0.0) -> Region | None:
-    """Of the completed law with its default gains on Case 1, without Eq. 67, nets off."""
+    """The region of the completed law with its default gains on Case 1, without Eq. 67, nets off."""
     return certify_region(setting_of(mission({}, False).plan(), force, torque, bias))
 
 

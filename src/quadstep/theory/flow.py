@@ -23,7 +23,7 @@ from quadstep.vehicle.lagrange import Vehicle, acceleration, angular_acceleratio
 from quadstep.vehicle.state import State
 
 STEP = 1e-6
-"""Of the difference that L_dot is taken by [s]."""
+"""Step of the finite difference for L_dot [s]."""
 
 
 class Instant(NamedTuple):
@@ -35,7 +35,7 @@ class Instant(NamedTuple):
 
 
 class Slope(NamedTuple):
-    """rate: L_dot [W]. quadratic, linear: s^T Q s and d . s. level: L [J]. Numbers a closed loop."""
+    """One number per closed loop. rate: L_dot [W]. quadratic, linear: s^T Q s and d . s. level: L [J]."""
 
     rate: NDArray[np.float64]
     quadratic: NDArray[np.float64]
@@ -44,7 +44,7 @@ class Slope(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Largest L_dot less its bound, beside what the bound is made of."""
+        """Largest L_dot less its bound, relative to the terms of the bound."""
         return float(np.max((self.rate + self.quadratic - self.linear) / (np.abs(self.quadratic) + self.linear)))
 
     @property
@@ -138,7 +138,7 @@ class Flow:
         )  # fmt: skip
 
     def slopes(self, errors: list[Vector], wanted: Reference, force: Vector, torque: Vector) -> Slope:
-        """L_dot of closed loops, and what Theorem B says of it."""
+        """L_dot of closed loops, and Theorem B's bound on it."""
         now = self.at(errors, wanted)
         after, before = (self.level(self.moved(now, h, force, torque)) for h in (STEP, -STEP))
         rate = np.asarray((after - before) / (2.0 * STEP))
@@ -148,7 +148,7 @@ class Flow:
 
 
 def towards(generator: np.random.Generator, length: NDArray[np.float64], size: int = 3) -> Vector:
-    """Random ways of given lengths."""
+    """Random vectors of given lengths."""
     way = generator.normal(size=(size, np.size(length)))
     return Vector(length * entry for entry in way / np.linalg.norm(way, axis=0))
 

@@ -1,4 +1,4 @@
-"""Every statement of docs/theory.md on closed loops: two sides, the larger one in terms, so that each can be taken to task."""
+"""Every statement of docs/theory.md on closed loops: two sides, the larger one split into terms, so each can be tested."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from quadstep.vehicle.lagrange import coriolis, effective_inertia, effective_ine
 
 
 class Sides(NamedTuple):
-    """smaller <= the sum of `terms`, or equal to it. scale: size of what the sides are made of, for round-off."""
+    """smaller <= the sum of `terms`, or equal to it. scale: size of the numbers in either side, for round-off."""
 
     smaller: Number
     terms: Mapping[str, Number]
@@ -25,7 +25,7 @@ class Sides(NamedTuple):
 
     @property
     def slack(self) -> Number:
-        """What the larger side has to spare; of an equation, minus the difference. Negative: broken."""
+        """Slack of the larger side; for an equation, minus the difference. Negative: violated."""
         apart = total(self.terms.values()) - self.smaller
         return -absolute(apart) if self.equal else apart
 
@@ -36,7 +36,7 @@ class Sides(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """number: in docs/theory.md. says: in words. sides: on a batch of closed loops."""
+    """A statement. number: in docs/theory.md. says: its text. sides: for a batch of closed loops."""
 
     number: str
     says: str
@@ -130,7 +130,7 @@ def projection(sample: Sample) -> list[Sides]:
 
 
 def rate_identity(completed: bool) -> Callable[[Sample], list[Sides]]:
-    """L_dot is as the theorem says, to round-off."""
+    """L_dot is as the theorem states, up to round-off."""
 
     def sides(sample: Sample) -> list[Sides]:
         rate = lyapunov_rate(sample, completed)

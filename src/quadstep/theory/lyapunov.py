@@ -43,12 +43,12 @@ def inner(a: Matrix, b: Matrix) -> Number:
 
 
 def learning(rate: Number, ideal: Matrix, before: Matrix, after: Matrix, period: Number) -> Number:
-    """-trace(W_tilde^T F^-1 W_hat_dot): what learning adds to L_dot (Eqs 54-57), by the weights that the law returned."""
+    """-trace(W_tilde^T F^-1 W_hat_dot): learning's term in L_dot (Eqs 54-57), from the weights that the law returned."""
     return -inner(ideal - before, (after - before) * (1.0 / period)) / rate
 
 
 def filtered_command(before: Filtered, after: Filtered, frequency: Number, period: Number) -> Vector:
-    """What was fed into the filter, from its memory before and after a sample."""
+    """The input of the filter, from its memory before and after a sample."""
     decay, share = exp(-(frequency * period)), 1.0 + frequency * period
     passed = decay * (share * before.value + period * before.rate)
     return (after.value - passed) * (1.0 / (1.0 - decay * share))
@@ -57,8 +57,8 @@ def filtered_command(before: Filtered, after: Filtered, frequency: Number, perio
 class Motion(NamedTuple):
     """Errors and their rates in closed loop; following: the law's memory after the sample.
 
-    raw_counter, counter: before and behind its filter, from the law's memories; zero for the paper's law. torque: that the law
-    asks for; pushed: what acts on the plant, A_eta included; eta_dd: what the plant makes of it.
+    raw_counter, counter: before and after its filter, from the law's memories; zero for the paper's law. torque: that the law
+    commands; pushed: the torque on the plant, A_eta included; eta_dd: the resulting acceleration of the plant.
     """
 
     outer: PositionLoop
@@ -81,8 +81,8 @@ class Motion(NamedTuple):
 def closed_loop(sample: Sample, completed: bool) -> Motion:
     """The shipped law's command put into the shipped plant.
 
-    The disturbance is made so that Eqs 22 and 33 hold exactly with the sample's ideal weights and residuals. (The completed
-    law makes the rigid-body part of Eq. 33 itself, so that only -A_eta is left to its net.)
+    The disturbance is chosen so that Eqs 22 and 33 hold exactly with the sample's ideal weights and residuals. (The completed
+    law computes the rigid-body part of Eq. 33 itself, so that only -A_eta is left for its net.)
     """
     state, reference, memory = sample.state, sample.reference, sample.memory
     paper, before, inertia, period = sample.gains.paper, memory.paper, sample.vehicle.inertia, sample.period
@@ -186,7 +186,7 @@ def lyapunov_rate(sample: Sample, completed: bool) -> Rate:
     if completed:
         identity["c_raw - c"] = e2 @ lag_2
         bound["c_raw - c"] = ne * lag_2.norm()
-    else:  # what the printed proof drops
+    else:  # terms that the printed proof drops
         b_theta, b_phi = coupling_columns(Vector(sample.state.attitude.entries[1:]), wanted)
         identity |= {"u r1 B e2": u_d * (r1 @ (b_theta * e2[1] + b_phi * e2[2])), "p e2 r2": e2 @ (p * r2)}
         bound |= {"u |r1| |e2|": u_d * n1 * ne, "p |e2| |r2|": p[0] * ne * n2}

@@ -9,7 +9,7 @@ Rational: TypeAlias = Fraction
 Row: TypeAlias = list[Fraction]
 
 GRID = 2**40
-"""Numbers are rounded to whole parts of this, to the safe side, so that exact elimination stays quick."""
+"""Numbers are rounded to multiples of 1 over this, on the safe side, so that exact elimination stays quick."""
 
 
 def above(x: Fraction) -> Fraction:

@@ -19,10 +19,10 @@ Line = list[Fraction]
 
 
 class Setting(NamedTuple):
-    """What the theorem is applied to; gains and inertia the same on every axis. Symbols of docs/theory.md, SI units.
+    """The loop that the theorem is applied to; gains and inertia the same on every axis. Symbols of docs/theory.md, SI units.
 
-    acceleration, jerk: largest of the path. yaw_rate: its largest [rad/s]. force, torque: bounds of what is unknown [N],
-    [N m]. bias: of a constant unknown force, which the integral takes over [N]; the weight of a wrong mass is one.
+    acceleration, jerk: largest of the path. yaw_rate: its largest [rad/s]. force, torque: bounds on the unknown ones [N],
+    [N m]. bias: bound on a constant unknown force, which the integral takes over [N]; the weight of a wrong mass is one.
     """
 
     mass: Fraction
@@ -45,7 +45,7 @@ class Setting(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """What L weighs with: cross terms of the integrals, e1, the stages of the command filter and of the counter-rate's."""
+    """Weights of L: cross terms of the integrals, e1, the stages of the command filter and of the counter-rate's filter."""
 
     cross_1: Fraction
     cross_2: Fraction
@@ -57,7 +57,7 @@ class Shape(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What holds wherever L <= level. force: |F - m g e_z| [N]. thrust: most u [N]. vertical: least f_z [N].
+    """Bounds that hold wherever L <= level. force: |F - m g e_z| [N]. thrust: most u [N]. vertical: least f_z [N].
 
     largest: of every norm. inertia: least and largest eigenvalue of J. columns: |B|. rates: |eta_dot| [rad/s].
     """
@@ -82,11 +82,11 @@ class Region(NamedTuple):
 
 
 SHAPE = Shape(*map(Fraction, ("0.065", "0.038", "0.52", "51", "61", "0.7", "0.66")))
-"""Found by a search for the defaults; any other that passes is as good."""
+"""Found by a search for the defaults; any other shape that passes is as good."""
 
 LEVEL, RATE = Fraction("0.05"), Fraction("0.015")
 SHARE = Fraction(1, 20)
-"""Of the diagonal of Q that is spent on what drives L from outside."""
+"""Share of the diagonal of Q that is spent on external inputs to L."""
 
 
 def line(**parts: Fraction) -> Line:
@@ -115,7 +115,7 @@ def outer_form(s: Setting, shape: Shape) -> Form:
 
 
 def bounds_of(s: Setting, shape: Shape, level: Fraction) -> Bounds | None:
-    """What L <= level implies; None where it implies too little (falling, or tilt beyond 1 in sine)."""
+    """The bounds that L <= level implies; None where it implies too little (falling, or a tilt whose sine exceeds 1)."""
     outer, twice, weight = outer_form(s, shape), 2 * level, s.mass * s.gravity
     if not positive_definite(outer):
         return None
@@ -205,7 +205,7 @@ def upper_form(s: Setting, shape: Shape, high: Fraction) -> Form:
 
 
 def certify_region(s: Setting, shape: Shape = SHAPE, level: Fraction = LEVEL, rate: Fraction = RATE) -> Region | None:
-    """The certificate, or None where it does not hold: L <= level is then not shown to be kept."""
+    """The certificate, or None where it does not hold: then L <= level is not shown to be invariant."""
     bounds = bounds_of(s, shape, level)
     if bounds is None:
         return None

@@ -1,7 +1,7 @@
-"""Closed loops: states, gains, ideal weights and errors, many at once as NumPy numbers, each a point of the unit cube.
+"""Closed loops: states, gains, ideal weights and errors, many at once as NumPy arrays, each a point of the unit cube.
 
-Errors, residuals and what gains differ by are cubes of uniform numbers, so that each is often near zero beside the others: the
-inequalities of docs/theory.md are tight there. The weights' error leans on the ideal weights and the residuals on r.
+Errors, residuals and differences between gains are cubes of uniform numbers, so each is often near zero beside the others: the
+inequalities of docs/theory.md are tight there. The weights' error correlates with the ideal weights, the residuals with r.
 """
 
 from typing import NamedTuple, TypeAlias, cast
@@ -24,10 +24,10 @@ NEURONS = 3
 """Enough for the inequalities, which hold for any number."""
 
 PERIOD = 0.002
-"""Sample of the controller [s]."""
+"""Sampling period of the controller [s]."""
 
 DIMENSIONS = 201
-"""Numbers that a closed loop is made of."""
+"""Numbers that define a closed loop."""
 
 Cube: TypeAlias = NDArray[np.float64]
 """Points of the unit cube, shape (DIMENSIONS, closed loops)."""

@@ -1,4 +1,4 @@
-"""What `quadstep study region` prints."""
+"""Tables that `quadstep study region` prints."""
 
 from fractions import Fraction
 
@@ -15,13 +15,13 @@ UNITS = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"
 
 
 def region_rows(region: Region, least_frequency: Fraction) -> list[tuple[str, str]]:
-    """Level, rate and what they imply, each with its unit."""
+    """Level, rate and their consequences, each with its unit."""
     bounds = region.bounds
     ending = root_above(region.ultimate / region.level)
     rows = [
         ("L", f"{float(region.level):g} J"),
         ("time constant of the root of L", f"{1.0 / float(region.rate):.3g} s"),
-        ("L in the end", f"{float(region.ultimate):.2g} J"),
+        ("ultimate L", f"{float(region.ultimate):.2g} J"),
     ]
     for name, (what, unit) in MEANINGS.items():
         most = bounds.largest[NORMS.index(name)]
@@ -35,7 +35,7 @@ def region_rows(region: Region, least_frequency: Fraction) -> list[tuple[str, st
 
 
 def edge_rows(flights: list[Edge]) -> list[tuple[str, ...]]:
-    """A row a start."""
+    """One row per start."""
     rows = []
     for flight in flights:
         off = "; ".join(
@@ -47,5 +47,5 @@ def edge_rows(flights: list[Edge]) -> list[tuple[str, ...]]:
 
 
 def line_rows(shares: dict[tuple[str, str], float]) -> list[tuple[str, str]]:
-    """How much of each coefficient of Q closed loops use, the least first."""
+    """The share of each coefficient of Q that closed loops use, the least first."""
     return [(f"{a}, {b}", f"{max(share, 0.0):.2f}") for (a, b), share in sorted(shares.items(), key=lambda one: one[1])]

@@ -1,1 +1,1 @@
-"""Every equation of the paper against the code: SymPy symbols go through the functions that fly, a row each."""
+"""Every equation of the paper checked against the code, one row each: the functions that fly, evaluated with SymPy symbols."""

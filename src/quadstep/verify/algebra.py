@@ -1,7 +1,7 @@
 """Comparing what the code computes with what the paper prints.
 
-Differences that are polynomials in symbols, sines and cosines are proved zero by expanding them and putting
-1 - sin^2 for cos^2. All others are computed at random points in 40 digits.
+Differences that are polynomials in symbols, sines and cosines are proved zero by expanding them and substituting
+1 - sin^2 for cos^2. All others are evaluated at random points to 40 digits.
 """
 
 import random
@@ -16,7 +16,7 @@ from quadstep.numbers import Matrix, Vector, flatten
 from quadstep.verify.rows import Check
 
 Expression: TypeAlias = Any
-"""Of SymPy, which has no types: an expression, a matrix, or a number."""
+"""A SymPy expression, matrix or number; SymPy has no types."""
 
 DIGITS = 40
 TOLERANCE = mpmath.mpf(10) ** -28
@@ -48,7 +48,7 @@ def array(thing: Vector | Matrix) -> Expression:
 
 
 def exact(expression: Expression) -> Expression:
-    """The same with every float as the fraction it is."""
+    """The same with every float as its exact fraction."""
     expression = sympy.sympify(expression)
     return expression.xreplace({number: sympy.Rational(float(number)) for number in expression.atoms(sympy.Float)})
 
@@ -60,7 +60,7 @@ def branch(expression: Expression, at: dict[Expression, Expression]) -> Expressi
 
 
 def reduced(expression: Expression) -> Expression | None:
-    """The expanded form with cos^2 = 1 - sin^2, zero only for what is zero; None for what is no such polynomial."""
+    """The expanded form with cos^2 = 1 - sin^2, zero only if the expression is; None for anything but such a polynomial."""
     expression = exact(expression)
     angles = sorted({wave.args[0] for wave in expression.atoms(sympy.sin, sympy.cos)}, key=str)
     names = [(sympy.Dummy(f"s{i}"), sympy.Dummy(f"c{i}")) for i in range(len(angles))]
@@ -108,7 +108,7 @@ def number(expression: Expression, point: dict[Expression, Expression]) -> float
 
 
 def difference(ours: Expression, theirs: Expression) -> tuple[bool, str]:
-    """Whether two things are equal entry by entry, and how that was seen."""
+    """Whether two things are equal entry by entry, and how that was established."""
     a, b = entries(ours), entries(theirs)
     if len(a) != len(b):
         return False, f"{len(a)} entries against {len(b)}"
@@ -145,7 +145,7 @@ def near(what: str, found: Expression, expected: float, tolerance: float = 5e-4)
 
 
 def holds(what: str, truth: Expression, found: str = "", expected: str = "true") -> Check:
-    """Check: something is so."""
+    """Check: a condition holds."""
     return Check(what, expected, found or str(bool(truth)).lower(), bool(truth))
 
 

@@ -1,4 +1,4 @@
-"""The inner loop: Eqs 27-39, chi_2, and the rate of the wanted attitude."""
+"""The inner loop: Eqs 27-39, chi_2, and the rate of the desired attitude."""
 
 import sympy
 
@@ -44,13 +44,13 @@ def coriolis_matrix() -> Expression:
 
 
 def j_r2_dot(torque: Vector = TORQUE) -> Expression:
-    """J times the rate of the shipped r2 when the shipped plant flies."""
+    """J times the rate of the shipped r2 along the motion of the shipped plant."""
     r2_dot = along(loop.sample(learning=False).command.r2, loop.motion(loop.plant(torque=torque)))
     return inertia_matrix() * array(r2_dot)
 
 
 def target() -> Expression:
-    """What Eq. 33 asks of the second net."""
+    """The target of the second net, Eq. 33."""
     j, c = inertia_matrix(), coriolis_matrix()
     return j * ETA_D_DD - array(MOMENT) + c * (ETA_D_DOT + LAMBDA_2 * E2) - j * LAMBDA_2**2 * E2
 
@@ -60,7 +60,7 @@ def target() -> Expression:
 def equation_27() -> Evidence:
     r2 = array(loop.sample(gains=GAINS._replace(slope_2=Vector((1.0, 1.0, 1.0)))).command.r2)
     matched = dict(zip(ETA_D_DOT, RATES, strict=True))
-    return Evidence([same("r2 of the law for Lambda_2 = I, at the wanted rates", r2.xreplace(matched), E2)])
+    return Evidence([same("r2 of the law for Lambda_2 = I, at the desired rates", r2.xreplace(matched), E2)])
 
 
 @row(ROWS, "28", "sliding mode error of the attitude", "r2 = e2_dot + Lambda_2 e2", ERRORS, Verdict.AS_PRINTED,
@@ -113,10 +113,10 @@ def equation_32() -> Evidence:
     return Evidence([same("J r2_dot", j_r2_dot(), printed)])
 
 
-@row(ROWS, "33", "what the second net approximates", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
+@row(ROWS, "33", "function approximated by the second net", "v_NN2 = {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} = W_2^T mu_2(chi_2) + eps_2", NET, Verdict.DEFINITION,
-     "a function of more than chi_2, see there; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
-     "bound on 'e_2' is meant for eps_2")  # fmt: skip
+     "a function of more than chi_2, see chi_2; W_2 cannot be constant, as eta_d depends on W_hat_1; the text's "
+     "bound on 'e_2' must mean eps_2")  # fmt: skip
 def equation_33() -> Evidence:
     j = array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))
     ideal = j_r2_dot() + array(TORQUE) + coriolis_matrix() * R2 - j * LAMBDA_2 * R2
@@ -170,7 +170,7 @@ def equation_36() -> Evidence:
 
 
 def rest() -> Expression:
-    """What Eqs 37 and 38 have beside the net's error."""
+    """The terms of Eqs 37 and 38 besides the net's error."""
     return inertia_matrix() * LAMBDA_2 * R2 - coriolis_matrix() * R2 - K_R2 * R2 - K_I2 * INTEGRAL
 
 
@@ -191,15 +191,15 @@ def equation_38() -> Evidence:
                           net_error()[1] + rest())])  # fmt: skip
 
 
-@row(ROWS, "39", "error of the second net, again", V_TILDE, "control.networks:output", Verdict.DEFINITION, "Eq. 36 once more")
+@row(ROWS, "39", "error of the second net, again", V_TILDE, "control.networks:output", Verdict.DEFINITION, "Eq. 36 repeated")
 def equation_39() -> Evidence:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL
     ideal = array(W_2).T * loop.mu(loop.NET_2, CHI_2) + array(EPS_2)
-    return Evidence([same("v_NN2 less what the law's net says", ideal - spoken, net_error()[1])])
+    return Evidence([same("v_NN2 less the output of the law's net", ideal - spoken, net_error()[1])])
 
 
 @row(ROWS, "chi_2", "input of the second net", "chi_2 = (eta, r1, r2)", NET, Verdict.AS_PRINTED,
-     "kept, but the target of Eq. 33 is no function of it: e2 may move with r2 unchanged")  # fmt: skip
+     "kept, but the target of Eq. 33 is not a function of it: e2 may change while r2 does not")  # fmt: skip
 def chi_2() -> Evidence:
     theta_d, theta_d_dot, slope = ETA_D[1], ETA_D_DOT[1], GAINS.slope_2[1]
     shift = {theta_d: theta_d + sympy.Rational(1, 10), theta_d_dot: theta_d_dot - slope / 10}
@@ -207,16 +207,16 @@ def chi_2() -> Evidence:
     moved = (target().xreplace(shift) - target()).xreplace(dict.fromkeys(INERTIA, sympy.S(5)) | {slope: sympy.S(3)})[1]
     by = number(reduced(moved), {})
     return Evidence([
-        same("the law's torque does not move", said.xreplace(shift), said),
-        near("its target moves by", by, -4.5),
+        same("the law's torque does not change", said.xreplace(shift), said),
+        near("its target changes by", by, -4.5),
     ], f"Sigma = 5 I, Lambda_2 = 3, e2_theta 0.1 rad more at the same r2: chi_2 the same, the target {short(by)} N "
        "m")  # fmt: skip
 
 
-@row(ROWS, "eta_d_dot", "rate of the wanted attitude", "used in Eq. 28, never "
+@row(ROWS, "eta_d_dot", "rate of the desired attitude", "used in Eq. 28, never "
      "defined", "control.command_filter:command_filter",
-     Verdict.DEFINITION, "theta_d and phi_d pass x_dd = w^2 (command - x) - 2 w x_dot, solved exactly: the true rate holds "
-     "eta_dd, so the torque itself")  # fmt: skip
+     Verdict.DEFINITION, "theta_d and phi_d pass through x_dd = w^2 (command - x) - 2 w x_dot, solved exactly: the true rate "
+     "contains eta_dd, and so the torque itself")  # fmt: skip
 def eta_d_dot() -> Evidence:
     t, w = symbol("t"), symbol("w")
     start, command = Filtered(symbols("x", 2), symbols("x_dot", 2)), symbols("command", 2)

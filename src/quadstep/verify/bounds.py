@@ -1,4 +1,4 @@
-"""From L_dot to the bounds: Eqs 58-65, and what the set they describe is worth. All on random moments of flight."""
+"""From L_dot to the bounds: Eqs 58-65, and whether the set they describe is compact. All at random moments of flight."""
 
 import numpy as np
 import sympy
@@ -13,7 +13,7 @@ SLACK = 1e-9
 
 
 def below(what: str, small: Batch, large: Batch) -> Check:
-    """Check: an inequality at every moment; the least margin is told."""
+    """Check: an inequality at every moment; reports the least margin."""
     margin = (large - small) / (1.0 + np.abs(large) + np.abs(small))
     return holds(what, np.all(margin >= -SLACK), f"least margin {short(margin.min())} of {len(margin)}", "never negative")
 
@@ -82,7 +82,7 @@ def cross_check() -> tuple[Check, str]:
 
 @row(ROWS, "58", "L_dot with the tuning law", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J_dot - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T W_hat}", TUNING, Verdict.CORRECTED,
-     "r2 for r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
+     "r2 instead of r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
      "56")  # fmt: skip
 def equation_58() -> Evidence:
     m, _ = moments(58)
@@ -91,7 +91,7 @@ def equation_58() -> Evidence:
     return Evidence([
         holds("tr{W_tilde^T (F^-1 W_tilde_dot + mu_r)} = kappa |r| tr{W_tilde^T W_hat} by the law", learnt < 1e-8,
               f"off by {learnt:.0e}", "equal"),
-        below("L_dot at the wanted attitude", m.l_dot, -quadratic(m) + noise(m) + skew(m) + fed(m)),
+        below("L_dot at the desired attitude", m.l_dot, -quadratic(m) + noise(m) + skew(m) + fed(m)),
         check,
     ], numbers)  # fmt: skip
 
@@ -108,7 +108,7 @@ def equation_59() -> Evidence:
 
 @row(ROWS, "60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, Verdict.CORRECTED,
-     "slips: J_dot for J, r2 for r; the third term is 0 for Christoffel's C")  # fmt: skip
+     "slips: J_dot instead of J, r2 instead of r; the third term is 0 for Christoffel's C")  # fmt: skip
 def equation_60() -> Evidence:
     m, w = moments(60)
     undotted = batch(m.r2 @ (m.j @ m.r2) - 2.0 * (m.r2 @ (m.c @ m.r2)))
@@ -116,7 +116,7 @@ def equation_60() -> Evidence:
     return Evidence([
         holds("r2^T (J_dot - 2C) r2 = 0 for the shipped C", vanishing < 1e-10, f"{vanishing:.0e}", "0"),
         holds("r2^T (J - 2C) r2 = 0, as printed", np.max(np.abs(undotted)) > 1.0, short(np.max(np.abs(undotted))), "not 0"),
-        below("L_dot at the wanted attitude", m.l_dot, -quadratic(m) + noise(m) + fed(m)),
+        below("L_dot at the desired attitude", m.l_dot, -quadratic(m) + noise(m) + fed(m)),
         below("tr{W_tilde^T (W - W_tilde)} <= |W_tilde| |W| - |W_tilde|^2", m.trace, w.error * w.ideal - w.error**2),
     ], f"4000 random moments: |r2^T (J - 2C) r2| up to {short(np.max(np.abs(undotted)))}, with J_dot 0")  # fmt: skip
 
@@ -130,7 +130,7 @@ def equation_61() -> Evidence:
     r, norm = np.eye(6)[0], float(np.linalg.norm(case_1, 2))
     factored = -m.r * (m.k_v * m.r + damping(m) * (w.error**2 - w.error * w.ideal) - m.eps)
     return Evidence([
-        below("L_dot at the wanted attitude, smallest eigenvalue", m.l_dot, bound_61(m, w)),
+        below("L_dot at the desired attitude, smallest eigenvalue", m.l_dot, bound_61(m, w)),
         holds("second line equals the first", gap(factored, bound_61(m, w)) < 1e-12, "equal"),
         holds("-r^T K_v r <= -|K_v| |r|^2 fails for the norm", r @ case_1 @ r < norm, short(r @ case_1 @ r), f"below "
             f"{short(norm)}"),
@@ -147,7 +147,7 @@ def equation_62() -> Evidence:
         same("kappa (v^2 - v W), square "
             "completed", kappa * (v - ideal / 2) ** 2 - kappa * ideal**2 / 4, kappa * (v**2 - v * ideal)),
         holds("equals Eq. 61", gap(bound_62(m, w), bound_61(m, w)) < 1e-12, "equal"),
-        below("L_dot at the wanted attitude", m.l_dot, bound_62(m, w)),
+        below("L_dot at the desired attitude", m.l_dot, bound_62(m, w)),
     ])  # fmt: skip
 
 
@@ -207,10 +207,10 @@ def equation_65() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "compact set", "what follows from Eqs 63 and 65", "L_dot is negative outside a compact set; r and W_tilde "
+@row(ROWS, "compact set", "conclusion from Eqs 63 and 65", "L_dot is negative outside a compact set; r and W_tilde "
      "are UUB", LAW,
      Verdict.CORRECTED, "L_dot = 0 where r = 0, whatever W_tilde and the integrals are: the set is not compact, and "
-         "b_r, b_w are no "
+         "b_r, b_w are not "
      "ultimate bounds")  # fmt: skip
 def compact_set() -> Evidence:
     m, w = moments(66, sliding=True)

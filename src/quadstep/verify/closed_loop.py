@@ -1,4 +1,4 @@
-"""One sample of the shipped controller in symbols, and how everything in it moves when the shipped plant obeys it."""
+"""One sample of the shipped controller in symbols, and the rate of every symbol when the shipped plant obeys it."""
 
 from typing import NamedTuple
 
@@ -69,14 +69,14 @@ MEMORY = BacksteppingMemory(
 
 
 class Sample(NamedTuple):
-    """What the law gives: the command and the memory for the sample after it."""
+    """The result of the law: the command, and the memory for the next sample."""
 
     command: Command
     following: BacksteppingMemory
 
 
 def sample(learning: bool = True, gains: BacksteppingGains = GAINS) -> Sample:
-    """The shipped law at symbols; the nets switched on or not yet."""
+    """The shipped law evaluated with symbols, before or after the nets start learning."""
     start = 0.0 if learning else 2.0
     return Sample(*Backstepping().law(MEMORY, STATE, REFERENCE, gains._replace(learning_start=start), 1.0, PERIOD))
 
@@ -113,12 +113,12 @@ def mu(net: Net, chi: tuple[Expression, ...]) -> Expression:
 
 
 def plant(thrust: Expression = THRUST, torque: Vector = TORQUE, attitude: Vector = ATTITUDE) -> State:
-    """How the shipped plant moves under a thrust and a torque."""
+    """Rate of the shipped plant's state under a thrust and a torque."""
     return derivative(body(), DISTURBANCE, Kinematics.STANDARD, STATE._replace(attitude=attitude), thrust, torque)
 
 
 def motion(rate: State) -> dict[Expression, Expression]:
-    """How every symbol of a sample moves: the state as the plant says, the path and the wanted attitude as given."""
+    """Rate of every symbol of a sample: the state's from the plant, those of the path and the desired attitude as given."""
     return flow_of(
         *zip(STATE, rate, strict=True),
         (REFERENCE.position, REFERENCE.velocity),

@@ -1,4 +1,4 @@
-"""The completed law of docs/theory.md: a sample of it against its formulas in plain NumPy, command and memory."""
+"""The completed law of docs/theory.md: command and memory after one sample, compared with its formulas in plain NumPy."""
 
 from typing import cast
 
@@ -18,7 +18,7 @@ LAW = "control.completed_backstepping:CompletedBackstepping.law"
 
 
 def closed_loops() -> Sample:
-    """Random ones: bounds that bind in some, nets that are off in some."""
+    """Random closed loops: in some of them bounds are active, in some the nets are off."""
     sample = draw_sample(75, COUNT)
     draw, paper, memory = np.random.default_rng(75), sample.gains.paper, sample.memory.paper
     bounds = [cast(Number, draw.uniform(0.3, 2.0, COUNT)) for _ in range(4)]
@@ -36,7 +36,7 @@ def closed_loops() -> Sample:
 
 
 def filtered(before: Filtered, command: Plain, w: Plain) -> tuple[Plain, Plain]:
-    """Two lags of frequency w after a sample with the command held, by their own solution."""
+    """Two lags of frequency w after a sample with the command held, from their exact solution."""
     x, x_dot = rows(before.value) - command, rows(before.rate)
     y = x + x_dot / w  # the second stage's input
     decay = np.exp(-w * PERIOD)
@@ -45,7 +45,7 @@ def filtered(before: Filtered, command: Plain, w: Plain) -> tuple[Plain, Plain]:
 
 
 def direction(tilt: Plain) -> Plain:
-    """Of the thrust, Eq. 7."""
+    """Direction of the thrust, Eq. 7."""
     theta, phi = tilt.T
     return np.stack([-np.sin(theta), np.cos(theta) * np.sin(phi), np.cos(theta) * np.cos(phi)], axis=1)
 
@@ -119,7 +119,7 @@ def completed_law() -> Evidence:
     checks: list[Check] = [
         agree("u", column(command.thrust), thrust),
         agree("tau", rows(command.torque), torque),
-        agree("wanted attitude", rows(command.desired_attitude), np.concatenate([wanted[:, :1], tilt], axis=1)),
+        agree("desired attitude", rows(command.desired_attitude), np.concatenate([wanted[:, :1], tilt], axis=1)),
         agree("r1", rows(command.r1), r1),
         agree("r2", rows(command.r2), r2),
         agree("stored", column(command.stored), stored[:, None]),

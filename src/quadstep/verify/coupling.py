@@ -1,4 +1,4 @@
-"""The outer loop closed: Eqs 20 and 26, and the term that they leave out."""
+"""The closed outer loop: Eqs 20 and 26, and the term that they leave out."""
 
 import numpy as np
 import sympy
@@ -18,13 +18,13 @@ ROWS: list[Row] = []
 
 
 def attained(force: Vector) -> Expression:
-    """m r1_dot when the thrust and attitude are those that make a force."""
+    """m r1_dot when thrust and attitude are those that produce a force."""
     u_d, theta_d, phi_d = invert_force(force)
     return MASS * r1_dot(u_d, vector(ATTITUDE[0], theta_d, phi_d))
 
 
 def left_out(force: Vector) -> Expression:
-    """Delta: the force that u_d makes at the real attitude, less the one it was meant to make."""
+    """Delta: the force that u_d produces at the actual attitude, less the intended one."""
     u_d, _, _ = invert_force(force)
     return u_d * array(thrust_direction(ATTITUDE)) - array(force)
 
@@ -38,20 +38,20 @@ def off_by(angle: float) -> float:
 
 @row(ROWS, "20", "closed loop of the position", "m r1_dot = -(K_r1 - m Lambda_1) r1 - A_tilde - K_i1 int r1",
      "control.backstepping:wanted_force", Verdict.CORRECTED,
-     "right only at the wanted attitude; in flight -delta is to be added, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
+     "right only at the desired attitude; in flight add -delta, delta = F_d(u_d, theta, phi) - F_d_hat")  # fmt: skip
 def equation_20() -> Evidence:
     force = wanted_by(-array(A_HAT))
     printed = -(K_R1 - MASS * LAMBDA_1) * R1 - (array(FORCE) - array(A_HAT)) - K_I1 * INTEGRAL
     real = MASS * r1_dot(invert_force(force)[0])
     return Evidence([
-        same("m r1_dot at the wanted attitude", attained(force), printed),
+        same("m r1_dot at the desired attitude", attained(force), printed),
         same("m r1_dot at any attitude, with -delta", real, printed - left_out(force)),
         unlike("m r1_dot at any attitude, as printed", real, printed),
     ], f"hover, m = 1 kg, theta 0.1 rad off: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
 
 
 @row(ROWS, "26", "closed loop of the position with the net", "m r1_dot = -(K_r1 - m Lambda_1) r1 + W_tilde_1^T mu_1 - "
-     "K_i1 int r1 + eps_1", LAW, Verdict.CORRECTED, "-delta is to be added, as in Eq. 20")  # fmt: skip
+     "K_i1 int r1 + eps_1", LAW, Verdict.CORRECTED, "add -delta, as in Eq. 20")  # fmt: skip
 def equation_26() -> Evidence:
     command = loop.sample().command
     w_tilde = array(W_1) - array(loop.W_HAT_1)
@@ -61,7 +61,7 @@ def equation_26() -> Evidence:
     there = (MASS * r1_dot(command.thrust, command.desired_attitude)).xreplace(pushed)
     real = (MASS * r1_dot(command.thrust)).xreplace(pushed)
     return Evidence([
-        same("m r1_dot at the wanted attitude", there, printed),
+        same("m r1_dot at the desired attitude", there, printed),
         same("m r1_dot at any attitude, with -delta", real, printed - delta),
         unlike("m r1_dot at any attitude, as printed", real, printed),
     ], f"hover, m = 1 kg, theta 0.1 rad off: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip

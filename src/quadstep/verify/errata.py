@@ -13,11 +13,11 @@ OPENING = """\
 # Errata of the paper, equation by equation
 
 A. Das, F. Lewis, K. Subbarao, "Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics" (2009),
-against the code of this package. `quadstep verify` puts symbols (for the steps of the proof, random moments of flight)
-through the functions that fly and compares what comes out with what is printed. Made from the same rows by `make errata`;
-do not edit.
+checked against the code of this package. `quadstep verify` evaluates the functions that fly with symbols (for the steps of
+the proof, at random moments of flight) and compares the results with the printed equations. `make errata` writes this page
+from the same rows; do not edit it.
 
-Dots, hats and transposes may have been lost on the way to the text that was read (Eqs 2, 29, 60): there the slip may not be
+Dots, hats and transposes may have been lost in the copy of the paper that was read (Eqs 2, 29, 60): there the slip may not be
 the authors'. s_th, c_th are sin theta, cos theta; the order of angles is (psi, theta, phi).
 """
 
@@ -33,7 +33,7 @@ def table(header: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
 
 
 def named(result: Result) -> str:
-    """How a row is called."""
+    """The name of a row."""
     return f"Eq. {result.row.number}" if result.row.number.isdigit() else result.row.number
 
 

@@ -1,4 +1,4 @@
-"""The moving body: Eqs 1, 7, 9 and 67, and the direction of the thrust."""
+"""Translation of the body: Eqs 1, 7, 9 and 67, and the direction of the thrust."""
 
 import sympy
 
@@ -83,7 +83,7 @@ def equation_9() -> Evidence:
 
 @row(ROWS, "67", "disturbance of the simulation", "A_xyz = A_eta = 3x2 array (x_dot phi_dot; y_dot theta_dot; z_dot psi_dot)",
      "vehicle.disturbance:disturb", Verdict.CORRECTED,
-     "a 3x2 array is no force; the products of each row are meant, for sums contradict tau_psi = 0 in Case 1")  # fmt: skip
+     "a 3x2 array is not a force; the product of each row is meant, since sums contradict tau_psi = 0 in Case 1")  # fmt: skip
 def equation_67() -> Evidence:
     scale, force, moment = symbol("scale"), symbols("F"), symbols("M")
     a_xyz, a_eta = disturb(Disturbance(scale, force, moment), STATE)
@@ -101,4 +101,4 @@ def equation_67() -> Evidence:
         near("A_psi of the products at Case 1's top speed, level", by_product, 0.0),
         near("A_psi of the sums there", by_sum, 0.9375),
     ], f"Case 1 at its top speed, {short(speed)} m/s along x, level: the sums push psi with {short(by_sum)} N m, which "
-       "tau_psi has to balance; the products with 0")  # fmt: skip
+       "tau_psi has to balance; the products push with 0")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which thrust and attitude make a wanted force: Eqs 21 and 40-52."""
+"""The thrust and attitude that produce a desired force: Eqs 21 and 40-52."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ FAR_SIDE = (1.0, 2.0, -3.0)
 
 
 class Solution(NamedTuple):
-    """What the shipped inversion gives for a force in symbols, and the a and b that follow from it."""
+    """The result of the shipped inversion for a force in symbols, and the a and b that follow from it."""
 
     u: Expression
     theta: Expression
@@ -46,7 +46,7 @@ A, B = -F_X, sympy.sqrt(F_Y**2 + F_Z**2)  # Eqs 43 and 45
 
 
 def made(u: Expression, theta: Expression, phi: Expression) -> Expression:
-    """The force that a thrust and an attitude make, as printed."""
+    """The force that a thrust and an attitude produce, as printed."""
     return u * printed_direction(vector(0.0, theta, phi))
 
 
@@ -79,8 +79,8 @@ def equation_21() -> Evidence:
     return Evidence([same("the force made by the shipped solution", made(found.u, found.theta, found.phi), FORCE)])
 
 
-@row(ROWS, "40", "the same, with time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, Verdict.AS_PRINTED,
-     "solvable for every force: the angles that a force leaves free are taken as zero")  # fmt: skip
+@row(ROWS, "40", "Eq. 21 over time", "u_d (-s_thd, c_thd s_phd, c_thd c_phd) = F_d_hat(t)", PLACE, Verdict.AS_PRINTED,
+     "solvable for every force: angles that a force leaves undetermined are set to zero")  # fmt: skip
 def equation_40() -> Evidence:
     checks: list[Check] = []
     for force in ((3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, -4.0), (0.0, 0.0, 0.0), FAR_SIDE):
@@ -138,7 +138,7 @@ def equation_52() -> Evidence:
         same("phi_d = atan2(f_y, f_z)", found.phi, sympy.atan2(F_Y, F_Z)),
         same("phi_d = atan(f_y / f_z) for f_z > 0", found.phi.xreplace(above), by_print.xreplace(above)),
         unlike("the force made with phi_d = atan(f_y / f_z)", made(found.u, found.theta, by_print), FORCE),
-        near("miss of the printed form", miss, 2 * math.sqrt(13.0)),
+        near("error of the printed form", miss, 2 * math.sqrt(13.0)),
         same("with the shipped form", made(found.u, found.theta, found.phi), array(FORCE)),
     ], f"F_d_hat = {FAR_SIDE} N: phi_d = {short(phis[0])} rad makes {listed(wrong)} N, {short(miss)} N off; phi_d = "
        f"{short(phis[1])} rad is right")  # fmt: skip

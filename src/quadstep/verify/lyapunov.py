@@ -1,6 +1,6 @@
-"""Random moments of flight through the shipped law and plant, as NumPy batches, with L_dot and everything the proof names.
+"""Random moments of flight under the shipped law and plant, as NumPy batches, with L_dot and every quantity of the proof.
 
-The disturbance is chosen so that each net's ideal weights and error are known; so every inequality of the proof is a number.
+The disturbance is chosen so that each net's ideal weights and error are known, so every inequality of the proof has numbers.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ STANDARD = Kinematics.STANDARD
 
 
 class Moment(NamedTuple):
-    """One number an entry and flight. l_dot: by the chain rule from the laws and the plant.
+    """One number per entry and flight. l_dot: by the chain rule from the laws and the plant.
 
     delta: F_d less F_d_hat. growth: tr W_tilde^T (F^-1 W_tilde_dot + mu_r). k_v: smallest eigenvalue of the corrected K_v.
     """
@@ -70,12 +70,12 @@ class Weights(NamedTuple):
 
 
 def batch(number: Expression) -> Batch:
-    """A number of a law that is an array, named as one."""
+    """A number of a law as the array that it is here."""
     return np.asarray(number, dtype=np.float64)
 
 
 def frobenius(*matrices: Matrix) -> Batch:
-    """Norm of several matrices on top of each other."""
+    """Norm of several stacked matrices."""
     return batch(sqrt(total(m.norm() * m.norm() for m in matrices)))
 
 
@@ -89,8 +89,8 @@ def moments(
 ) -> tuple[Moment, Weights]:
     """COUNT random moments; r and the weights' error spread over decades.
 
-    at_wanted_attitude: the force is the wanted one (delta = 0). sliding: r1 = r2 = 0.
-    half_learnt: W_hat = W / 2 and r2 small, where the tuning law pushes L up the most.
+    at_wanted_attitude: the force is the desired one (delta = 0). sliding: r1 = r2 = 0.
+    half_learnt: W_hat = W / 2 and r2 small, where the tuning law raises L the most.
     """
     draw = np.random.default_rng(seed)
 

@@ -1,4 +1,4 @@
-"""The reference trajectory: Eqs 68-75, and that its jerk is the least."""
+"""The reference trajectory: Eqs 68-75, and proof that its jerk is the least."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ def on_the_way() -> Reference:
 
 
 def cut(expression: Expression) -> Expression:
-    """The piece that flies between 0 and t_f, as a polynomial in t."""
+    """The piece between 0 and t_f, as a polynomial in t."""
     return sympy.expand(exact(branch(expression, UNDER_WAY)))
 
 
@@ -43,7 +43,7 @@ class Coefficients(NamedTuple):
 
 
 def coefficients(axis: int = 0) -> Coefficients:
-    """Read off the shipped path."""
+    """The coefficients read off the shipped path."""
     position: Expression = on_the_way().position[axis]
     return Coefficients(tuple(position.coeff(T, power) for power in range(6)))
 
@@ -164,10 +164,10 @@ def least_jerk() -> Evidence:
     cost = sympy.integrate(sympy.expand(jerk**2), (T, 0, DURATION))
     ends = [sympy.diff(other, T, order).subs(T, at) for order in range(3) for at in (0, DURATION)]
     return Evidence([
-        same("what is added keeps position, velocity and acceleration at both ends", ends, [0] * 6),
+        same("the variation keeps position, velocity and acceleration at both ends", ends, [0] * 6),
         same("first variation of the integral", cross, 0),
         holds("second variation is positive", curvature.is_positive_definite, f"determinant "
             f"{short(curvature.det())}", "above 0"),
         same("sixth derivative (Euler-Lagrange)", sympy.diff(share, T, 6), 0),
-        same("the least: integral jerk^2 = 720 / t_f^5 a metre squared", cost, 720 / DURATION**5),
+        same("the least: integral jerk^2 = 720 / t_f^5 per metre squared", cost, 720 / DURATION**5),
     ])  # fmt: skip

@@ -1,4 +1,4 @@
-"""A second way to the rows of the completed and the rotation law: their parts in plain NumPy, batches first."""
+"""A second implementation for the rows of the completed and the rotation law: their parts in plain NumPy, batches first."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from quadstep.verify.rows import Check
 Plain = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 STEP = 1e-30
-"""Imaginary, for derivatives without a difference."""
+"""Imaginary step, for derivatives without differences."""
 
 
 def rows(numbers: Vector) -> Plain:
@@ -26,12 +26,12 @@ def blocks(m: Matrix) -> Plain:
 
 
 def size(entries: Plain) -> Plain:
-    """Length of all entries of each closed loop, (count, 1)."""
+    """Norm over all entries of each closed loop, (count, 1)."""
     return lengths(entries)[:, None]
 
 
 def kept(entries: Plain, bound: Plain) -> Plain:
-    """Shortened to a length of at most the bound, (count, 1)."""
+    """The vectors scaled down to a length of at most the bound, (count, 1)."""
     shorter = np.minimum(1.0, bound / size(entries))
     short: Plain = entries * shorter.reshape(len(entries), *[1] * (entries.ndim - 1))
     return short
@@ -45,7 +45,7 @@ def neurons(input_weights: Matrix, inputs: Plain) -> Plain:
 
 
 def learnt(weights: Plain, mu: Plain, r: Plain, length: Plain, rate: Plain, kappa: Plain, period: Plain) -> Plain:
-    """A sample of Eq. 54. length, rate, kappa, period: (count, 1)."""
+    """The weights after a sample of Eq. 54. length, rate, kappa, period: (count, 1)."""
     growth = mu[:, :, None] * r[:, None, :] - (kappa * length)[:, :, None] * weights
     return weights + (period * rate)[:, :, None] * growth
 
@@ -76,6 +76,6 @@ def christoffel(eta: Plain, rates: Plain, sigma: Plain) -> Plain:
 
 
 def agree(what: str, ours: Plain, theirs: Plain) -> Check:
-    """Check: two batches are the same, beside their own size."""
+    """Check: two batches are the same, relative to their size."""
     gap = float(np.max(np.abs(ours - theirs) / (1.0 + np.abs(theirs))))
     return holds(what, ours.shape == theirs.shape and gap < 1e-10, f"off by {gap:.0e} at {len(ours)} closed loops", "equal")

@@ -1,4 +1,4 @@
-"""The turning body: Eqs 2-4, 6, 8, 10 and 66, and T_eta."""
+"""Rotation of the body: Eqs 2-4, 6, 8, 10 and 66, and T_eta."""
 
 import sympy
 
@@ -71,7 +71,7 @@ def solves_lagrange(kinematics: Kinematics, bias: Expression) -> Check:
 
 @row(ROWS, "2", "rotation subsystem, Lagrange's equations", "J eta_dd + d/dt{J} eta_dot - 1/2 d/deta(eta_dot J eta_dot) = tau",
      "vehicle.lagrange:coriolis_torque", Verdict.AS_PRINTED,
-     "with the transpose on the first eta_dot that the text at hand lacks")  # fmt: skip
+     "with the transpose on the first eta_dot, which the text at hand lacks")  # fmt: skip
 def equation_2() -> Evidence:
     checks = [same("C eta_dot from the kinetic energy of R = Rz Ry Rx, unequal inertias",
                    coriolis_torque(ATTITUDE, RATES, INERTIA, STANDARD), lagrange().bias)]  # fmt: skip
@@ -104,7 +104,7 @@ def equation_3() -> Evidence:
 
 
 @row(ROWS, "4", "effective inertia", "J = T_eta^T Sigma T_eta", "vehicle.lagrange:effective_inertia", Verdict.AS_PRINTED,
-     "with the T_eta of its own row")  # fmt: skip
+     "with T_eta as in its own row")  # fmt: skip
 def equation_4() -> Evidence:
     t = rate_map(zyx())
     checks = [
@@ -120,9 +120,9 @@ def equation_4() -> Evidence:
 
 @row(ROWS, "T_eta", "body rates from Euler rates", "rows (-s_th, 0, 1), (c_th s_psi, c_psi, 0), (c_th c_psi, -s_psi, 0)",
      "vehicle.kinematics:euler_rate_matrix", Verdict.CORRECTED,
-     "either rows 2 and 3 need roll for yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is -T_eta of "
-     "the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the inertias are "
-     "equal")  # fmt: skip
+     "either rows 2 and 3 need roll in place of yaw, or the columns mean (phi, theta, psi) and the rows z, y, x: then it is "
+     "-T_eta of the thrust's own order; as printed, for (psi, theta, phi), Lagrange and Newton-Euler disagree unless the "
+     "inertias are equal")  # fmt: skip
 def t_eta() -> Evidence:
     t = rate_map(zyx())
     printed = t.subs(ATTITUDE[2], ATTITUDE[0])
@@ -147,12 +147,12 @@ def t_eta() -> Evidence:
 
 
 def newton_euler(kinematics: Kinematics) -> Expression:
-    """Generalised torque that the shipped equations of motion ask for."""
+    """Generalised torque that the shipped equations of motion require."""
     return inertia_matrix(kinematics) * array(ACCELERATIONS) + array(coriolis_torque(ATTITUDE, RATES, INERTIA, kinematics))
 
 
 def number_at(expression: Expression, inertia: tuple[float, ...], torque: tuple[float, ...] = ()) -> float:
-    """A number at the attitude and rates of the counterexamples."""
+    """The value at the attitude and rates of the counterexamples."""
     point = known(inertia=inertia, **PLACE)
     return number(expression, point | dict(zip(TORQUE, map(sympy.Integer, torque), strict=False)))
 
@@ -197,7 +197,7 @@ def equation_6() -> Evidence:
      "vehicle.lagrange:angular_acceleration", Verdict.AS_PRINTED)  # fmt: skip
 def equation_8() -> Evidence:
     return Evidence([
-        same("J eta_dd + C eta_dot is what Newton-Euler asks for, unequal inertias", newton_euler(STANDARD), euler_torque()),
+        same("J eta_dd + C eta_dot is the torque by Newton-Euler, unequal inertias", newton_euler(STANDARD), euler_torque()),
         solves_lagrange(STANDARD, lagrange().bias),
     ])  # fmt: skip
 
@@ -217,7 +217,7 @@ def equation_10() -> Evidence:
 
 @row(ROWS, "66", "effective inertia written out", "rows (Sx s_th^2 + Sy c_th^2 s_psi^2 + Sz c_th^2 c_psi^2, "
      "(Sy-Sz) c_th s_psi c_psi, -Sx s_th), ((Sy-Sz) c_th c_psi s_psi, Sy c_psi^2 + Sz s_psi^2, 0), (-Sx s_th, 0, Sx)",
-     "vehicle.lagrange:effective_inertia", Verdict.CORRECTED, "roll for yaw, as in T_eta; else as printed")  # fmt: skip
+     "vehicle.lagrange:effective_inertia", Verdict.CORRECTED, "roll for yaw as in T_eta; otherwise as printed")  # fmt: skip
 def equation_66() -> Evidence:
     s, c = sympy.sin(ATTITUDE[1]), sympy.cos(ATTITUDE[1])
     x, y, z = INERTIA
@@ -237,5 +237,5 @@ def equation_66() -> Evidence:
         same("J of the printed T_eta is Eq. 66", inertia_matrix(PRINTED), form(ATTITUDE[0])),
         same("1/2 eta_dot^T J eta_dot is the kinetic energy", (rates.T * inertia_matrix() * rates)[0] / 2, true),
         unlike("with the printed J it is", printed, true),
-    ], f"turning energy at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, Sigma = diag{UNEQUAL}: "
+    ], f"rotational energy at eta = {PLACE['attitude']}, eta_dot = {PLACE['rates']}, Sigma = diag{UNEQUAL}: "
        f"{short(by_print)} J by Eq. 66, {short(by_body)} J for the body")  # fmt: skip

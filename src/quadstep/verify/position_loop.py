@@ -25,12 +25,12 @@ FEEDBACK = MASS * XI_D_DD - MASS * LAMBDA_1**2 * E1 - M_G + K_R1 * R1 + K_I1 * I
 
 
 def r1_dot(thrust: Expression = THRUST, attitude: Vector = ATTITUDE) -> Expression:
-    """Rate of the shipped r1 when the shipped plant flies."""
+    """Rate of the shipped r1 along the motion of the shipped plant."""
     return array(along(loop.sample(learning=False).command.r1, loop.motion(loop.plant(thrust, attitude=attitude))))
 
 
 def wanted(command: Expression) -> Expression:
-    """The force that a command's thrust and wanted attitude make: F_d_hat as it comes out of the law."""
+    """The force that a command's thrust and desired attitude produce: F_d_hat as the law returns it."""
     return command.thrust * array(thrust_direction(command.desired_attitude))
 
 
@@ -104,7 +104,7 @@ def equation_15() -> Evidence:
     return Evidence([same("m r1_dot", MASS * r1_dot(), MASS * e1_dd + MASS * LAMBDA_1 * E1_DOT)])
 
 
-@row(ROWS, "16", "rate of r1 in r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
+@row(ROWS, "16", "rate of r1 in terms of r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
      Verdict.AS_PRINTED)  # fmt: skip
 def equation_16() -> Evidence:
     printed = MASS * XI_D_DD - MASS * array(loop.plant().velocity) + MASS * LAMBDA_1 * (R1 - LAMBDA_1 * E1)
@@ -129,7 +129,7 @@ def equation_18() -> Evidence:
     return Evidence([same("m r1_dot", MASS * r1_dot(), driven(THRUST * printed_direction()))])
 
 
-@row(ROWS, "19", "wanted force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
+@row(ROWS, "19", "desired force", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g - A_hat + K_r1 r1 + K_i1 int r1",
      "control.backstepping:wanted_force", Verdict.AS_PRINTED)  # fmt: skip
 def equation_19() -> Evidence:
     after = array(loop.sample().following.integral_1)
@@ -139,7 +139,7 @@ def equation_19() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "22", "what the first net approximates", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
+@row(ROWS, "22", "function approximated by the first net", "v_NN1 = -A_xyz = W_1^T mu_1(chi_1) + eps_1",
      "control.networks:basis", Verdict.DEFINITION)  # fmt: skip
 def equation_22() -> Evidence:
     weights = [list(row) for row in loop.NET_1.input_weights]
@@ -157,11 +157,11 @@ def equation_23() -> Evidence:
     ])  # fmt: skip
 
 
-@row(ROWS, "24", "wanted force with the net", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + "
+@row(ROWS, "24", "desired force with the net", "F_d_hat = m xi_d_dd - m Lambda_1^2 e1 - m_g + W_hat_1^T mu_1 + K_r1 r1 + "
      "K_i1 int r1", LAW, Verdict.AS_PRINTED)  # fmt: skip
 def equation_24() -> Evidence:
     printed = FEEDBACK + array(loop.W_HAT_1).T * loop.mu(loop.NET_1, CHI_1)
-    return Evidence([same("thrust and wanted attitude of the law make it", wanted(loop.sample().command), printed)])
+    return Evidence([same("thrust and desired attitude of the law produce it", wanted(loop.sample().command), printed)])
 
 
 W_1, EPS_1 = loop.weights("W1", loop.NEURONS, 3), symbols("eps1")
@@ -193,5 +193,5 @@ def chi_1() -> Evidence:
     moved = (force.xreplace(shift) - force).xreplace(at)[0]
     return Evidence([
         same("learning is blind to a velocity common to path and vehicle", learnt.xreplace(shift), learnt),
-        near("A_x moves by", moved, 1.0),
+        near("A_x changes by", moved, 1.0),
     ], f"path and vehicle 1 m/s faster along x at phi_dot = 1 rad/s: chi_1 the same, A_x {short(moved)} N more")  # fmt: skip

@@ -1,4 +1,4 @@
-"""The controller of the paper's reference [11], which Case 3 flies; in floats, for its saturations nest four deep."""
+"""The controller of the paper's reference [11], which Case 3 flies; in floats, because its saturations nest four deep."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""All rows in the order of the paper, and running them."""
+"""All rows in the order of the paper, and how to run them."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ FOLLOWS = {
     "assumption (a)": 52, "gain conditions": 53, "F_1, F_2": 54, "compact set": 65, "arbitrarily small": 65,
     "least jerk": 75, "[11]": 75, "conclusion": 75, "completed law": 75, "rotation law": 75,
 }  # fmt: skip
-"""What has no number in the paper, and the equation it belongs to."""
+"""Items without a number in the paper, and the equation that each belongs to."""
 
 
 def place(row: Row) -> tuple[int, int]:
@@ -70,7 +70,7 @@ def chosen(only: str | None) -> list[Row]:
 
 
 def verify(rows: list[Row], progress: Callable[[int], None] = lambda _: None) -> list[Result]:
-    """Each row with its evidence. progress: told after each how many there are by then."""
+    """Each row with its evidence. progress: called after each row with the number of rows done."""
     results: list[Result] = []
     for row in rows:
         results.append(judge(row))

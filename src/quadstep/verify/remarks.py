@@ -1,4 +1,4 @@
-"""What the paper says in words: assumption (a), errors 'arbitrarily small', the force dynamics of its conclusion."""
+"""Statements that the paper makes in words: assumption (a), errors 'arbitrarily small', its conclusion's force dynamics."""
 
 import math
 
@@ -26,10 +26,10 @@ def asked() -> Expression:
     return array(wanted_force(GAINS, REFERENCE, zero, zero, zero, zero))
 
 
-@row(ROWS, "assumption (a)", "what the theorem assumes of the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
+@row(ROWS, "assumption (a)", "the theorem's assumption about the path", "|q_d| < q_B, q_d = (xi_d, psi_d); "
      "'assumption (a) always holds'", FORCE_LAW, Verdict.CORRECTED,
-     "Eq. 24 needs a bounded xi_d_dd, Eq. 33 a bounded eta_d_dd, with it xi_d's fourth and psi_d's second derivative: a bound "
-     "of q_d bounds none of them")  # fmt: skip
+     "Eq. 24 needs a bounded xi_d_dd, Eq. 33 a bounded eta_d_dd and so xi_d's fourth and psi_d's second derivative; a bound "
+     "on q_d bounds none of them")  # fmt: skip
 def assumption() -> Evidence:
     fast = 100.0  # rad/s, along x_d = sin(fast t)
     still = dict.fromkeys((*REFERENCE.acceleration,), 0)
@@ -39,15 +39,15 @@ def assumption() -> Evidence:
     wanted_dd = target().jacobian(list(loop.DESIRED_DD))
     return Evidence([
         same("F_d_hat grows with xi_d_dd by m", slope, MASS * sympy.eye(3)),
-        same("what Eq. 33 asks of the second net grows with eta_d_dd by J", wanted_dd,
+        same("the target of the second net (Eq. 33) grows with eta_d_dd by J", wanted_dd,
              array(effective_inertia(ATTITUDE, INERTIA, Kinematics.STANDARD))),
         near("|F_d_hat| at the turn of x_d = sin(100 t), m = 1 kg", force, math.hypot(fast**2, 9.81)),
-    ], f"x_d = sin(100 t) m, |q_d| <= 1: m = 1 kg asks for {short(force)} N")  # fmt: skip
+    ], f"x_d = sin(100 t) m, |q_d| <= 1: m = 1 kg needs {short(force)} N")  # fmt: skip
 
 
 @row(ROWS, "arbitrarily small", "Theorem 5.1, last sentence", "r_1 and r_2 can be made arbitrarily small by K_r1, "
      "K_r2, Lambda_1, Lambda_2", NET, Verdict.CORRECTED,
-     "not shown: b_r falls with K_v only if W_B and eps_v stay, but Lambda_2^2 stands in what the second net has to learn "
+     "not shown: b_r falls as K_v grows only if W_B and eps_v stay, but Lambda_2^2 appears in the second net's target "
      "(Eq. 33), and the gains of the outer loop in eta_d_dd")  # fmt: skip
 def arbitrarily_small() -> Evidence:
     level = dict.fromkeys(
@@ -62,7 +62,7 @@ def arbitrarily_small() -> Evidence:
         near("the second net's target, level and at rest, e2_theta = 0.1 rad, Sigma = 5 I, Lambda_2 = 15", low, -112.5),
         near("the same, Lambda_2 = 30", high, 4.0 * -112.5),
         unlike("F_d_hat, and so eta_d, moves with K_r1", slope_1, sympy.zeros(3, 3)),
-    ], f"Sigma = 5 I, e2_theta = 0.1 rad at rest: Lambda_2 = 15 asks {short(-low)} N m of the second net, Lambda_2 = 30 "
+    ], f"Sigma = 5 I, e2_theta = 0.1 rad at rest: Lambda_2 = 15 demands {short(-low)} N m of the second net, Lambda_2 = 30 "
        f"{short(-high)} N m")  # fmt: skip
 
 
@@ -71,9 +71,9 @@ def asked_in_errors() -> Expression:
     return array(wanted_force(GAINS, REFERENCE, symbols("e1"), symbols("r1"), MEMORY.integral_1, symbols("v_hat")))
 
 
-@row(ROWS, "conclusion", "Section 7 of the force dynamics", "'completely independent of the rotational dynamics "
+@row(ROWS, "conclusion", "Section 7 on the force dynamics", "'completely independent of the rotational dynamics "
      "except through the aerodynamic state dependent disturbances'", "vehicle.lagrange:acceleration", Verdict.CORRECTED,
-     "the thrust's direction is the attitude (Eqs 1, 7): without any aerodynamics theta and phi are what moves the vehicle "
+     "the attitude sets the thrust's direction (Eqs 1, 7): without any aerodynamics theta and phi still move the vehicle "
      "sideways")  # fmt: skip
 def conclusion() -> Evidence:
     nothing = vector(0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""What `quadstep verify` says: cells of the table, the closing line, the JSON file."""
+"""Output of `quadstep verify`: cells of the table, the closing line, the JSON file."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ HEADER = ("number", "what", "where", "verdict", "reason")
 
 
 def summary(results: list[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Header and rows of a table with how many rows have each verdict, and how many of them hold."""
+    """Header and rows of a table that counts the rows with each verdict, and how many of them hold."""
     rows: list[tuple[str, ...]] = []
     for verdict in Verdict:
         of_kind = [result for result in results if result.row.verdict is verdict]
@@ -24,7 +24,7 @@ def summary(results: list[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...
 
 
 def cells(result: Result) -> tuple[str, ...]:
-    """One row of the table; a failing one says what was expected and what was found."""
+    """One row of the table; a failing row states what was expected and what was found."""
     row = result.row
     verdict = row.verdict if result.passed else f"FAILED ({row.verdict})"
     return row.number, row.what, row.where.removeprefix("quadstep."), verdict, explanation(result)
@@ -69,13 +69,13 @@ def document(results: list[Result], seconds: float) -> dict[str, Expression]:
 
 
 def check_target(path: Path) -> None:
-    """Raises UserError at once if the JSON file has nowhere to go."""
+    """Raises UserError at once if the JSON file cannot be written."""
     if path.is_dir():
         raise UserError(f"{path}: is a folder; --json needs a file")
     if not path.parent.is_dir():
         raise UserError(f"{path}: cannot be written: no folder {path.parent}")
     if path.exists() and b'"rows"' not in read_bytes(path, JSON):
-        raise UserError(f"{path}: exists and is no document of `quadstep verify`; name another file")
+        raise UserError(f"{path}: exists and is not a document of `quadstep verify`; name another file")
 
 
 def write_document(path: Path, results: list[Result], seconds: float) -> None:

@@ -1,4 +1,4 @@
-"""Textbook mechanics to hold the plant against: rotation matrices, body rates, Lagrange's and Euler's equations.
+"""Textbook mechanics to compare the plant with: rotation matrices, body rates, Lagrange's and Euler's equations.
 
 Nothing here comes from the laws; it starts from rotation matrices.
 """
@@ -49,7 +49,7 @@ def rate_map(rotation: Expression) -> Expression:
 
 
 class Lagrange(NamedTuple):
-    """Lagrange's equations of the turning body: mass @ eta_dd + bias = generalised torque."""
+    """Lagrange's equations of the rotating body: mass @ eta_dd + bias = generalised torque."""
 
     kinetic: Expression
     mass: Expression
@@ -69,7 +69,7 @@ def lagrange() -> Lagrange:
 
 @cache
 def euler_torque() -> Expression:
-    """Generalised torque that Newton and Euler ask for: T^T (Sigma omega_dot + omega x Sigma omega), by virtual work."""
+    """Generalised torque by Newton and Euler: T^T (Sigma omega_dot + omega x Sigma omega), from virtual work."""
     omega, rates, angles = body_rates(zyx()), list(RATES), list(ATTITUDE)
     sigma = sympy.diag(*INERTIA)
     t = omega.jacobian(rates)

@@ -1,4 +1,4 @@
-"""The rotation law: a sample of each of its loops against its formulas in plain NumPy with rotation matrices."""
+"""The rotation law: a sample of each of its loops compared with its formulas in plain NumPy with rotation matrices."""
 
 import numpy as np
 
@@ -97,7 +97,7 @@ def logarithm(r: Plain) -> Plain:
 
 
 def made(missing: Plain, asked: Plain) -> Plain:
-    """Share that is learnt from: none where a tenth of what was asked for is missing."""
+    """Factor on learning: zero where a tenth of the commanded thrust or torque is missing."""
     share: Plain = np.clip(1.0 - 10.0 * missing / np.maximum(asked, 1e-6), 0.0, None)
     return share
 
@@ -159,7 +159,7 @@ def rotation_law() -> Evidence:
     period_2 = (was & started) * share_2 * PERIOD
     new_2 = learnt(w_2, mu_2, r2, size(r2), column(net_2.learning_rate), kappa_2, period_2)
     return Evidence([
-        agree("wanted force", rows(guided.force), force),
+        agree("desired force", rows(guided.force), force),
         agree("its attitude", rotations(guided.wanted), np.stack([np.cross(second, third), second, third], axis=2)),
         agree("r1", rows(guided.r1), r1),
         agree("flying", column(guided.flying), flying.astype(np.float64)),
@@ -169,7 +169,7 @@ def rotation_law() -> Evidence:
         agree("tau", rows(command.torque), torque),
         agree("r1 and r2 of the command", np.concatenate([rows(command.r1), rows(command.r2)], 1),
               np.concatenate([rows(memory.r1), r2], 1)),
-        agree("wanted attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted))),
+        agree("desired attitude of the command", rows(command.desired_attitude), rows(yaw_pitch_roll(memory.wanted))),
         agree("norms of the weights", rows(command.weight_norms), np.concatenate([size(w_1), size(w_2)], axis=1)),
         agree("filter", rows(after.filtered.attitude), rows(filtered.attitude)),
         agree("int r2", rows(after.integral_2), kept(i_2 + was * share_2 * PERIOD * r2, most_i[:, 1:])),

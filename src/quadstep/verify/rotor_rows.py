@@ -1,4 +1,4 @@
-"""Rotors and torques: Eq. 5, its reading, and what tau is."""
+"""Rotors and torques: Eq. 5, its interpretation, and the meaning of tau."""
 
 import itertools
 
@@ -31,19 +31,19 @@ def equation_5() -> Evidence:
     return Evidence([
         same("M", shipped, printed),
         near("det M over 8 c l^2", shipped.det() / (8 * MOMENT * ARM**2), 1.0),
-        same("what four thrusts make", [u, tau[2], tau[1], tau[0]], printed * array(THRUSTS)),
+        same("thrust and torques of four rotor thrusts", [u, tau[2], tau[1], tau[0]], printed * array(THRUSTS)),
         same("M times the shipped inverse", printed * array(allocate(ROTORS, THRUST, TORQUE)), wanted),
-        holds("thrusts within their limits make what was wanted",
+        holds("thrusts within their limits produce the commanded ones",
               max(abs(a - b) for a, b in zip((kept[0], *kept[1]), (12.0, 0.1, -0.2, 0.3), strict=True)) < 1e-12),
         holds("rotors 1 and 3 at 8 N and 0 N leave 2 N m of 4", abs(cut[1][2] - 2.0) < 1e-12 and abs(cut[0] - 14.0) < 1e-12,
               f"tau_phi = {cut[1][2]:g} N m, u = {cut[0]:g} N"),
     ])  # fmt: skip
 
 
-@row(ROWS, "rotor signs", "where the rotors of Eq. 5 sit and how they turn", "front and rear turn counter-clockwise; pitch by "
+@row(ROWS, "rotor signs", "positions and spin of the rotors of Eq. 5", "front and rear turn counter-clockwise; pitch by "
      "front and rear, roll by the lateral ones", "vehicle.rotors:mix", Verdict.DEFINITION,
      "Eq. 5 with the angles of Eq. 7 puts rotors 1, 2, 3, 4 at -y, -x, +y, +x; then front and rear (4, 2) turn clockwise, "
-     "against the text")  # fmt: skip
+     "contrary to the text")  # fmt: skip
 def rotor_signs() -> Evidence:
     _, tau = mix(ROTORS, THRUSTS)
     level = {PSI: 0, THETA: 0, PHI: 0}
@@ -60,7 +60,7 @@ def rotor_signs() -> Evidence:
     return Evidence(checks)
 
 
-@row(ROWS, "tau", "what tau is", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
+@row(ROWS, "tau", "meaning of tau", "used as the rotors' torque (Eq. 5) and as the generalised torque (Eq. 3)",
      "vehicle.kinematics:euler_rate_matrix", Verdict.AS_PRINTED,
      "kept: tau is generalised; virtual work gives tau_eta = T_eta^T tau_body, the same only at theta = phi = 0")  # fmt: skip
 def meaning_of_tau() -> Evidence:

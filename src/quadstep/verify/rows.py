@@ -1,4 +1,4 @@
-"""What a row of the verification is: one equation, where it lives in the code, the verdict, and the evidence for it."""
+"""A row of the verification: one equation, where it lives in the code, the verdict, and the evidence for it."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Verdict(StrEnum):
-    """What is said of an equation."""
+    """Verdict on an equation."""
 
     AS_PRINTED = "as printed"
     CORRECTED = "corrected"
@@ -15,7 +15,7 @@ class Verdict(StrEnum):
 
 
 class Check(NamedTuple):
-    """One thing that was tried: what, what had to come out, what came out."""
+    """One check: what was checked, the expected result, the result found."""
 
     what: str
     expected: str
@@ -33,8 +33,8 @@ class Evidence(NamedTuple):
 class Row(NamedTuple):
     """An equation of the paper.
 
-    number: 1 to 75, or the name of what has no number. printed: the paper's form, in plain text.
-    where: the function that holds it, `module:function`, or the one that a step of the proof is about.
+    number: 1 to 75, or a name for items without a number. printed: the paper's form, in plain text.
+    where: the function that implements it, `module:function`, or the one that a step of the proof is about.
     """
 
     number: str
@@ -59,7 +59,7 @@ class Result(NamedTuple):
 
     @property
     def failure(self) -> str:
-        """What was expected and what was found, for the first check that fails."""
+        """The expected and the found result of the first check that fails."""
         failing = [check for check in self.evidence.checks if not check.holds]
         return f"{failing[0].what}: expected {failing[0].expected}, found {failing[0].found}" if failing else "no evidence"
 
@@ -68,7 +68,7 @@ def judge(row: Row) -> Result:
     """The row with its evidence gathered; evidence that cannot be gathered counts as a failed check."""
     try:
         return Result(row, row.gather())
-    except Exception as error:  # a law that cannot even be evaluated is what this command has to report
+    except Exception as error:  # a law that cannot even be evaluated must be reported by this command
         check = Check("evidence", "no error", f"{type(error).__name__}: {error}".partition("\n")[0], False)
         return Result(row, Evidence([check]))
 
@@ -76,7 +76,7 @@ def judge(row: Row) -> Result:
 def row(
     rows: list[Row], number: str, what: str, printed: str, where: str, verdict: Verdict, reason: str = ""
 ) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
-    """Adds to `rows` the row whose evidence the function below gathers."""
+    """Decorator: adds to `rows` a row whose evidence the decorated function gathers."""
 
     def add(gather: Callable[[], Evidence]) -> Callable[[], Evidence]:
         rows.append(Row(number, what, printed, f"quadstep.{where}", verdict, reason, gather))

@@ -33,8 +33,8 @@ def largest(sizes: Expression) -> float:
 @row(ROWS, "53", "e1 and e2 are bounded by r1 and r2", "|e_i| <= |s + Lambda_i|^-1 |r_i| <= |r_i| / sigma_min(Lambda_i)", LAW,
      Verdict.CORRECTED, "the norm of the inverse is meant, |(s + Lambda)^-1| <= 1 / sigma_min; the inverse of the "
          "norm is smaller "
-     "unless Lambda is scalar; and it bounds suprema over time, for e(0) = 0, not instants; the text's 'e_1 and e_1' "
-     "are e_1 and e_2")  # fmt: skip
+     "unless Lambda is scalar; it bounds suprema over time for e(0) = 0, not values at an instant; the text's 'e_1 and e_1' "
+     "means e_1 and e_2")  # fmt: skip
 def equation_53() -> Evidence:
     slopes = np.array([1.0, 4.0, 4.0])
     r1 = array(loop.sample().command.r1)
@@ -88,12 +88,12 @@ def shape() -> Evidence:
         holds("rate of W_hat with F = 5 I, N x N, N = 10", largest(rate - full) < 1e-12, f"off by {largest(rate - full):.0e}",
               "equal"),
         holds("a 3 x 3 matrix times mu r^T, N x 3, is undefined", not fits, f"3 columns, {neurons} rows", "no product"),
-    ], f"(3 x 3) times ({neurons} x 3) is no product")  # fmt: skip
+    ], f"(3 x 3) times ({neurons} x 3) is not a product")  # fmt: skip
 
 
 @row(ROWS, "gain conditions", "hypothesis of Theorem 5.1", "K_r1 - m Lambda_1 > 0, K_r2 - J_M Lambda_2 > 0, u and tau by "
      "'48 and 48'", "vehicle.lagrange:effective_inertia", Verdict.CORRECTED,
-     "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are by 48 and "
+     "K_r2 > J_M max(Lambda_2) I unless Lambda_2 is scalar: J Lambda_2 is not symmetric; u and tau are given by 48 and "
      "35")  # fmt: skip
 def gain_conditions() -> Evidence:
     def smallest(gain: np.ndarray[Expression, Expression], inertia: np.ndarray[Expression, Expression]) -> float:
@@ -126,7 +126,7 @@ def gain_conditions() -> Evidence:
 @row(ROWS, "55", "Lyapunov function", "L = r1^T m r1 / 2 + r2^T J r2 / 2 + int r1^T K_i1 int r1 / 2 + int r2^T K_i2 "
      "int r2 / 2 "
      "+ tr{W_tilde^T F^-1 W_tilde} / 2", "flight.columns:log_row", Verdict.DEFINITION,
-     "logged without its last term, which holds the unknown weights; not positive definite at theta = 90 degrees, where "
+     "logged without its last term, which contains the unknown weights; not positive definite at theta = 90 degrees, where "
      "det J = Sx Sy Sz c_th^2 is 0")  # fmt: skip
 def equation_55() -> Evidence:
     path = MinimumJerkParameters(vector(0.0, 0.0, 0.0), vector(20.0, 5.0, 10.0), 0.0, 0.0, 40.0)
@@ -156,7 +156,7 @@ def printed_l_dot(m: Moment) -> Batch:
 
 
 def gap(found: Batch, expected: Batch) -> float:
-    """Largest difference on the scale of the numbers."""
+    """Largest difference relative to the size of the numbers."""
     return largest((found - expected) / (1.0 + np.abs(found) + np.abs(expected)))
 
 
