@@ -117,6 +117,9 @@ def test_bad_connections_are_one_line(tmp_path):
         run = quadstep("fly", mission, *arguments, *out)
         assert run.refused
         assert said in run.err
+    run = quadstep("fly", mission, "--engine", "c", "--autopilot", "px4", "--connect", free_port(), *out)
+    assert run.refused  # at once: nothing listens there
+    assert "is another program, which has no equations to export" in run.err
     for name, (_, kind) in FAKES.items():
         with socket.socket(socket.AF_INET, kind) as taken:
             taken.bind(("127.0.0.1", 0))

@@ -17,6 +17,12 @@ from tests.enclosures import outside, spread, states
 CENTRES = np.array([[0.3, -1.2, 2.5, 40.0], [0.7, 0.9, 1e-3, 3.0]])
 RADII = np.array([1e-6, 1e-3, 0.05, 0.2])
 
+
+def square(x):
+    """Its product with itself."""
+    return x * x
+
+
 FUNCTIONS = {
     "sum": lambda a, b: a + b - 3.0 * a,
     "product": lambda a, b: a * b,
@@ -34,6 +40,10 @@ FUNCTIONS = {
     "clip": lambda a, b: n.clip(a, -1.2, 2.5),
     "where": lambda a, b: n.where(b < 0.7, a, b * b),
     "minimum": n.minimum,
+    "maximum, undecided": lambda a, b: n.maximum(a, CENTRES[0] + 0.3 * (b - CENTRES[1])),
+    "minimum, undecided": lambda a, b: n.minimum(a, CENTRES[0] + 0.3 * (b - CENTRES[1])),
+    "quotient by a maximum": lambda a, b: b / n.maximum(n.absolute(a - CENTRES[0]), 1e-3),
+    "sums and multiples of squares": lambda a, b: 1.0 / (2.0 * square(a - CENTRES[0]) + 1e-4 + square(b)),
 }
 
 EXACT = {
@@ -71,6 +81,24 @@ def test_what_is_off_beside_one_and_not_beside_the_value_is_held_too(function, t
     found = function(seeded(np.array([[x]]), np.zeros((1, 1)))[0])
     with mpmath.workdps(60):
         assert abs(true(mpmath.mpf(float(x))) - mpmath.mpf(float(found.centre[0]))) <= found.rest[0] < 1e-12
+
+
+def test_the_larger_of_two_is_never_below_either():
+    a = seeded(np.array([[0.0]]), np.array([[1.0]]))[0]
+    found = n.maximum(a, 1e-3)
+    assert found.low[0] >= 1e-3
+    assert found.tight[0] < 0.76  # |0.5 a| and a quarter of what the two are apart
+    assert (1.0 / found).high[0] <= 1001.0
+    assert n.absolute(a).low[0] == 0.0
+
+
+def test_a_number_is_not_below_itself():
+    a, b = seeded(CENTRES, spread(CENTRES, 0.1))
+    same = wide = a * b
+    assert not np.any((wide < same).holds)
+    assert not np.any((wide <= same).fails)
+    assert not np.any((wide > same).holds)
+    assert not np.any((wide >= same).fails)
 
 
 def test_what_is_linear_cancels():

@@ -161,6 +161,13 @@ def test_estimates_that_nothing_moves_are_named():
     assert "do not return by themselves" in found
 
 
+def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
+    found = held(Sampled(mission(type="mpc").plan()), Unknown())
+    assert isinstance(found, str)
+    assert " more have no slopes" in found
+    assert "the loop rests exactly on an edge of the law" in found
+
+
 def test_a_path_that_moves_is_no_hover():
     way = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 2.0}
     assert not holds(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
@@ -248,7 +255,7 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 # The table of docs/prove.md
 
 
-@pytest.mark.parametrize("law", ["lqr"])
+@pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping"])
 def test_rows_of_the_table_are_those_of_the_page(law):
     page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))
     said, found = (float(line.split("|")[2].split()[0]) for line in (page, row(law)))

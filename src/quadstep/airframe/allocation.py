@@ -25,6 +25,9 @@ from quadstep.numbers.rotations import cross
 from quadstep.numbers.solve import least_norm_inverse
 from quadstep.numbers.solve import rank as rank_of
 
+NONE = 1e-30
+"""Added to a divisor that may be zero where its quotient is not used: lost beside any thrust or torque."""
+
 
 class Allocation(NamedTuple):
     """How thrust and torque are shared among the rotors.
@@ -136,15 +139,15 @@ def even(geometry: Geometry) -> bool:
 def fitting(part: Number, low: Number, high: Number) -> Number:
     """The largest share in [0, 1] of `part` that stays between `low` and `high`, which lie on either side of zero."""
     up = part > 0.0
-    return share_within(part, where(up, high, low), where(up, absolute(high), absolute(low)))
+    return share_within(absolute(part), where(up, high, -low), where(up, absolute(high), absolute(low)))
 
 
-def share_within(part: Number, room: Number, size: Number) -> Number:
-    """The largest share in [0, 1] of `part` that is no larger than `room`, of the same sign. size: that of `room`, given by
-    itself: an enclosure of a choice between a room above zero and one below holds zero, one of their sizes does not.
+def share_within(asked: Number, room: Number, size: Number) -> Number:
+    """The largest share in [0, 1] of what is asked for, at least 0, that is no larger than `room`; none where that is below 0.
+
+    size: |room|. The divisor is never below it, so an enclosure has a quotient even where it is not decided which is larger.
     """
-    short = absolute(part) > size
-    return where(short, maximum(room / where(short, part, 1.0), 0.0), 1.0)
+    return where(asked > size, maximum(room, 0.0) / maximum(asked, size + NONE), 1.0)
 
 
 def fitting_all(parts: list[Number], bases: list[Number], low: Number, high: Number) -> Number:

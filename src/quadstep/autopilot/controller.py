@@ -52,6 +52,7 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
 
     name = "autopilot"
     label = "an autopilot through its simulator's interface"
+    nature = "another program"
     Gains = NoGains
     commands = RotorSpeeds
     also_measures = ("specific_force",)

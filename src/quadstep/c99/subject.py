@@ -4,6 +4,7 @@ from typing import Protocol
 
 from quadstep.c99.interface import Clocked, Exported, c_name
 from quadstep.c99.law import Subject, recorded
+from quadstep.control.controller import Controller
 from quadstep.control.opaque import Opaque
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
@@ -27,14 +28,19 @@ class Planned(Protocol):
     def ticks(self) -> Ticks: ...
 
 
+def refuse_opaque(controller: Controller) -> None:
+    """Raises UserError for a controller that cannot be written in C, whatever it flies."""
+    if isinstance(controller, Opaque):
+        raise UserError(
+            f"controller: {controller.name or 'a function'} is {controller.nature}, which has no equations to export; "
+            "write it as a law (docs/own.md)"
+        )
+
+
 def subject_of(plan: Planned) -> Subject:
     """The law of a flight with its gains, and its vehicle's response to commands. Raises UserError for an opaque law."""
     loop, parameters = plan.loop, plan.parameters
-    if isinstance(loop.controller, Opaque):
-        raise UserError(
-            f"controller: {loop.controller.name or 'a function'} is plain Python code, which has no equations to export; "
-            "write it as a law (docs/own.md)"
-        )
+    refuse_opaque(loop.controller)
     measured = loop.told(loop.start(plan.start, parameters), parameters)
     return Subject(loop.controller, parameters.gains, loop.plant, parameters, measured, loop.wanted(0.0, parameters))
 

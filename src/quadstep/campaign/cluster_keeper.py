@@ -68,10 +68,10 @@ def start(folder: Path) -> str:
     begin = partial(
         ray.init,
         address="local",
-        _temp_dir=str(folder / ROOM),
         include_dashboard=False,
         log_to_driver=False,
         logging_level=logging.CRITICAL,
+        _temp_dir=str(folder / ROOM),
     )
     try:
         begin()

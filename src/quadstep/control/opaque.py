@@ -74,6 +74,7 @@ class Opaque(Law[tuple[()], Measured, G, U]):
     """Calls the callable; has no memory of its own."""
 
     Gains: ClassVar[type] = OpaqueGains
+    nature: ClassVar[str] = "plain Python code"
 
     def start(self, measured: Measured, gains: G) -> tuple[()]:
         """Nothing."""

@@ -10,7 +10,7 @@ from quadstep.control.controller import Measured
 from quadstep.control.vectoring import torque_for
 from quadstep.control.wanted_attitude import up_axis, wanted_attitude
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, clip, vector, where
+from quadstep.numbers import Number, Vector, clip, maximum, minimum, vector, where
 from quadstep.numbers.rotations import rotation_matrix
 
 LEAST, MOST = 0.2, 0.95
@@ -94,8 +94,9 @@ def driven(push: Push, change: Number, gravity: Number, most: Number, period: Nu
     """
     rate = push.rate + period * change
     free = push.value + period * push.rate + 0.5 * period * period * change
-    value = clip(free, LEAST * gravity, MOST * most)
-    return Push(value, where(value < free, clip(rate, -1e9, 0.0), where(value > free, clip(rate, 0.0, 1e9), rate)))
+    lower, upper = LEAST * gravity, MOST * most
+    held = where(free > upper, minimum(rate, 0.0), where(free < lower, maximum(rate, 0.0), rate))
+    return Push(clip(free, lower, upper), held)
 
 
 def turning(measured: Measured, axis: Vector, reference: Reference, stiffness: Number, damping: Number) -> Number:

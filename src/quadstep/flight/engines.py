@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from quadstep.c99.flown import through_c
+from quadstep.c99.subject import refuse_opaque
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
@@ -50,6 +51,9 @@ def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | No
 def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
     controlled = [plan for plan in plans if isinstance(plan.loop, Loop)]  # the engines take any `ClosedLoop`
+    if engine is Engine.C:
+        for plan in controlled:
+            refuse_opaque(plan.loop.controller)
     if len(plans) > 1 and any(plan.loop.controller.one_at_a_time for plan in controlled):
         return [fly(plan, engine, progress) for plan in plans]
     for plan in controlled:

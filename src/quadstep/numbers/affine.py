@@ -11,17 +11,15 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.caller import place
+from quadstep.numbers.truth import Operand, Truth
 
-Operand: TypeAlias = Any
-"""A number of any kind, or the other operand of one."""
-
-Array: TypeAlias = NDArray[Operand]
+Array: TypeAlias = NDArray[np.float64]
 
 ROUNDING = 2.0**-49
 """Sixteen half units in the last place: more than the flown operation and the few that compute its form lose together."""
@@ -62,18 +60,25 @@ class Fresh:
 class Enclosure:
     """centre, rest, reach: of one shape S; parts: (directions, *S), or None for a ball.
 
-    reach: how far a value may be from the centre, at most. square: whether it is a sum of squares, never below zero.
+    reach: how far a value may be from the centre, at most. floor: what it is never below, known beside the form: zero of a sum
+    of squares, the larger lower bound of a `maximum`.
     """
 
-    __slots__ = ("centre", "fresh", "known", "parts", "reach", "rest", "square")
+    __slots__ = ("centre", "floor", "fresh", "known", "parts", "reach", "rest")
     __array_ufunc__ = None
     functions: Operand
 
     def __init__(
-        self, centre: Array, parts: Array | None, rest: Array, reach: Array, fresh: Fresh | None = None, square: bool = False
+        self,
+        centre: Array,
+        parts: Array | None,
+        rest: Array,
+        reach: Array,
+        fresh: Fresh | None = None,
+        floor: Array | None = None,
     ) -> None:
         self.centre, self.parts, self.rest, self.reach = centre, parts, rest, reach
-        self.fresh, self.square = fresh, square
+        self.fresh, self.floor = fresh, floor
         self.known = parts is None
 
     def __repr__(self) -> str:
@@ -93,7 +98,8 @@ class Enclosure:
     def low(self) -> Array:
         """A lower bound."""
         width = self.tight
-        return np.where(width == 0.0, self.centre, np.nextafter(self.centre - width, -np.inf))
+        low: Array = np.where(width == 0.0, self.centre, np.nextafter(self.centre - width, -np.inf))
+        return low if self.floor is None else np.maximum(low, self.floor)
 
     @property
     def high(self) -> Array:
@@ -107,24 +113,26 @@ class Enclosure:
         return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
 
     def made(
-        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, square: bool = False
+        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, floor: Array | None = None
     ) -> Enclosure:
         """The form with a loss of `lost` by rounding in its operations."""
-        return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, square)
+        return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, floor)
 
     def __add__(self, other: Operand) -> Operand:
         if isinstance(other, Enclosure):
             centre, reach = self.centre + other.centre, self.reach + other.reach
             lost = ROUNDING * (np.abs(centre) + reach)
             parts = added(self.parts, other.parts)
-            return self.made(centre, parts, self.rest + other.rest, reach, lost, self.square and other.square)
+            floor = None if self.floor is None or other.floor is None else below(self.floor + other.floor)
+            return self.made(centre, parts, self.rest + other.rest, reach, lost, floor)
         if not isinstance(other, PLAIN):
             return NotImplemented
         if isinstance(other, float | int) and other == 0.0:
             return self
         centre = self.centre + other
         lost = ROUNDING * (np.abs(centre) + self.reach)
-        return self.made(centre, self.parts, self.rest, self.reach, lost)
+        floor = None if self.floor is None else below(self.floor + other)
+        return self.made(centre, self.parts, self.rest, self.reach, lost, floor)
 
     __radd__ = __add__
 
@@ -155,8 +163,8 @@ class Enclosure:
         reach = size * self.reach
         parts = None if self.parts is None else self.parts * other
         lost = ROUNDING * (np.abs(centre) + reach) + underflow(self)
-        positive = self.square and bool(np.all(np.asarray(other) >= 0.0))
-        return self.made(centre, parts, size * self.rest, reach, lost, positive)
+        floor = None if self.floor is None or np.any(np.asarray(other) < 0.0) else below(self.floor * other)
+        return self.made(centre, parts, size * self.rest, reach, lost, floor)
 
     __rmul__ = __mul__
 
@@ -164,15 +172,14 @@ class Enclosure:
         """Its product with itself: centre^2 + 2 centre d + d^2, d^2 between 0 and the reach's square."""
         if self.fresh is not None and self.fresh.second:
             found = product(self, self)
-            found.square = True
+            found.floor = np.zeros_like(found.centre)
             return found
         size, half = np.abs(self.centre), 0.5 * self.tight * self.tight
         centre = self.centre * self.centre + half
         parts = None if self.parts is None else (2.0 * self.centre) * self.parts
         reach = 2.0 * size * self.reach + half
-        return self.made(
-            centre, parts, 2.0 * size * self.rest + half, reach, ROUNDING * (centre + reach) + underflow(self), True
-        )
+        lost = ROUNDING * (centre + reach) + underflow(self)
+        return self.made(centre, parts, 2.0 * size * self.rest + half, reach, lost, np.zeros_like(centre))
 
     def __truediv__(self, other: Operand) -> Operand:
         if isinstance(other, Enclosure):
@@ -192,7 +199,7 @@ class Enclosure:
     def __abs__(self) -> Enclosure:
         below_zero = self < 0.0
         chosen: Enclosure = Enclosure.functions.where(below_zero, -self, self)
-        return chosen
+        return Enclosure(chosen.centre, chosen.parts, chosen.rest, chosen.reach, chosen.fresh, np.zeros_like(chosen.centre))
 
     def over(self, other: Operand) -> Enclosure:
         """self - other, for a comparison: an infinite limit is treated like a far one."""
@@ -201,40 +208,28 @@ class Enclosure:
         return gap
 
     def __lt__(self, other: Operand) -> Truth:
+        if other is self:
+            return Truth(np.zeros_like(self.centre, dtype=bool), np.ones_like(self.centre, dtype=bool))
         gap = self.over(other)
-        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0))  # NaN is undecided
+        return Truth(~(gap.low >= 0.0), ~(gap.high < 0.0), (self, other))  # NaN is undecided
 
     def __le__(self, other: Operand) -> Truth:
+        if other is self:
+            return Truth(np.ones_like(self.centre, dtype=bool), np.zeros_like(self.centre, dtype=bool))
         gap = self.over(other)
-        return Truth(~(gap.low > 0.0), ~(gap.high <= 0.0))
+        return Truth(~(gap.low > 0.0), ~(gap.high <= 0.0), (self, other))
 
-    def __gt__(self, other: Operand) -> Operand:
-        return -self < -other
+    def __gt__(self, other: Operand) -> Truth:
+        return ~self.__le__(other)
 
-    def __ge__(self, other: Operand) -> Operand:
-        return -self <= -other
+    def __ge__(self, other: Operand) -> Truth:
+        return ~self.__lt__(other)
 
 
-class Truth:
-    """The result of comparing enclosures: sample by sample, whether the relation can hold, and whether it can fail."""
-
-    __slots__ = ("fails", "holds")
-    functions: Operand
-
-    def __init__(self, holds: Operand, fails: Operand) -> None:
-        self.holds, self.fails = np.asarray(holds), np.asarray(fails)
-
-    def __and__(self, other: Truth) -> Truth:
-        return Truth(self.holds & other.holds, self.fails | other.fails)
-
-    def __or__(self, other: Truth) -> Truth:
-        return Truth(self.holds | other.holds, self.fails & other.fails)
-
-    def __invert__(self) -> Truth:
-        return Truth(self.fails, self.holds)
-
-    def __bool__(self) -> bool:
-        raise TypeError("a law chooses with `where`, never with `if`")
+def below(x: Operand) -> Array:
+    """A number that the same operation of floats, and of real numbers, is never below."""
+    found: Array = x - (ROUNDING * np.abs(x) + TINY * (np.asarray(x) != 0.0))
+    return found
 
 
 def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
@@ -320,17 +315,29 @@ def of_its_own(x: Enclosure) -> Enclosure:
     parts = x.parts.copy()
     parts[x.fresh.next] = x.rest
     x.fresh.next += 1
-    return Enclosure(x.centre, parts, np.zeros_like(x.rest), x.reach, x.fresh, x.square)
+    return Enclosure(x.centre, parts, np.zeros_like(x.rest), x.reach, x.fresh, x.floor)
 
 
 def inverse(x: Enclosure) -> Enclosure:
-    """1 / x, which deviates from its tangent by d^2 / (c^2 (c + d))."""
+    """1 / x: off its tangent by d^2 / (c^2 (c + d)); where only the floor keeps x from zero, all that lies between."""
     size, width = np.abs(x.centre), x.tight
-    if np.any(size <= width * CLEAR + TINY):
+    near = size <= width * CLEAR + TINY
+    if not np.any(near):
+        return tangent(x, x.centre, width)
+    low = x.low
+    if np.any(near & (low <= TINY)):
         raise UndefinedError(f"a division by a number that may be zero ({place()})")
-    value = 1.0 / x.centre
+    least, most = 1.0 / x.high, 1.0 / np.where(near, low, 1.0)
+    middle, half = 0.5 * (most + least), 0.5 * (most - least)
+    range_ = x.made(middle, zeros_like(x.parts), half, half, ROUNDING * most)
+    return merged(near, range_, tangent(x, np.where(near, 1.0, x.centre), np.where(near, 0.0, width)))
+
+
+def tangent(x: Enclosure, centre: Array, width: Array) -> Enclosure:
+    """1 / x, with the line at the centre."""
+    value = 1.0 / centre
     square = value * value
-    bend = width * width * square / (size - width) * (1.0 + 1e-12)
+    bend = width * width * square / (np.abs(centre) - width) * (1.0 + 1e-12)
     third = Third(square * value, bend * width * np.abs(value))
     return without_fresh(x, value, -square, bend, third)
 
@@ -367,29 +374,13 @@ def zeros_like(parts: Array | None) -> Array | None:
     return None if parts is None else np.zeros_like(parts)
 
 
-def lifted(x: Operand, like: Enclosure) -> Enclosure:
-    """A number as an enclosure of the same shape."""
-    if isinstance(x, Enclosure):
-        return x
-    centre = np.broadcast_to(np.asarray(x, dtype=np.float64), np.broadcast_shapes(np.shape(x), like.centre.shape))
-    nothing = np.zeros_like(centre)
-    return Enclosure(centre, None, nothing, nothing, like.fresh)
-
-
-def merged(choice: Array, yes: Enclosure, no: Enclosure) -> Enclosure:
+def merged(choice: NDArray[np.bool_], yes: Enclosure, no: Enclosure) -> Enclosure:
     """`yes` for some samples, `no` for the others."""
     parts = None
     if yes.parts is not None or no.parts is not None:
         parts = np.where(choice, 0.0 if yes.parts is None else yes.parts, 0.0 if no.parts is None else no.parts)
-    fields = [np.where(choice, getattr(yes, name), getattr(no, name)) for name in ("centre", "rest", "reach")]
-    return Enclosure(fields[0], parts, fields[1], fields[2], yes.fresh or no.fresh, yes.square and no.square)
-
-
-def either(yes: Enclosure, no: Enclosure) -> Enclosure:
-    """A form that contains both: half of each, and half their distance."""
-    apart = (0.5 * yes) - (0.5 * no)
-    middle: Enclosure = (0.5 * yes) + (0.5 * no)
-    far = apart.size
-    return Enclosure(
-        middle.centre, middle.parts, middle.rest + far, middle.reach + far, middle.fresh, yes.square and no.square
-    )
+    centre, rest, reach = (np.where(choice, getattr(yes, name), getattr(no, name)) for name in ("centre", "rest", "reach"))
+    floor = None
+    if yes.floor is not None or no.floor is not None:
+        floor = np.where(choice, yes.low if yes.floor is None else yes.floor, no.low if no.floor is None else no.floor)
+    return Enclosure(centre, parts, rest, reach, yes.fresh or no.fresh, floor)

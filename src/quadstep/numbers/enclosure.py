@@ -13,17 +13,13 @@ from quadstep.numbers.affine import (
     Array,
     Enclosure,
     Fresh,
-    Operand,
     Third,
-    Truth,
     UndefinedError,
     added,
     ball,
     curved,
-    either,
     finite,
     inverse,
-    lifted,
     merged,
     of_its_own,
     straight,
@@ -34,6 +30,8 @@ from quadstep.numbers.caller import place
 from quadstep.numbers.functions import ARRAYS, sinc
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.series import half_turn, turn_ratio
+from quadstep.numbers.truth import Operand, Truth
+from quadstep.numbers.undecided import lifted, undecided
 
 __all__ = [
     "ENCLOSURES",
@@ -91,7 +89,7 @@ class Enclosures:
     def sqrt(self, x: Enclosure) -> Enclosure:
         """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
         low, high = x.low, x.high
-        if np.any(low <= 0.0) and not x.square:
+        if np.any(low < 0.0):
             raise UndefinedError(f"a square root of a number that may be negative ({place()})")
         far = low > 0.25 * high
         centre = np.where(far, x.centre, 1.0)
@@ -148,10 +146,9 @@ class Enclosures:
                 return np.where(condition.holds, yes, no)
         like = yes if isinstance(yes, Enclosure) else no
         like = like if isinstance(like, Enclosure) else ball(np.zeros(condition.holds.shape))
-        yes, no = lifted(yes, like), lifted(no, like)
-        chosen = merged(~condition.fails, yes, no)
+        chosen = merged(~condition.fails, lifted(yes, like), lifted(no, like))
         unsure = condition.holds & condition.fails
-        return merged(~unsure, chosen, either(yes, no)) if np.any(unsure) else chosen
+        return merged(~unsure, chosen, undecided(condition, yes, no, like)) if np.any(unsure) else chosen
 
     def solve_symmetric(self, m: Matrix, b: Vector) -> Vector:
         """x of M x = b for a 3x3 M, without its cofactors: with C near the inverse of M's centre,

@@ -7,7 +7,8 @@ from math import factorial
 
 import numpy as np
 
-from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Operand, Third, without_fresh_error
+from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Third, without_fresh_error
+from quadstep.numbers.truth import Operand
 
 FEW, MANY = 12, 60
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NoReturn, TypeAlias
+
 import numpy as np
 
-from quadstep.numbers.enclosure import PLAIN, Operand
+from quadstep.numbers.enclosure import PLAIN
+
+
+Operand: TypeAlias = "Influence | float"
 
 
 class Influence:
@@ -21,7 +26,7 @@ class Influence:
         """The same number, depending on these inputs too."""
         return Influence(self.of.union(*(one.of for one in others if isinstance(one, Influence))))
 
-    def __add__(self, other: Operand) -> Operand:
+    def __add__(self, other: Operand) -> Influence:
         return self.with_(other) if isinstance(other, (Influence, *PLAIN)) else NotImplemented
 
     __radd__ = __sub__ = __rsub__ = __truediv__ = __rtruediv__ = __add__
@@ -61,10 +66,10 @@ class Influences:
                 return no
         return Influence(frozenset()).with_(condition, yes, no)
 
-    def word(self, x: Operand) -> Operand:
+    def word(self, x: Operand) -> NoReturn:
         raise TypeError("the law manipulates the bits of a number")
 
-    def opaque(self, *_: object) -> Operand:
+    def opaque(self, *_: object) -> NoReturn:
         raise TypeError("it calls an opaque function")
 
 

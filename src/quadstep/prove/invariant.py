@@ -179,7 +179,7 @@ class Guess(NamedTuple):
 
 
 def first_guess(at: Set) -> Guess:
-    """A guess from the largest box of starts on which the law is defined, without third-order terms.
+    """From a box of starts as large as the law has values and contracting slopes for; nothing is said of third order.
 
     Raises UndefinedError.
     """
@@ -189,11 +189,14 @@ def first_guess(at: Set) -> Guess:
             middle, sides = at.starts(side)
             radii = at.even(np.maximum(middle + sides, SPARE * (middle + sides).max()))
             growth = at.after(radii)
-            return Guess(growth._replace(rest=np.minimum(growth.rest, SPARE * radii)), radii, at.reach, middle, sides, side)
+            rest = np.minimum(growth.rest, SPARE * radii)
+            guess = Guess(growth._replace(rest=rest), radii, at.reach, middle, sides, side)
+            if guess.largest(LEAST, MOST) or side < LEAST:
+                return guess
         except UndefinedError:
             if side < LEAST:
                 raise
-            side *= 0.1
+        side *= 0.1
 
 
 def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str:

@@ -119,7 +119,7 @@ class Jets:
         value = ENCLOSURES.sqrt(x.value)
         if np.all(value.low > 0.0):
             return Jet(value, x.slopes * (0.5 * inverse(value)), x.kinked)
-        if zero(x.value) and x.value.square:
+        if zero(x.value) and x.value.floor is not None:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
         raise UndefinedError(f"a square root that may be zero has no derivative ({place()})")
 

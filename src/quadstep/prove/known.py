@@ -8,8 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from math import isqrt
+from typing import NoReturn, TypeAlias
 
-from quadstep.numbers.enclosure import Operand
+
+
+Operand: TypeAlias = "Known | float"
 
 
 class Known:
@@ -33,13 +36,13 @@ class Known:
     def __pos__(self) -> Known:
         return self
 
-    def __sub__(self, other: Operand) -> Operand:
+    def __sub__(self, other: Operand) -> Known:
         return self + -exact(other)
 
-    def __rsub__(self, other: Operand) -> Operand:
+    def __rsub__(self, other: Operand) -> Known:
         return exact(other) + -self
 
-    def __mul__(self, other: Operand) -> Operand:
+    def __mul__(self, other: Operand) -> Known:
         if not isinstance(other, Known | float | int):
             return NotImplemented
         other = exact(other)
@@ -47,13 +50,13 @@ class Known:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Operand) -> Operand:
+    def __truediv__(self, other: Operand) -> Known:
         other = exact(other)
         if other.value == 0:
             return Known(None)
         return self * Known(None if other.value is None else 1 / other.value)
 
-    def __rtruediv__(self, other: Operand) -> Operand:
+    def __rtruediv__(self, other: Operand) -> Known:
         return exact(other) / self
 
     def __abs__(self) -> Known:
@@ -125,10 +128,10 @@ class Knowns:
     def where(self, condition: bool | Known, yes: Operand, no: Operand) -> Operand:
         return condition if isinstance(condition, Known) else yes if condition else no
 
-    def word(self, x: Known) -> Operand:
+    def word(self, x: Known) -> NoReturn:
         raise TypeError("the law manipulates the bits of a number")
 
-    def opaque(self, *_: object) -> Operand:
+    def opaque(self, *_: object) -> NoReturn:
         raise TypeError("it calls an opaque function")
 
 

@@ -23,6 +23,8 @@ LENGTH = 1e-14
 """More than a quaternion's length can differ from one after `renormalised`, a few units in the last place."""
 
 SMALL, MOST_STEPS, AT_REST, SAME = 1e-9, 20, 1e-9, 1e-12
+CURVED = 0.05
+"""How much of a change of `SMALL` may be off its slope; of the laws without an edge at rest it is 0.004 at the most."""
 
 
 class Rest(NamedTuple):
@@ -62,7 +64,9 @@ def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Numb
             continue
         other = at.twins.get(place)
         as_it_was = isinstance(found[place], float) and found[place] == value
-        if place not in at.live and not (found[place] is found[other] if other is not None else as_it_was):
+        if other is not None and found[place] is not found[other]:
+            raise UndefinedError(f"{loop.names[place]} may differ from {loop.names[other]}")
+        if place not in at.live and other is None and not as_it_was:
             raise UndefinedError(f"{loop.names[place]} does not stay as it is")
     return [found[place] for place in at.live]
 
@@ -113,6 +117,8 @@ def rest(loop: Sampled) -> Rest:
             state[place] = state[other]
         if np.all(np.abs(change) <= AT_REST * (1.0 + np.abs(state[live]))):
             refuse_idle([loop.names[place] for place in live], inner)
+            size = np.maximum(np.abs(found.parts[live, :, 0]).sum(axis=1), SMALL)
+            refuse_edge([loop.names[place] for place in live], found.rest[live, 0] > CURVED * size)
             return reduced(loop, Rest(state, tuple(map(int, live)), twins, -1, inner))
     raise UserError("no state was found in which the loop rests")
 
@@ -128,6 +134,14 @@ def refuse_idle(names: list[str], slopes: Array) -> None:
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
         raise UserError(f"{', '.join(found)}: to first order these keep any value given, and do not return by themselves")
+
+
+def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:
+    """Raises UserError for numbers that a sample leaves on no straight line, however small the deviation."""
+    found = [name for name, bends in zip(names, bent, strict=True) if bends]
+    if found:
+        named = ", ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
+        raise UserError(f"{named} have no slopes: the loop rests exactly on an edge of the law (a limit, a sign, a `where`)")
 
 
 def reduced(loop: Sampled, at: Rest) -> Rest:

@@ -133,10 +133,9 @@ def refuse_unprovable(plan: FlightPlan) -> None:
     loop = plan.loop
     if not isinstance(loop, Loop):
         raise UserError("nothing can be proved about this kind of flight")
-    if isinstance(loop.controller.alone, Opaque):
-        raise UserError(
-            f"controller: {loop.controller.name} is a Python function without equations: nothing can be proved about it"
-        )
+    law = loop.controller.alone
+    if isinstance(law, Opaque):
+        raise UserError(f"controller: {law.name} is {law.nature}, which has no equations: nothing can be proved about it")
     if loop.sensing is not None and loop.sensing.noisy:
         raise UserError("sensors: nothing can be proved with unbounded noise; set every noise, bias and walk to 0")
     if loop.air is not None and loop.air.stirs:
