@@ -8,7 +8,6 @@ import numpy as np
 
 from quadstep.numbers.enclosure import PLAIN
 
-
 Operand: TypeAlias = "Influence | float"
 
 

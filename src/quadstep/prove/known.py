@@ -10,8 +10,6 @@ from fractions import Fraction
 from math import isqrt
 from typing import NoReturn, TypeAlias
 
-
-
 Operand: TypeAlias = "Known | float"
 
 
