@@ -46,7 +46,7 @@ def test_what_a_killed_run_left_does_not_block_the_folder(tmp_path):
 
 def test_a_run_that_finishes_after_another_mission_took_the_folder_is_refused(tmp_path):
     folder = tmp_path / "out"
-    with pytest.raises(UserError, match="another mission"), publishing(folder, "b", overwrite=False) as out:
+    with pytest.raises(UserError, match="other results"), publishing(folder, "b", overwrite=False) as out:
         write_json(out / "metrics.json", {"name": "B"})
         publish(folder, "a", "A")
     assert json.loads((folder / "metrics.json").read_text())["name"] == "A"

@@ -144,7 +144,7 @@ def test_a_flight_from_python_is_that_of_quadstep_fly_to_the_byte(real, tmp_path
 
 def test_results_of_another_mission_are_not_overwritten(paper, real, tmp_path):
     paper.save(str(tmp_path))
-    with pytest.raises(UserError, match="results of another mission"):
+    with pytest.raises(UserError, match="holds other results"):
         real.save(tmp_path)
     real.save(tmp_path, overwrite=True)
     assert json.loads((tmp_path / "metrics.json").read_text())["name"] == "Circle"

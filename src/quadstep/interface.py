@@ -119,7 +119,7 @@ class Flight(FlightLog):
     def save(self, folder: Path | str, overwrite: bool = False) -> None:
         """Write what `quadstep fly` writes: flight.csv, metrics.json, figures/, page.html, report.html, weights.json.
 
-        Raises UserError if the folder contains results of another mission, unless `overwrite`, and for the flight of a plan,
+        Raises UserError if the folder contains other results, unless `overwrite`, and for the flight of a plan,
         whose mission is not known.
         """
         if self.mission is None:

@@ -69,7 +69,7 @@ def fly_campaign(
 def interrupted(store: Store) -> InterruptedRun:
     """The message after Ctrl-C, once the manifest names every file: the last one may just have been written."""
     store.save()
-    kept, wanted = len(store.chunks) - len(store.missing), len(store.chunks)
+    kept, wanted = len(store.present), store.count
     return InterruptedRun(f"{kept} of {wanted} files of flights are kept in {store.folder}; continue with --resume")
 
 

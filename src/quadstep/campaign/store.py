@@ -49,11 +49,23 @@ class Store:
     @property
     def chunks(self) -> list[Chunk]:
         """All files, in order, whether present or not."""
-        size, count = self.manifest["chunk"], self.flights
-        return [
-            Chunk(f"{FLIGHTS}/{i:05d}.parquet", first, min(first + size, count))
-            for i, first in enumerate(range(0, count, size))
-        ]
+        return [self.chunk(i) for i in range(self.count)]
+
+    @property
+    def count(self) -> int:
+        """The number of all files."""
+        return len(range(0, self.flights, self.manifest["chunk"]))
+
+    def chunk(self, i: int) -> Chunk:
+        """File i."""
+        size: int = self.manifest["chunk"]
+        return Chunk(f"{FLIGHTS}/{i:05d}.parquet", i * size, min(i * size + size, self.flights))
+
+    @property
+    def present(self) -> list[Chunk]:
+        """The files that are present, in order; a manifest may claim millions that are not."""
+        named = {int(one["first"]) // self.manifest["chunk"] for one in self.digests.values()}
+        return [chunk for chunk in map(self.chunk, sorted(i for i in named if 0 <= i < self.count)) if self.has(chunk)]
 
     @property
     def missing(self) -> list[Chunk]:
@@ -88,15 +100,14 @@ class Store:
         try:
             yield
         except OSError as error:
-            kept = sum(self.has(chunk) for chunk in self.chunks)
             raise UserError(
-                f"{self.folder}: cannot be written: {error.strerror or error}; {kept} of {len(self.chunks)} files of flights "
-                "are kept, --resume continues from there"
+                f"{self.folder}: cannot be written: {error.strerror or error}; {len(self.present)} of {self.count} files of "
+                "flights are kept, --resume continues from there"
             ) from None
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
         """The finished flights, in order. Raises UserError for a file that cannot be read."""
-        tables = [self.read_chunk(chunk, columns) for chunk in self.chunks if self.has(chunk)]
+        tables = [self.read_chunk(chunk, columns) for chunk in self.present]
         try:
             return pa.concat_tables(tables, promote_options="permissive").unify_dictionaries()
         except pa.ArrowException as error:
@@ -127,16 +138,13 @@ class Store:
 
     def judge_again(self, campaign: Campaign) -> None:
         """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
-        for chunk in self.chunks:
-            if self.has(chunk):
-                self.write(chunk, judged(self.read_chunk(chunk), campaign))
+        for chunk in self.present:
+            self.write(chunk, judged(self.read_chunk(chunk), campaign))
 
     def verify(self) -> None:
         """Raises UserError for a file whose content is not what was written."""
-        for chunk in self.chunks:
+        for chunk in self.present:
             path = self.folder / chunk.file
-            if not self.has(chunk):
-                continue
             with files.opened(path, files.FLIGHTS) as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != self.digests[chunk.file]["sha256"]:
@@ -208,7 +216,7 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     found.setdefault("metrics", mine["metrics"])
     store = Store(folder, found)
     if not resume:
-        kept, all_of = sum(store.has(chunk) for chunk in store.chunks), len(store.chunks)
+        kept, all_of = len(store.present), store.count
         state = "complete" if kept == all_of else f"{kept} of {all_of} files"
         raise UserError(
             f"{folder}: holds the campaign {found['name']!r} ({state}); continue with --resume, choose another --out, or "

@@ -94,7 +94,7 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool, name: str = M
         content = loaded if isinstance(loaded, dict) else {}
     found = any(not path.name.startswith(WRITING) for path in folder.iterdir())
     if not overwrite and content.get("fingerprint") != identity and found:
-        what = f"results of another mission ({content['name']})" if content.get("name") else "other files"
+        what = f"other results ({content['name']})" if content.get("name") else "other files"
         raise UserError(f"{folder}: holds {what}; choose another --out, or replace them with --overwrite")
     listed = content.get("files")
     names = [Path(one) for one in listed if isinstance(one, str)] if isinstance(listed, list) else []
