@@ -15,7 +15,7 @@ from sympy.core.relational import Relational
 from quadstep.numbers import Matrix, Vector, flatten
 from quadstep.verify.rows import Check
 
-Expression: TypeAlias = "sympy.Basic | sympy.MatrixBase"
+Expression: TypeAlias = sympy.Basic | sympy.MatrixBase
 """A SymPy expression, matrix or number. SymPy has no types, so mypy checks nothing about it."""
 
 DIGITS = 40
