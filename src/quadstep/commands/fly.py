@@ -21,7 +21,6 @@ from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.judging.deliver import check_junit, deliver
 from quadstep.judging.metrics import parsed
-from quadstep.metrics.of_log import Metrics
 from quadstep.report.pool import start_server
 from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.terminal.bars import bar
@@ -106,7 +105,7 @@ def fly(
         for one in result.judged:
             say(one.case.sentence)
         say_whole(f"Results: {folder}")
-    about: Metrics = {
+    about: dict[str, object] = {
         "version": __version__,
         "mission": str(mission),
         "flight": flight,
