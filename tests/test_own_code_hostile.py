@@ -110,6 +110,12 @@ def command(folder, *arguments):
         ("key, unit, meaning and symbol should be text", {"gain": "k: Number = gain(1.0, None, None)"}),
         ("cannot have the key 'type'", {"gain": "k: Number = gain(1.0, '1', 'x', key='type')"}),
         ("cannot have the key 'a.b'", {"gain": "k: Number = gain(1.0, '1', 'x', key='a.b')"}),
+        (
+            "k: its default 1 should lie within its range, 2",
+            {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=3.0)"},
+        ),
+        ("Gains.k: needs a type, as in `k: Number = gain(...)`", {"gain": "k = gain(1.0, '1', 'x')"}),
+        ("Gains.k: a gain is a Number or a Vector, not a str", {"gain": "k: str = gain(1.0, '1', 'x')"}),
         ("low = 2 must be below high = 2", {"gain": "k: Number = gain(1.0, '1', 'x', low=2.0, high=2.0)"}),
         ("scale should be 'log' or 'linear'", {"gain": "k: Number = gain(1.0, '1', 'x', scale='wrong')"}),
         ("name 'Nope' is not defined", {"gain": "k: 'Nope' = gain(1.0, '1', 'x')"}),

@@ -167,7 +167,8 @@ def explained(error: BaseException) -> tuple[str, int]:
         case UserError():
             return f"error: {error}", BAD_INPUT
         case TyperException():
-            return f"error: {error.format_message()} (see quadstep --help)", BAD_INPUT
+            command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
+            return f"error: {error.format_message()} (see {command} --help)", BAD_INPUT
         case BrokenProcessPool():
             return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
         case _ if theirs(error):

@@ -94,6 +94,6 @@ def check(value: object, source: str, key: str = "", level: int = 0, finite: boo
             for place, inside in enumerate(value):
                 check(inside, source, f"{key}[{place}]", level + 1, finite)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-        raise UserError(f"{source}: {key}: should be a whole number from -2^63 to 2^63 - 1")
+        raise UserError(f"{source}: {key}: is too large; whole numbers go from -2^63 to 2^63 - 1")
     elif finite and isinstance(value, float) and not math.isfinite(value):
         raise UserError(f"{source}: {key}: should be a finite number")

@@ -220,9 +220,14 @@ def kinds_of(gains: type) -> Mapping[str, type]:
 def declared(gains: type) -> Mapping[str, Declaration]:
     """The declaration of every field of a structure of gains, by dotted name. Raises TypeError for a field without one."""
     found: dict[str, Declaration] = {}
+    bare = [name for name, one in vars(gains).items() if isinstance(one, Gain | Given) and name not in kinds_of(gains)]
+    if bare:
+        raise TypeError(f"{gains.__name__}.{bare[0]}: needs a type, as in `{bare[0]}: Number = gain(...)`")
     for name, kind in kinds_of(gains).items():
         declaration = getattr(gains, "_field_defaults", {}).get(name)
         if isinstance(declaration, Gain):
+            if kind in (str, bool, tuple, list, dict):
+                raise TypeError(f"{gains.__name__}.{name}: a gain is a Number or a Vector, not a {kind.__name__}")
             parts = declaration.parts or (AXES if kind is Vector else ())
             found[name] = replace(declaration, key=declaration.key or name, parts=parts)
         elif hasattr(declaration, "decide"):

@@ -142,8 +142,12 @@ def check_gain(one: Gain) -> None:
     if len(values) != (len(one.parts) or 1):
         raise ValueError(f"{one.key}: its default should be one number, or {len(one.parts)} in a tuple")
     for value in values:
-        if not isinstance(value, Real) or not math.isfinite(value) or value < 0.0:
-            raise ValueError(f"{one.key}: its default should consist of finite numbers of at least 0, not {value!r:.60}")
+        if not isinstance(value, Real) or not math.isfinite(value) or (value < 0.0 and not one.signed):
+            least = "" if one.signed else " of at least 0"
+            raise ValueError(f"{one.key}: its default should consist of finite numbers{least}, not {value!r:.60}")
+        low, high = -math.inf if one.low is None else one.low, math.inf if one.high is None else one.high
+        if not low <= float(value) <= high:
+            raise ValueError(f"{one.key}: its default {value:g} should lie within its range, {low:g} to {high:g}")
 
 
 def any_controller(measures: type) -> Any:
