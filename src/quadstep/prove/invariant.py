@@ -178,8 +178,10 @@ class Guess(NamedTuple):
         return least
 
 
-def first_guess(at: Set) -> Guess:
+def first_guess(at: Set) -> tuple[Guess, float]:
     """From a box of starts as large as the law has values and contracting slopes for; nothing is said of third order.
+
+    And the largest box of starts that it reaches [m], 0 for none.
 
     Raises UndefinedError.
     """
@@ -191,8 +193,9 @@ def first_guess(at: Set) -> Guess:
             growth = at.after(radii)
             rest = np.minimum(growth.rest, SPARE * radii)
             guess = Guess(growth._replace(rest=rest), radii, at.reach, middle, sides, side)
-            if guess.largest(LEAST, MOST) or side < LEAST:
-                return guess
+            reached = guess.largest(LEAST, MOST)
+            if reached or side < LEAST:
+                return guess, reached
         except UndefinedError:
             if side < LEAST:
                 raise
@@ -201,8 +204,8 @@ def first_guess(at: Set) -> Guess:
 
 def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str:
     """The largest set that is found, or why there is none. Raises UndefinedError."""
-    guess, best = first_guess(at), None
-    side, most, limit = guess.largest(LEAST, MOST), MOST, "the nonlinear terms outgrow the decay"
+    (guess, side), best = first_guess(at), None
+    most, limit = MOST, "the nonlinear terms outgrow the decay"
     if not side:
         return unsettled(guess)
     side *= 0.6
