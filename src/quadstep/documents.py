@@ -42,9 +42,16 @@ def parse_toml(text: str, source: str) -> dict[str, object]:
     except RecursionError:
         raise too_deep(source) from None
     except ValueError as error:  # TOMLDecodeError; a number of too many digits
-        raise UserError(f"{source}: not valid TOML: {error}") from None
+        raise UserError(f"{source}: not valid TOML: {error}{shown(text, str(error))}") from None
     check(content, source)
     return content
+
+
+def shown(text: str, error: str) -> str:
+    """The line of which an error tells, where it is short enough to be read."""
+    found = re.search(r"at line (\d+)", error)
+    lines = text.splitlines()[int(found[1]) - 1 :] if found else []
+    return f"; the line: {lines[0].strip()}" if lines and lines[0].isprintable() and 0 < len(lines[0].strip()) <= 60 else ""
 
 
 def depth(text: str) -> int:

@@ -76,10 +76,11 @@ def check_same(structure: object, first: object, what: str) -> None:
     check_numbers(structure, what)
     now, then = leaf_names(structure), leaf_names(first)
     if now != then:
-        missing, new = ", ".join(set_aside(then, now)), ", ".join(set_aside(now, then))
-        raise UserError(f"{what}: should keep the shape that it has at the start; missing: {missing}; new: {new}")
+        changes = "; ".join(filter(None, (set_aside("missing", then, now), set_aside("new", now, then))))
+        raise UserError(f"{what}: should keep the shape that it has at the start; {changes}")
 
 
-def set_aside(names: list[str], others: list[str]) -> list[str]:
-    """The names that are not among the others."""
-    return [name or "a number" for name in names if name not in others] or ["none"]
+def set_aside(word: str, names: list[str], others: list[str]) -> str:
+    """The names that are not among the others, after a word; nothing where there are none."""
+    aside = [name or "a number" for name in names if name not in others]
+    return f"{word}: {', '.join(aside)}" if aside else ""

@@ -101,10 +101,24 @@ def check_declared(law: type[Controller]) -> None:
             raise TypeError(f"rates: {name} is not known; it should be `law`, `guide` or another method of the controller")
         if not isinstance(period, Real) or not 0.0 < period < math.inf:
             raise ValueError(f"rates: {name} should be a sample time above 0 s, not {period!r:.60}")
+    check_methods(law)
     check_told(law)
     for one in law.declarations().values():
         if isinstance(one, Gain):
             check_gain(one)
+
+
+def check_methods(law: type[Controller]) -> None:
+    """Refuses methods that cannot be called as the loop calls them. Raises TypeError."""
+    for name in {"start": None, "law": None, "prepare": None} | dict.fromkeys(law.rates):
+        model = getattr(Controller, name, Controller.guide)
+        given = list(inspect.signature(model).parameters)
+        with contextlib.suppress(ValueError):  # of a function that tells no signature
+            takes = inspect.signature(getattr(object.__new__(law), name))
+            try:
+                takes.bind(*given[1:])
+            except TypeError:
+                raise TypeError(f"{name}: should be declared as {name}({', '.join(given)})") from None
 
 
 def check_told(law: type[Controller]) -> None:
