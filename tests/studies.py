@@ -42,6 +42,12 @@ ranges = { position = {}, velocity = { low = 1.0, high = 20.0 } }
 budget = 4500
 flown = [{ path = "up", scenario = "windy" }]
 """
+OPTIONAL = """
+[controllers.policy]
+controller = "raptor"
+frozen = "as published"
+optional = true
+"""
 SMALL = HEAD + BODY + CONTROLLERS
 
 

@@ -17,10 +17,12 @@ from quadstep.comparison import jobs, workers
 from quadstep.comparison.kept import RUNNING, Kept
 from quadstep.comparison.study import FIRST, Situation, read_study
 from quadstep.comparison.tables import tex
+from quadstep.control import raptor
+from quadstep.errors import MissingExtraError
 from quadstep.flight.engines import fly
 from tests.campaigns import soon
 from tests.commands import LINE, heeding_interrupts, quadstep, write
-from tests.studies import SMALL, TUNING, metrics, rows, written
+from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, metrics, rows, written
 
 MARGIN = """
 [margins.wind]
@@ -302,6 +304,39 @@ def test_a_controller_that_cannot_fly_the_vehicle_is_one_line_that_names_it(tmp_
     assert result.err.count("\n") == 1
     assert f"{file}: flat cannot fly research-2.6kg: controller.type: 'planar-pd' is not known" in result.err
     assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
+
+
+def test_an_optional_controller_is_left_out_where_its_package_is_absent(tmp_path, monkeypatch):
+    monkeypatch.setattr(raptor, "published", no_policy)
+    text = SMALL.replace("seeds = 12", "seeds = 2")
+    result = quadstep("compare", written(tmp_path, text + OPTIONAL), "--out", tmp_path / "out")
+    line = "policy is left out: the policy needs h5py; install it"
+    assert (result.code, result.err) == (0, "")
+    assert line in result.out
+    assert {row["controller"] for row in rows(tmp_path / "out", "cells.csv")} == {"soft", "firm"}
+    assert metrics(tmp_path / "out")["left_out"] == [line]
+    assert "## Limitations\n\n- " + line in (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
+    assert line in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL + OPTIONAL.replace("optional = true", ""), "policy cannot fly research-2.6kg: the policy needs h5py"),
+        (SMALL + OPTIONAL.replace('"raptor"', '"raptors"'), "policy cannot fly research-2.6kg: controller.type: 'raptors'"),
+        (HEAD + BODY + OPTIONAL, "no controller is left to compare: policy is left out: the policy needs h5py"),
+    ],
+)
+def test_only_an_absent_package_leaves_out_only_what_is_optional(tmp_path, monkeypatch, text, said):
+    monkeypatch.setattr(raptor, "published", no_policy)
+    result = quadstep("compare", written(tmp_path, text), "--out", tmp_path / "out")
+    assert result.refused
+    assert said in result.err
+
+
+def no_policy():
+    """As where the package of its weights is not installed."""
+    raise MissingExtraError("the policy needs h5py; install it")
 
 
 def test_a_scenario_that_nobody_survives_is_one_line(tmp_path):

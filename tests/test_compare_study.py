@@ -12,11 +12,13 @@ from quadstep.comparison import cost, margins, schema, training
 from quadstep.comparison.shipped import shipped_study
 from quadstep.comparison.study import FIRST, Situation, read_study, together
 from quadstep.control.cascaded_pid import CascadedPid
+from quadstep.control.controller import Measured
+from quadstep.control.registry import names
 from quadstep.documents import read_json
 from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import flatten
 from tests.commands import LINE, write
-from tests.studies import BODY, HEAD, SMALL, TUNING, study
+from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, study
 
 VEHICLE = "research-2.6kg"
 
@@ -133,6 +135,12 @@ def test_the_study_that_ships_can_be_flown():
                 margins.raised(one, vehicle, name, "PID", one.knowing(vehicle, {"type": "pid"}))
 
 
+def test_every_controller_of_real_vehicles_takes_part_in_the_study_that_ships():
+    entries = shipped_study().file.controllers
+    assert {entry.controller["type"] for entry in entries.values()} == set(names(Measured))
+    assert [name for name, entry in entries.items() if entry.optional] == ["RAPTOR"]
+
+
 MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"\nhigh = 20.0\n'
 
 
@@ -154,6 +162,7 @@ MARGIN = '[margins.wind]\nkeys = ["wind.mean.0"]\npath = "up"\nscenario = "calm"
         (SMALL + TUNING.replace("4500", "4500\nseeds = 8"), "tuning.seeds: should be greater than or equal to 64"),
         (SMALL + TUNING.replace('"windy"', '"hail"'), "tuning.flown[0].scenario: 'hail' is not in the study"),
         (SMALL + "[controllers.x]\ncontroller = { k_x = 1.0 }\n", "controllers.x: controller.type: missing"),
+        (SMALL + OPTIONAL.replace("true", "3"), "controllers.policy.optional: should be a valid boolean, not 3"),
         (SMALL.replace("vehicle.mass", "seed"), "seed"),
     ],
 )

@@ -21,6 +21,10 @@ class UserError(Exception):
         super().__init__(one_line(message))
 
 
+class MissingExtraError(UserError):
+    """A package that is not installed, and how to install it: an extra brings it."""
+
+
 class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, requires
 from types import ModuleType
 
-from quadstep.errors import UserError
+from quadstep.errors import MissingExtraError
 
 EXTRAS = {
     "pyarrow": "campaign", "scipy": "campaign", "cma": "campaign", "tomlkit": "campaign", "ray": "cluster",
@@ -20,18 +20,19 @@ EXTRAS = {
 """Which extra of pyproject.toml brings a package."""
 
 
-def missing_extra(command: str, error: ModuleNotFoundError) -> UserError:
+def missing_extra(command: str, error: ModuleNotFoundError) -> MissingExtraError:
     """The error for a package that `command` needs; raises `error` itself if the package belongs to no extra."""
     package = (error.name or "").partition(".")[0]
     if package not in EXTRAS:
         raise error
     wanted = requirements(EXTRAS[package]) or [package]
-    return UserError(f"{command} needs {package}; install it: {shlex.join([sys.executable, '-m', 'pip', 'install', *wanted])}")
+    install = shlex.join([sys.executable, "-m", "pip", "install", *wanted])
+    return MissingExtraError(f"{command} needs {package}; install it: {install}")
 
 
 @contextlib.contextmanager
 def needed_by(command: str) -> Iterator[None]:
-    """A block that needs the packages of an extra. Raises UserError, saying what to install, where one is absent."""
+    """A block that needs the packages of an extra. Raises MissingExtraError, saying what to install, where one is absent."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -39,7 +40,7 @@ def needed_by(command: str) -> Iterator[None]:
 
 
 def optional(command: str, module: str) -> ModuleType:
-    """A module of an extra. Raises UserError, saying what to install, where it is absent."""
+    """A module of an extra. Raises MissingExtraError, saying what to install, where it is absent."""
     with needed_by(command):
         return import_module(module)
 

@@ -113,6 +113,8 @@ def show(done: "Finished") -> None:
     for sentence in words.sentences(found):
         if sentence not in problems:
             say(sentence)
+    for line in found.left_out:
+        say(line)
     say_whole(f"Report: {done.folder / 'report.html'}")
     for line in problems:
         complain(f"error: {line}")

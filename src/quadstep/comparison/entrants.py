@@ -13,7 +13,7 @@ from quadstep.comparison.study import Study
 from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller
 from quadstep.documents import read_json
-from quadstep.errors import UserError
+from quadstep.errors import MissingExtraError, UserError
 
 FROM_FILE = "from {}"
 
@@ -63,24 +63,36 @@ class Problem(NamedTuple):
     line: str
 
 
-def entrants(study: Study, kept: Kept, again: bool, local: bool) -> tuple[list[Asked], list[Problem]]:
-    """Everybody, and who cannot take part. again: tune also what the study has gains for. local: whether journals can be kept.
+class Entry(NamedTuple):
+    """Who takes part in a study. problems: who cannot. left_out: optional ones whose package is absent, a sentence each."""
+
+    asked: list[Asked]
+    problems: list[Problem]
+    left_out: tuple[str, ...]
+
+
+def entrants(study: Study, kept: Kept, again: bool, local: bool) -> Entry:
+    """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
 
     Raises UserError for a file of gains that cannot be read.
     """
     given = {} if again else gains_file(study)
     found: list[Asked] = []
     problems: list[Problem] = []
+    absent: dict[str, str] = {}
     for vehicle in study.file.vehicles:
         for name, entry in study.controllers(vehicle).items():
             try:
                 found.append(entrant(study, kept, vehicle, name, entry, given, local))
             except UserError as error:
+                if entry.optional and isinstance(error, MissingExtraError):
+                    absent[name] = f"{name} is left out: {error}"
+                    continue
                 said = str(error).removeprefix(f"{study.source}: ")
                 named = said.startswith(f"{name} ") or f"{name} on {vehicle}" in said
                 line = str(error) if named else f"{study.source}: {name} cannot fly {vehicle}: {said}"
                 problems.append(Problem((vehicle, name), line))
-    return found, problems
+    return Entry(found, problems, tuple(absent.values()))
 
 
 def entrant(

@@ -29,7 +29,8 @@ class Result(NamedTuple):
 class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
-    take part, or went wrong. notes: of whoever wrote the study, on its limits.
+    take part, or went wrong. notes: of whoever wrote the study, on its limits. left_out: who could not take part and
+    need not, a sentence each.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Comparison(NamedTuple):
     problems: tuple[Problem, ...]
     linear: Mapping[tuple[str, str], Linear] = {}
     notes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def metric(self) -> str:
@@ -57,6 +59,11 @@ class Comparison(NamedTuple):
     def controllers(self) -> list[str]:
         """In order."""
         return list(dict.fromkeys(one.controller for one in self.results))
+
+    @property
+    def limitations(self) -> tuple[str, ...]:
+        """Of the study, and of this run of it."""
+        return (*self.notes, *self.left_out)
 
     @property
     def pairs(self) -> int:

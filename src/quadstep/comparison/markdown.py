@@ -12,8 +12,8 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
     """The page. drawn: the figure of each vehicle, without its ending."""
     first, *others = words.sentences(found)
     parts = [f"# {found.name}", f"Made by quadstep {__version__} from `{Path(found.source).name}`, seed {found.seed}.", first]
-    if found.notes:
-        parts += ["## Limitations", bullets(found.notes)]
+    if found.limitations:
+        parts += ["## Limitations", bullets(found.limitations)]
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         metric = words.title(found.metrics[found.metric])
         parts += [

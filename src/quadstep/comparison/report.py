@@ -62,7 +62,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     shown = list(figures)[:IN_SUMMARY]
     body = [page.summary(first, facts(found), [figures[one] for one in shown])]
     body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
-    body += [page.heading("Limitations", "limits"), page.listing(found.notes)] if found.notes else []
+    body += [page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []
     if links:
         body += [page.paragraph("The best controllers in the same gust, one shown as a ghost:"), page.links(links)]
     else:
@@ -187,4 +187,5 @@ def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
         "difference_unit": unit,
         "flights": files,
         "problems": [one.line for one in found.problems],
+        "left_out": list(found.left_out),
     }

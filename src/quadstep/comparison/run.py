@@ -130,9 +130,11 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
     run = Run(Kept(folder), how)
     identity = key(study.file.model_dump(exclude={"name"}), study.text)
     with publishing(folder, identity, how.overwrite) as out, interruptible(run):
-        asked, problems = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
+        asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
         for problem in problems:
             run.met(problem)
+        if not asked:
+            raise UserError(f"no controller is left to compare: {[*left_out, *(one.line for one in problems)][0]}")
         metrics = check_all(study, run, [one.entrant for one in asked])
         jobs = [one.job for one in asked if one.job and not run.out(*one.job.controller)]
         run.work("tuning", jobs)
@@ -158,6 +160,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
             notes=study.file.notes,
+            left_out=left_out,
         )
         write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)

@@ -87,6 +87,7 @@ class ControllerEntry(Limited):
         Quantity("", "a table as in a mission, or only the type"),
     ]
     frozen: Annotated[Name | None, Quantity("", "reason why its gains are not tuned")] = None
+    optional: Annotated[bool, Quantity("", "left out, with a note, where a package that it needs is not installed")] = False
     ranges: Annotated[
         Annotated[Content, BeforeValidator(ranges_by_key), AfterValidator(as_ranges)] | None,
         Quantity("", "ranges of tuned gains, {} for the declared one; default: all gains that declare a range"),
