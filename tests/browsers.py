@@ -31,37 +31,64 @@ def playwright():
         yield running
 
 
+class Opened:
+    """Pages of one browser, used again: a new one costs as much as flying what it shows."""
+
+    def __init__(self, browser):
+        self.context = browser.new_context(reduced_motion="reduce")
+        self.context.set_default_timeout(PATIENCE)
+        self.pages, self.used = [], 0
+
+    def page(self):
+        """A blank page that the test has not had yet."""
+        if self.used == len(self.pages):
+            self.pages.append(self.context.new_page())
+        self.used += 1
+        return self.pages[self.used - 1]
+
+    def blank(self):
+        """Leave nothing on the pages, and nothing of them."""
+        self.context.clear_cookies()
+        for page in self.pages[: self.used]:
+            page.goto("about:blank")
+        self.used = 0
+
+
 @pytest.fixture(scope="module")
 def browsers(playwright):
     """With WebGL, and without, where everything but the scene is quicker."""
     running = {webgl: start_browser(playwright, webgl=webgl) for webgl in (True, False)}
-    yield running
+    yield {webgl: Opened(browser) for webgl, browser in running.items()}
     for browser in running.values():
         browser.close()
 
 
 @pytest.fixture
 def open_page(browsers, page_file):
-    """Opens the page; every request beyond the file itself, and every error, fails the test."""
-    contexts, requests, errors = [], [], []
+    """Opens a page, `page_file` unless told; every request beyond the file itself, and every error, fails the test."""
+    requests, errors, heard = [], [], []
 
-    def opened(fragment="", *, width=1440, height=900, scheme="light", webgl=False):
-        context = browsers[webgl].new_context(
-            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
-        )
-        context.set_default_timeout(PATIENCE)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("request", lambda request: requests.append(request.url))
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        page.on("dialog", lambda dialog: (errors.append(f"dialog {dialog.message}"), dialog.dismiss()))
-        page.goto(page_file.as_uri() + fragment)
+    def opened(fragment="", *, file=page_file, width=1440, height=900, scheme="light", webgl=False):
+        page = browsers[webgl].page()
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        hears = {
+            "request": lambda request: requests.append(request.url),
+            "pageerror": lambda error: errors.append(str(error)),
+            "console": lambda message: errors.append(message.text) if message.type == "error" else None,
+            "dialog": lambda dialog: (errors.append(f"dialog {dialog.message}"), dialog.dismiss()),
+        }
+        for event, hear in hears.items():
+            page.on(event, hear)
+            heard.append((page, event, hear))
+        page.goto(file.as_uri() + fragment)
         page.wait_for_selector(f"html[data-ready][data-scene={'yes' if webgl else 'no'}]", state="attached")
         return page
 
     yield opened
-    for context in contexts:
-        context.close()
+    for one in browsers.values():
+        one.blank()
+    for page, event, hear in heard:
+        page.remove_listener(event, hear)
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
     assert errors == []
