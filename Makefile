@@ -69,7 +69,7 @@ reproduce: $(CORE)
 	$(BIN)/quadstep reproduce
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 3 --dist loadfile $(TESTS)
+	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz

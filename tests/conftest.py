@@ -8,6 +8,18 @@ from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtur
 from tests.commands import without_figures
 from tests.needs import NEEDS, Need
 
+LONGEST = (
+    "test_terminal_commands.py",
+    "test_page_browser.py",
+    "test_campaign_own_cluster.py",
+    "test_airframe_loop.py",
+    "test_equal_bits.py",
+    "test_campaign_cluster.py",
+    "test_campaign_faults.py",
+    "test_compare_run.py",
+)
+"""Files that take half a minute of a core or more. They come first, so that no worker is at the end alone with one."""
+
 
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -18,6 +30,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--complete", action="store_true", help="fail if a test was skipped, unless for want of what no one can install"
     )
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.name not in LONGEST)
 
 
 def need_of(reason: str) -> Need | None:

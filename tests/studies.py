@@ -12,7 +12,7 @@ name = "Small"
 vehicles = ["research-2.6kg"]
 seeds = 12
 """
-BODY = """
+CALM = """
 [common]
 limits = { distance = 5.0, rate = 60.0 }
 sensors = { position_noise = 0.005, gyro_noise = 0.01 }
@@ -22,10 +22,12 @@ simulation = { control_period = 0.004, guidance_period = 0.012 }
 path = { type = "step", end = [0.2, 0.0, 0.3], time = 0.1, duration = 0.6 }
 
 [scenarios.calm]
-[scenarios.windy]
+"""
+WINDY = """[scenarios.windy]
 mission = { wind = { mean = [4.0, 0.0, 0.0], turbulence = { wind_20 = 8.0, height = 6.0 } } }
 vary = { "vehicle.mass" = { type = "uniform", low = 2.4, high = 2.9 } }
 """
+BODY = CALM + WINDY
 CONTROLLERS = """
 [controllers.soft]
 controller = { type = "geometric", k_x = 3.0, k_v = 1.0 }
@@ -49,6 +51,8 @@ frozen = "as published"
 optional = true
 """
 SMALL = HEAD + BODY + CONTROLLERS
+SMALLEST = HEAD + CALM + CONTROLLERS
+"""One situation: half the code to compile."""
 
 
 def study(text=SMALL, folder=None):

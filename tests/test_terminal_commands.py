@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
     campaigns.written(folder, campaigns.MASS, head="flights = 6")
     tuning.written(folder, campaigns.SHORT + tuning.LAMBDA, "tune.toml")
     (folder / "real.toml").write_text(REAL, encoding="utf-8")
-    studies.written(folder)
+    studies.written(folder, studies.SMALLEST)
     return folder
 
 
