@@ -39,6 +39,7 @@ KINDS = (
     "h-infinity-linearisation",
     "loop-shaping",
     "nested-saturation",
+    "hedged-backstepping",
     "hedged-inversion",
     "filtered-backstepping",
     "backstepping",

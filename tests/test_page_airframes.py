@@ -44,8 +44,9 @@ FLIGHTS = {
     "flatness": {"controller": {"type": "flatness"}},
     **{
         name: {"controller": {"type": name}, "simulation": {"duration": 0.1}}
-        for name in ("nested-saturation", "hedged-inversion", "filtered-backstepping", "planned-lqr", "mpc")
+        for name in ("nested-saturation", "hedged-backstepping", "hedged-inversion", "filtered-backstepping")
     },
+    **{name: {"controller": {"type": name}, "simulation": {"duration": 0.1}} for name in ("planned-lqr", "mpc")},
     "predictor": {"controller": {"type": "flatness"}, "sensors": {**NOISE, "predictor": True}},
 }
 

@@ -36,6 +36,7 @@ BUILT_IN: dict[type, dict[str, str]] = {
         "mppi": "mppi.Mppi",
         "raptor": "raptor.Raptor",
         "nested-saturation": "nested_saturation_on_airframe.NestedSaturationOnAirframe",
+        "hedged-backstepping": "hedged_backstepping.HedgedBackstepping",
         "hedged-inversion": "hedged_inversion.HedgedInversion",
         "filtered-backstepping": "filtered_backstepping.FilteredBackstepping",
         "planned-lqr": "planned_lqr.PlannedLqr",

@@ -135,7 +135,21 @@ class RotationBackstepping(Controller):
         t: Number,
         period: Number,
     ) -> RotationMemory:
-        """Position loop: errors, net, wanted force and attitude (Eqs 11-24), learning (Eq. 54)."""
+        """Position loop (Eqs 11-24), learning (Eq. 54)."""
+        return self.pull(memory, measured, reference, gains, t, period)[1]
+
+    def pull(
+        self,
+        memory: RotationMemory,
+        measured: Measured,
+        reference: Reference,
+        gains: RotationGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Vector, RotationMemory]:
+        """Errors, net, wanted force and attitude (Eqs 11-24), learning (Eq. 54); and the acceleration that is wanted before
+        the force is limited [m/s^2].
+        """
         flying = where(measured.thrust > AIRBORNE * gains.mass * gains.gravity, 1.0, memory.flying)
         on = flying * where(t >= gains.learning_start, 1.0, 0.0)
         e1 = reference.position - measured.position  # Eq. 11
@@ -154,7 +168,7 @@ class RotationBackstepping(Controller):
         change = weight_rate(gains.force_net, memory.weights_1, mu_1, learning * r1, learning * r1.norm())
         zero = vector(0.0, 0.0, 0.0)
         attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
-        return memory._replace(
+        return wanted, memory._replace(
             flying=flying,
             integral_1=project(memory.integral_1 + (flying * made * period) * r1, gains.integral_bounds[0]),
             weights_1=project_weights(memory.weights_1 + change, gains.weight_bounds[0]),
@@ -172,13 +186,25 @@ class RotationBackstepping(Controller):
         t: Number,
         period: Number,
     ) -> tuple[Command, RotationMemory]:
-        """Attitude loop: command filter, errors, net, torque (Eqs 27-35), learning (Eq. 54)."""
-        on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
+        """Attitude loop: command filter, then `follow`."""
         over = Vector(1.0 / entry for entry in gains.inertia)
         missing = memory.asked_torque - measured.torque
         short, made = over * missing, share_made(missing.norm(), memory.asked_torque.norm())
         filtered = attitude_filter(memory.filtered, memory.wanted, gains.filter_frequency, short, period)
+        return self.follow(memory, measured, filtered, made, gains, t, period)
 
+    def follow(
+        self,
+        memory: RotationMemory,
+        measured: Measured,
+        filtered: FilteredAttitude,
+        made: Number,
+        gains: RotationGains,
+        t: Number,
+        period: Number,
+    ) -> tuple[Command, RotationMemory]:
+        """Errors to the filtered attitude, net, torque (Eqs 27-35), learning (Eq. 54). made: share of the last torque."""
+        on = memory.flying * where(t >= gains.learning_start, 1.0, 0.0)
         between = multiply(conjugate(measured.attitude), filtered.attitude)
         e2 = rotation_vector(between)  # Eq. 27, on the group
         into_body = rotation_matrix(between)

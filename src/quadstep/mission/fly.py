@@ -13,6 +13,7 @@ from quadstep import __version__
 from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
+from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
@@ -197,6 +198,7 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
     """The trained weights, to warm-start another flight from; only of a controller with nets, and a flight that ended well."""
     memory = log.final.memory
     memory = memory.paper if isinstance(memory, CompletedMemory) else memory
+    memory = memory.law if isinstance(memory, HedgedBacksteppingMemory) else memory
     if not isinstance(memory, BacksteppingMemory | RotationMemory) or log.outcome is not Outcome.COMPLETED:
         return
     nets = mission.controller.model_dump()["nets"]

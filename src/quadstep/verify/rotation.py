@@ -21,7 +21,7 @@ from quadstep.verify.rows import Evidence, Row, Verdict, row
 
 ROWS: list[Row] = []
 COUNT, NEURONS, PERIOD = 300, 3, 0.004
-LAW = "control.rotation_backstepping:RotationBackstepping.law"
+LAW = "control.rotation_backstepping:RotationBackstepping.follow"
 
 
 class Moment:
