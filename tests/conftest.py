@@ -6,7 +6,7 @@ import pytest
 
 from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
 from tests.commands import without_figures
-from tests.needs import NEEDS, Need
+from tests.needs import NEEDS, POLICY, Need, needs
 
 LONGEST = (
     "test_terminal_commands.py",
@@ -33,7 +33,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files come first. Cases of the learned policy need its weights: tests of all controllers would fail without."""
     items.sort(key=lambda item: item.path.name not in LONGEST)
+    for item in items:
+        parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
+        said = [getattr(one, "name", one) for one in parameters]
+        if any(isinstance(one, str) and one == "raptor" for one in said):
+            item.add_marker(needs(POLICY))
 
 
 def need_of(reason: str) -> Need | None:
