@@ -33,7 +33,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest files come first. Cases of the learned policy need its weights: tests of all controllers would fail without."""
+    """The longest files come first. Cases of the learned policy need its weights, also in tests of all controllers."""
     items.sort(key=lambda item: item.path.name not in LONGEST)
     for item in items:
         parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
