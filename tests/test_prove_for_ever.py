@@ -132,6 +132,7 @@ BROKEN = {
     "no such state": changed("live", lambda names: [*names[:-1], "nothing.9"]),
     "no square": changed("spread", lambda rows: rows[:-1]),
     "no number": changed("radii", lambda all_: [*all_[:-1], "wide"]),
+    "unknowns of another plant": changed("unknown", lambda known: {**known, "force[N]": 1e-3}),
     "a state too few": changed("live", lambda names: names[:-1]),
 }
 

@@ -11,15 +11,22 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, Never, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.caller import place
-from quadstep.numbers.truth import Operand, Truth
+from quadstep.numbers.functions import Functions
+from quadstep.numbers.truth import Choice, Truth
 
 Array: TypeAlias = NDArray[np.float64]
+
+Plain: TypeAlias = float | Array
+"""A known number, or one for each sample."""
+
+Operand: TypeAlias = "Enclosure | Plain"
+"""What a law combines: enclosures with one another, and with known numbers."""
 
 ROUNDING = 2.0**-49
 """Sixteen half units in the last place: more than the flown operation and the few that compute its form lose together."""
@@ -38,8 +45,8 @@ REDUCED = 2.0**-51
 TINY = 1e-300
 """More than any loss by underflow."""
 
-PLAIN: tuple[type[Operand], ...] = (float, int, np.ndarray, np.generic)
-"""Known numbers that may be combined with enclosures."""
+PLAIN = (float, int, np.ndarray, np.generic)
+"""The classes of known numbers."""
 
 
 class UndefinedError(Exception):
@@ -66,7 +73,7 @@ class Enclosure:
 
     __slots__ = ("centre", "floor", "fresh", "known", "parts", "reach", "rest")
     __array_ufunc__ = None
-    functions: Operand
+    functions: Functions[Enclosure, Truth, Never]
 
     def __init__(
         self,
@@ -113,12 +120,12 @@ class Enclosure:
         return (np.abs(self.centre) + self.tight) * (1.0 + ROUNDING)
 
     def made(
-        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Operand, floor: Array | None = None
+        self, centre: Array, parts: Array | None, rest: Array, reach: Array, lost: Plain, floor: Array | None = None
     ) -> Enclosure:
         """The form with a loss of `lost` by rounding in its operations."""
         return Enclosure(centre, parts, rest + lost, reach + lost, self.fresh, floor)
 
-    def __add__(self, other: Operand) -> Operand:
+    def __add__(self, other: Operand) -> Enclosure:
         if isinstance(other, Enclosure):
             centre, reach = self.centre + other.centre, self.reach + other.reach
             lost = ROUNDING * (np.abs(centre) + reach)
@@ -142,31 +149,37 @@ class Enclosure:
     def __pos__(self) -> Enclosure:
         return self
 
-    def __sub__(self, other: Operand) -> Operand:
+    def __sub__(self, other: Operand) -> Enclosure:
         if isinstance(other, (Enclosure, PLAIN)):
             return self + (-other)
         return NotImplemented
 
-    def __rsub__(self, other: Operand) -> Operand:
+    def __rsub__(self, other: Plain) -> Enclosure:
         return (-self) + other
 
-    def __mul__(self, other: Operand) -> Operand:
+    @overload
+    def __mul__(self, other: Enclosure) -> Enclosure: ...
+    @overload
+    def __mul__(self, other: Plain) -> Enclosure | float: ...
+    def __mul__(self, other: Operand) -> Enclosure | float:
         if isinstance(other, Enclosure):
             return self.squared() if other is self else product(self, other)
         if not isinstance(other, PLAIN):
             return NotImplemented
-        if np.all(np.asarray(other) == 0.0):
-            return 0.0
-        if isinstance(other, float | int) and other == 1.0:
-            return self
-        size, centre = np.abs(other), self.centre * other
-        reach = size * self.reach
-        parts = None if self.parts is None else self.parts * other
-        lost = ROUNDING * (np.abs(centre) + reach) + underflow(self)
-        floor = None if self.floor is None or np.any(np.asarray(other) < 0.0) else below(self.floor * other)
-        return self.made(centre, parts, size * self.rest, reach, lost, floor)
+        return 0.0 if np.all(np.asarray(other) == 0.0) else self.scaled(other)
 
     __rmul__ = __mul__
+
+    def scaled(self, factor: Plain) -> Enclosure:
+        """Its product with a known number; `*` gives 0.0 where that is zero."""
+        if isinstance(factor, float | int) and factor == 1.0:
+            return self
+        size, centre = np.abs(factor), self.centre * factor
+        reach = size * self.reach
+        parts = None if self.parts is None else self.parts * factor
+        lost = ROUNDING * (np.abs(centre) + reach) + underflow(self)
+        floor = None if self.floor is None or np.any(np.asarray(factor) < 0.0) else below(self.floor * factor)
+        return self.made(centre, parts, size * self.rest, reach, lost, floor)
 
     def squared(self) -> Enclosure:
         """Its product with itself: centre^2 + 2 centre d + d^2, d^2 between 0 and the reach's square."""
@@ -181,7 +194,7 @@ class Enclosure:
         lost = ROUNDING * (centre + reach) + underflow(self)
         return self.made(centre, parts, 2.0 * size * self.rest + half, reach, lost, np.zeros_like(centre))
 
-    def __truediv__(self, other: Operand) -> Operand:
+    def __truediv__(self, other: Operand) -> Enclosure:
         if isinstance(other, Enclosure):
             return self * inverse(other)
         if isinstance(other, PLAIN):
@@ -193,19 +206,18 @@ class Enclosure:
             return self.made(centre, parts, self.rest / size, reach, ROUNDING * (np.abs(centre) + reach) + underflow(self))
         return NotImplemented
 
-    def __rtruediv__(self, other: Operand) -> Operand:
+    def __rtruediv__(self, other: Plain) -> Enclosure | float:
         return inverse(self) * other
 
     def __abs__(self) -> Enclosure:
-        below_zero = self < 0.0
-        chosen: Enclosure = Enclosure.functions.where(below_zero, -self, self)
+        chosen = Enclosure.functions.where(self < 0.0, -self, self)
         return Enclosure(chosen.centre, chosen.parts, chosen.rest, chosen.reach, chosen.fresh, np.zeros_like(chosen.centre))
 
     def over(self, other: Operand) -> Enclosure:
         """self - other, for a comparison: an infinite limit is treated like a far one."""
-        far = isinstance(other, float) and abs(other) == np.inf
-        gap: Enclosure = self - (np.copysign(1e300, other) if far else other)
-        return gap
+        if isinstance(other, float) and abs(other) == np.inf:
+            return self - float(np.copysign(1e300, other))
+        return self - other
 
     def __lt__(self, other: Operand) -> Truth:
         if other is self:
@@ -226,7 +238,7 @@ class Enclosure:
         return ~self.__lt__(other)
 
 
-def below(x: Operand) -> Array:
+def below(x: Plain) -> Array:
     """A number that the same operation of floats, and of real numbers, is never below."""
     found: Array = x - (ROUNDING * np.abs(x) + TINY * (np.asarray(x) != 0.0))
     return found
@@ -238,7 +250,7 @@ def underflow(a: Enclosure, b: Enclosure | None = None) -> Array:
     return may if b is None else may * ((np.abs(b.centre) + b.reach) != 0.0)
 
 
-def ball(centre: Operand, rest: Operand = 0.0) -> Enclosure:
+def ball(centre: Plain | list[float], rest: Plain = 0.0) -> Enclosure:
     """An enclosure without directions."""
     centre = np.asarray(centre, dtype=np.float64)
     width = np.broadcast_to(np.asarray(rest, dtype=np.float64), centre.shape)
@@ -263,7 +275,7 @@ def product(a: Enclosure, b: Enclosure) -> Enclosure:
     return a.made(centre, parts, rest, reach, ROUNDING * (np.abs(centre) + reach) + underflow(a, b))
 
 
-def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Operand, bend: Array) -> tuple[Array | None, Array]:
+def curved(parts: Array | None, a: Enclosure, b: Enclosure, curve: Plain, bend: Array) -> tuple[Array | None, Array]:
     """Parts of a form with curve d_a d_b added, and the remainder outside the parts; `bend` where the parts have no room.
 
     d: deviation of a form from its centre.
@@ -352,7 +364,7 @@ def without_fresh(x: Enclosure, value: Array, slope: Array, bend: Array, third: 
 
 
 def without_fresh_error(
-    x: Enclosure, value: Array, slope: Array, bend: Array, also: Operand = 0.0, third: Third | None = None
+    x: Enclosure, value: Array, slope: Array, bend: Array, also: Plain = 0.0, third: Third | None = None
 ) -> Enclosure:
     """An elementary function: value and slope have the error of `elementary.py`. also: further error of the value."""
     size = np.abs(slope)
@@ -362,7 +374,7 @@ def without_fresh_error(
     return x.made(value, parts, size * x.rest + bend * (1.0 + 1e-12), reach, lost)
 
 
-def finite(x: Operand) -> Operand:
+def finite(x: Array) -> Array:
     """The same. Raises UndefinedError."""
     if not np.all(np.isfinite(x)):
         raise UndefinedError(f"an unbounded angle or exponent ({place()})")
@@ -374,7 +386,7 @@ def zeros_like(parts: Array | None) -> Array | None:
     return None if parts is None else np.zeros_like(parts)
 
 
-def merged(choice: NDArray[np.bool_], yes: Enclosure, no: Enclosure) -> Enclosure:
+def merged(choice: Choice, yes: Enclosure, no: Enclosure) -> Enclosure:
     """`yes` for some samples, `no` for the others."""
     parts = None
     if yes.parts is not None or no.parts is not None:

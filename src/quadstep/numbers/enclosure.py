@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NoReturn, overload
+
 import numpy as np
 
 from quadstep.numbers.affine import (
@@ -13,6 +15,8 @@ from quadstep.numbers.affine import (
     Array,
     Enclosure,
     Fresh,
+    Operand,
+    Plain,
     Third,
     UndefinedError,
     added,
@@ -30,16 +34,18 @@ from quadstep.numbers.caller import place
 from quadstep.numbers.functions import ARRAYS, sinc
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.series import half_turn, turn_ratio
-from quadstep.numbers.truth import Operand, Truth
+from quadstep.numbers.truth import Choice, Truth
 from quadstep.numbers.undecided import lifted, undecided
 
 __all__ = [
     "ENCLOSURES",
     "PLAIN",
     "Array",
+    "Choice",
     "Enclosure",
     "Fresh",
     "Operand",
+    "Plain",
     "Truth",
     "UndefinedError",
     "ball",
@@ -66,7 +72,7 @@ class Enclosures:
         safe = np.where(small, 1.0, x.centre)
         slope = np.where(small, -x.centre / 3.0, (ARRAYS.cos(safe) - ARRAYS.sin(safe) / safe) / safe)
         lost = 1e-9 * x.tight  # x^3 / 30 of the slope, and its cancellation
-        value: Operand = sinc(x.centre)  # type: ignore[arg-type]
+        value = np.asarray(sinc(x.centre))  # type: ignore[arg-type]
         return without_fresh_error(x, value, slope, x.tight * x.tight / 6.0 + lost)
 
     def exp(self, x: Enclosure) -> Enclosure:
@@ -105,7 +111,7 @@ class Enclosures:
 
     def atan2(self, y: Operand, x: Operand) -> Enclosure:
         """The angle's second derivative along a unit vector is 1 / distance^2 at most; its cut lies along negative x."""
-        like = y if isinstance(y, Enclosure) else x
+        like = next(one for one in (y, x) if isinstance(one, Enclosure))
         y, x = lifted(y, like), lifted(x, like)
         across, along = y.tight, x.tight
         move = np.sqrt(across * across + along * along) * (1.0 + 1e-12)
@@ -129,7 +135,11 @@ class Enclosures:
             bend = bend_x + bend_y + bend_xy + bend * (2.0 / 3.0) * move / away * (1.0 + 1e-12)
         return of_its_own(y.made(value, parts, size_y * y.rest + size_x * x.rest + bend, reach, lost))
 
-    def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
+    @overload
+    def where(self, condition: Truth | Choice | bool, yes: Enclosure, no: Enclosure) -> Enclosure: ...
+    @overload
+    def where(self, condition: Truth | Choice | bool, yes: Operand, no: Operand) -> Operand: ...
+    def where(self, condition: Truth | Choice | bool, yes: Operand, no: Operand) -> Operand:
         """The branch decided sample by sample; both branches where the condition is undecided."""
         if isinstance(condition, bool):
             return yes if condition else no
@@ -193,12 +203,12 @@ class Enclosures:
     half_turn = staticmethod(half_turn)
     turn_ratio = staticmethod(turn_ratio)
 
-    def word(self, x: Enclosure) -> Operand:
+    def word(self, x: object) -> NoReturn:
         raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
 
     number = word
 
-    def opaque(self, *_: object) -> Operand:
+    def opaque(self, *_: object) -> NoReturn:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
@@ -215,7 +225,7 @@ def cofactors(m: Array, sign: float = -1.0) -> tuple[Array, Array]:
     return np.array([[a11, a12, a13], [a12, a22, a23], [a13, a23, a33]]), m11 * a11 + m12 * a12 + m13 * a13
 
 
-def total_parts(terms: list[tuple[Array | None, Operand]]) -> Array | None:
+def total_parts(terms: list[tuple[Array | None, Plain]]) -> Array | None:
     """The sum of forms' parts, each times a number."""
     total: Array | None = None
     for parts, factor in terms:

@@ -7,8 +7,7 @@ from math import factorial
 
 import numpy as np
 
-from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Third, without_fresh_error
-from quadstep.numbers.truth import Operand
+from quadstep.numbers.affine import ELEMENTARY, Array, Enclosure, Operand, Third, without_fresh_error
 
 FEW, MANY = 12, 60
 
@@ -61,12 +60,12 @@ def within(x: Enclosure, most: float) -> bool:
     return bool(np.all(np.abs(x.centre) + x.tight <= most))
 
 
-def half_turn(square: Enclosure) -> tuple[Operand, Operand] | None:
+def half_turn(square: Enclosure) -> tuple[Enclosure, Enclosure] | None:
     """cos(a / 2) and sin(a / 2) / a of an angle's square; None where it may be too large."""
     return (series(square, COSINE), series(square, SINE)) if within(square, FARTHEST) else None
 
 
-def turn_ratio(square: Operand, cosine: Operand) -> Operand:
+def turn_ratio(square: Operand, cosine: Operand) -> Enclosure | None:
     """2 atan2(s, c) / s from s^2 and c > 0, for a quaternion of any length; for tiny s laws assume length 1.
 
     None where the angle may be too large.
@@ -75,9 +74,10 @@ def turn_ratio(square: Operand, cosine: Operand) -> Operand:
         return None
     over = 1.0 / cosine
     ratio = square * (over * over)
-    if not within(ratio, WIDEST):
+    if not isinstance(ratio, Enclosure) or not within(ratio, WIDEST):
         return None
-    found: Enclosure = 2.0 * over * series(ratio, ANGLE)
+    found = 2.0 * over * series(ratio, ANGLE)
+    assert isinstance(found, Enclosure)
     if not np.any(square.low < 1e-10):
         return found
     other = 2.0 * (over - 1.0)

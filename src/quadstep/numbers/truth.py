@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-Operand: TypeAlias = Any
-"""A number of any kind, or the other operand of one."""
+Choice: TypeAlias = NDArray[np.bool_]
+"""A condition that is known, sample by sample."""
 
 
 class Truth:
@@ -16,9 +17,9 @@ class Truth:
     """
 
     __slots__ = ("fails", "holds", "ordered")
-    functions: Operand
+    functions: object
 
-    def __init__(self, holds: Operand, fails: Operand, ordered: tuple[Operand, Operand] | None = None) -> None:
+    def __init__(self, holds: bool | Choice, fails: bool | Choice, ordered: tuple[object, object] | None = None) -> None:
         self.holds, self.fails, self.ordered = np.asarray(holds), np.asarray(fails), ordered
 
     def __and__(self, other: Truth) -> Truth:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from quadstep.numbers.affine import ROUNDING, Enclosure
-from quadstep.numbers.truth import Operand, Truth
+from quadstep.numbers.affine import ROUNDING, Enclosure, Operand
+from quadstep.numbers.truth import Truth
 
 
 def lifted(x: Operand, like: Enclosure) -> Enclosure:
@@ -32,9 +32,8 @@ def undecided(condition: Truth, yes: Operand, no: Operand, like: Enclosure) -> E
 
 def either(yes: Enclosure, no: Enclosure) -> Enclosure:
     """Half of each, and as much as they are apart."""
-    apart = (0.5 * yes) - (0.5 * no)
-    middle: Enclosure = (0.5 * yes) + (0.5 * no)
-    far = apart.size
+    yes_half, no_half = yes.scaled(0.5), no.scaled(0.5)
+    middle, far = yes_half + no_half, (yes_half - no_half).size
     floor = None if yes.floor is None and no.floor is None else np.minimum(yes.low, no.low)
     return Enclosure(middle.centre, middle.parts, middle.rest + far, middle.reach + far, middle.fresh, floor)
 

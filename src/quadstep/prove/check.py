@@ -17,11 +17,14 @@ from quadstep.documents import parse_toml
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Numbers
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.plants.lagrange import Parameters
 from quadstep.prove.certificate import Certificate, read_certificate
 from quadstep.prove.unknown import Unknown
+from quadstep.vehicle.disturbance import Disturbance
 
 UP = 1.0 + 1e-11
 """More than what sums of some thousand positive numbers lose by rounding."""
@@ -74,12 +77,12 @@ class Loop:
         if any(self.span % every for every in plan.ticks.every):
             raise UserError("the check supports only loops whose periods divide the slowest one")
 
-    def after(self, x: Sequence[Operand], ticks: Operand, p: Operand) -> list[Operand]:
+    def after(self, x: Sequence[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
         """The states one sample later. Leaves that the loop writes before it reads them start undefined.
 
         Raises UndefinedError, UserError.
         """
-        samples = len(x[0].centre)
+        samples = next(len(one.centre) for one in x if isinstance(one, Enclosure))
         if self.dead is None:
             found = self.run(self.filled(x, {}), ticks, p)
             others = set(range(len(found))) - set(self.places)
@@ -94,17 +97,17 @@ class Loop:
 
     def filled(self, x: Sequence[Operand], others: dict[int, Enclosure]) -> list[Operand]:
         """All leaves of the cycle."""
-        leaves: list[Operand] = list(self.start)
+        leaves: list[Operand] = [*self.start]
         for place, number in [*others.items(), *zip(self.places, x, strict=True)]:
             leaves[place] = number
         return leaves
 
-    def run(self, leaves: list[Operand], ticks: Operand, p: Operand) -> list[Operand]:
+    def run(self, leaves: list[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
         """One sample: the tasks that are due and the vehicle, step by step."""
         loop, step = self.plan.loop, self.plan.ticks.step
         cycle = rebuild(self.like, iter(leaves))
         for past in range(self.span):
-            now: Operand = ticks + past
+            now = cast(Number, ticks + past)
             for task, every in zip(loop.tasks, self.plan.ticks.every, strict=True):
                 if past % every == 0:
                     cycle, code = task.run(cycle, p, Clock(now * step, now, step * every))
@@ -114,20 +117,22 @@ class Loop:
         return flatten(cycle)
 
 
-def pushed(p: Operand, unknown: Unknown, first: int, total: int, samples: int) -> Operand:
-    """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia."""
+def pushed(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
+    """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia. Raises UserError."""
     force, torque, mass, inertia, _ = unknown
     if not any((force, torque, mass, inertia)):
         return p
+    if not isinstance(p, Parameters) or not isinstance(p.disturbance, Disturbance):
+        raise UserError("its unknowns are supported only on the paper's plant with its own disturbance")
 
-    def one(value: float, radius: float, place: int) -> Enclosure:
+    def one(value: float, radius: float, place: int) -> Number:
         parts = np.zeros((total, samples))
         parts[first + place] = radius
         size = np.full(samples, abs(radius))
-        return Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), size)
+        return cast(Number, Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), size))
 
-    def three(values: Vector, radii: list[float], place: int) -> Operand:
-        return Vector([one(x, r, place + i) for i, (x, r) in enumerate(zip(values, radii, strict=True))])  # type: ignore[misc]
+    def three(values: Vector, radii: list[float], place: int) -> Vector:
+        return Vector([one(x, r, place + i) for i, (x, r) in enumerate(zip(values, radii, strict=True))])
 
     body = p.vehicle
     disturbance = p.disturbance._replace(
@@ -153,7 +158,7 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
         x.append(Enclosure(found.flown[begin:end, i].copy(), parts, np.zeros(samples), reach, Fresh(total - spare, total)))
     p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
     with np.errstate(all="ignore"):
-        after = loop.after(x, np.arange(begin, end) * float(loop.span), p)
+        after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
     for i, number in enumerate(after):
         if not isinstance(number, Enclosure) or number.parts is None or not np.all(np.isfinite(number.centre)):
@@ -260,6 +265,8 @@ def check_certificate(path: Path) -> Checked:
         except UndefinedError as error:
             failed = f"at {place * found.block * seconds:g} s: {error}"
             break
+        except UserError as error:
+            raise UserError(f"{path}: {error}") from None
     if not failed:
         bounds = asked(found, blocks, into, axes)
         for place, one in enumerate(blocks):

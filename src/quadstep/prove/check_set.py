@@ -15,8 +15,7 @@ import numpy as np
 from quadstep.documents import parse_toml
 from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.numbers import sqrt
-from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.multirotor import Multirotor
 from quadstep.prove.check import Loop, pushed
 from quadstep.prove.set_certificate import SetCertificate, read_set
@@ -54,7 +53,10 @@ class Image(NamedTuple):
 
 
 def box(found: SetCertificate, centre: Array, width: Array, second: int, directions: int) -> list[Operand]:
-    """All states of the loop: the moving ones fill centre + width e, the others are as at rest, or equal to another."""
+    """All states of the loop: the moving ones fill centre + width e, the others are as at rest, or equal to another.
+
+    Raises UserError.
+    """
     moving, columns = width.shape
     fresh = Fresh(directions, directions, second)
     numbers: list[Operand] = [float(one) for one in found.rest]
@@ -67,7 +69,10 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
         numbers[place] = numbers[other]
     if found.unit >= 0:  # of a quaternion of length one, up to rounding
         x, y, z = numbers[found.unit + 1 : found.unit + 4]
-        w: Operand = sqrt(1.0 - (x * x + y * y + z * z))
+        square = 1.0 - (x * x + y * y + z * z)
+        if not isinstance(square, Enclosure):
+            raise UserError("its attitude does not move")
+        w = ENCLOSURES.sqrt(square)
         off = w.rest + 1e-14
         numbers[found.unit] = Enclosure(w.centre, w.parts, off, w.reach + 1e-14, w.fresh)
     return numbers
@@ -81,7 +86,8 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
     for place in range(len(found.states)):
         other = found.twins.get(place)
         if place == found.unit:
-            if not after[place].low[0] > 0.5:
+            first = after[place]
+            if not isinstance(first, Enclosure) or not first.low[0] > 0.5:
                 raise UndefinedError("the attitude may turn by more than 120 degrees")
         elif place not in found.live:
             constant = isinstance(after[place], float) and after[place] == found.rest[place]

@@ -75,6 +75,6 @@ class Influences:
 Influence.functions = Influences()
 
 
-def of(x: Operand) -> frozenset[int]:
+def of(x: object) -> frozenset[int]:
     """The inputs that a number depends on; none for a constant."""
     return x.of if isinstance(x, Influence) else frozenset()

@@ -6,10 +6,17 @@ slope zero; any other use of it leaves the slopes unbounded.
 
 from __future__ import annotations
 
+from typing import NoReturn, TypeAlias, TypeVar, overload
+
 import numpy as np
 
 from quadstep.numbers.caller import place
-from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Enclosure, Operand, Truth, UndefinedError, ball, inverse
+from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Choice, Enclosure, Plain, Truth, UndefinedError, ball, inverse
+
+Operand: TypeAlias = "Jet | Plain"
+
+Yes = TypeVar("Yes")
+No = TypeVar("No")
 
 
 class Jet:
@@ -22,7 +29,7 @@ class Jet:
     def __init__(self, value: Enclosure, slopes: Enclosure, kinked: bool = False) -> None:
         self.value, self.slopes, self.kinked = value, slopes, kinked
 
-    def __add__(self, other: Operand) -> Operand:
+    def __add__(self, other: Operand) -> Jet:
         if isinstance(other, Jet):
             return Jet(self.value + other.value, self.slopes + other.slopes, self.kinked or other.kinked)
         if isinstance(other, PLAIN):
@@ -37,27 +44,31 @@ class Jet:
     def __pos__(self) -> Jet:
         return self
 
-    def __sub__(self, other: Operand) -> Operand:
+    def __sub__(self, other: Operand) -> Jet:
         return self + (-other) if isinstance(other, (Jet, PLAIN)) else NotImplemented
 
-    def __rsub__(self, other: Operand) -> Operand:
+    def __rsub__(self, other: Plain) -> Jet:
         return (-self) + other
 
-    def __mul__(self, other: Operand) -> Operand:
+    @overload
+    def __mul__(self, other: Jet) -> Jet: ...
+    @overload
+    def __mul__(self, other: Plain) -> Jet | float: ...
+    def __mul__(self, other: Operand) -> Jet | float:
         if isinstance(other, Jet):
             if other is self:
-                return Jet(self.value * self.value, self.slopes * (2.0 * self.value), self.kinked)
+                return Jet(self.value * self.value, self.slopes * self.value.scaled(2.0), self.kinked)
             kinked = (self.kinked and not zero(other.value)) or (other.kinked and not zero(self.value))
             return Jet(self.value * other.value, self.slopes * other.value + other.slopes * self.value, kinked)
-        if isinstance(other, float | int) and other == 0.0:
+        if not isinstance(other, PLAIN):
+            return NotImplemented
+        if np.all(np.asarray(other) == 0.0):
             return 0.0
-        if isinstance(other, PLAIN):
-            return Jet(self.value * other, self.slopes * other, self.kinked)
-        return NotImplemented
+        return Jet(self.value.scaled(other), self.slopes.scaled(other), self.kinked)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Operand) -> Operand:
+    def __truediv__(self, other: Operand) -> Jet:
         if isinstance(other, Jet):
             value = inverse(other.value)
             return self * Jet(value, other.slopes * -(value * value), other.kinked)
@@ -65,27 +76,27 @@ class Jet:
             return Jet(self.value / other, self.slopes / other, self.kinked)
         return NotImplemented
 
-    def __rtruediv__(self, other: Operand) -> Operand:
+    def __rtruediv__(self, other: Plain) -> Jet | float:
         value = inverse(self.value)
         return Jet(value, self.slopes * -(value * value), self.kinked) * other
 
-    def __abs__(self) -> Operand:
+    def __abs__(self) -> Jet:
         return Jet.functions.where(self < 0.0, -self, self)
 
-    def __lt__(self, other: Operand) -> Operand:
+    def __lt__(self, other: Operand) -> Truth:
         return self.value < plain(other)
 
-    def __le__(self, other: Operand) -> Operand:
+    def __le__(self, other: Operand) -> Truth:
         return self.value <= plain(other)
 
-    def __gt__(self, other: Operand) -> Operand:
+    def __gt__(self, other: Operand) -> Truth:
         return self.value > plain(other)
 
-    def __ge__(self, other: Operand) -> Operand:
+    def __ge__(self, other: Operand) -> Truth:
         return self.value >= plain(other)
 
 
-def plain(x: Operand) -> Operand:
+def plain(x: Operand) -> Enclosure | Plain:
     """Its value."""
     return x.value if isinstance(x, Jet) else x
 
@@ -118,30 +129,33 @@ class Jets:
     def sqrt(self, x: Jet) -> Jet:
         value = ENCLOSURES.sqrt(x.value)
         if np.all(value.low > 0.0):
-            return Jet(value, x.slopes * (0.5 * inverse(value)), x.kinked)
+            return Jet(value, x.slopes * inverse(value).scaled(0.5), x.kinked)
         if zero(x.value) and x.value.floor is not None:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
         raise UndefinedError(f"a square root that may be zero has no derivative ({place()})")
 
     def atan2(self, y: Operand, x: Operand) -> Jet:
-        like = y if isinstance(y, Jet) else x
-        value = ENCLOSURES.atan2(plain(y), plain(x))
-        nothing = ball(np.zeros_like(like.slopes.centre))
-        (b, db), (a, da) = ((one.value, one.slopes) if isinstance(one, Jet) else (one, nothing) for one in (y, x))
-        square = inverse(a * a + b * b)
-        return Jet(value, (db * a - da * b) * square, any(one.kinked for one in (y, x) if isinstance(one, Jet)))
+        b, a = plain(y), plain(x)
+        value = ENCLOSURES.atan2(b, a)
+        nothing = ball(np.zeros_like(next(one for one in (y, x) if isinstance(one, Jet)).slopes.centre))
+        db, da = (one.slopes if isinstance(one, Jet) else nothing for one in (y, x))
+        square = a * a + b * b
+        assert isinstance(square, Enclosure)
+        slopes = (db * a - da * b) * inverse(square)
+        assert isinstance(slopes, Enclosure)
+        return Jet(value, slopes, any(one.kinked for one in (y, x) if isinstance(one, Jet)))
 
-    def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
+    def where(self, condition: Truth | Choice | bool, yes: Yes, no: No) -> Yes | No:
         if isinstance(condition, Truth):
             if np.any(condition.holds & condition.fails):
                 raise UndefinedError(f"a `where` exactly on its boundary ({place()})")
             condition = condition.holds
         return yes if np.all(condition) else no
 
-    def word(self, x: Jet) -> Operand:
+    def word(self, x: Jet) -> NoReturn:
         raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
 
-    def opaque(self, *_: object) -> Operand:
+    def opaque(self, *_: object) -> NoReturn:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.numbers import leaf_names
-from quadstep.numbers.enclosure import Operand, UndefinedError
+from quadstep.numbers.enclosure import Enclosure, UndefinedError
 from quadstep.prove.box import Image, image, seeded
 from quadstep.prove.products import UP, Known, lost, powers
 from quadstep.prove.sampled import Array, Sampled
@@ -46,7 +46,7 @@ def block(loop: Sampled, flown: Array, unknown: Unknown, coordinates: Coordinate
     width[:, :count] = coordinates.spread * box
     numbers = seeded(flown[first:past].T, width, SPARE)
     p = with_unknown(loop.parameters, unknown, count, known + SPARE, samples)
-    ticks = np.arange(first, past) * float(loop.span)
+    ticks = np.arange(first, past, dtype=np.float64) * float(loop.span)
     with np.errstate(all="ignore"):
         found = image(loop.step(numbers, ticks, p), known, samples)
     return straightened(found, flown[first + 1 : past + 1].T, coordinates, box, first)
@@ -110,7 +110,7 @@ def coordinates(loop: Sampled, flown: Array, unknown: Unknown) -> Coordinates:
     if not unknown.inertia or len(rates) != len(torque) or len(rates) != 3:
         return plain
     sample, small = len(flown) // 2, 1e-9
-    leaves: list[Operand] = list(loop.start)
+    leaves: list[Enclosure | float] = [*loop.start]
     for place, number in zip(loop.places, seeded(flown[sample : sample + 1].T, np.eye(states) * small), strict=True):
         leaves[place] = number
     try:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.errors import UserError
 from quadstep.flight.loop import Numbers
-from quadstep.numbers import sqrt, total
-from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError, ball
+from quadstep.numbers import Number
+from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, Operand, UndefinedError, ball
 from quadstep.plants.multirotor import Multirotor
 from quadstep.prove.box import image, seeded
 from quadstep.prove.sampled import Array, Sampled
@@ -39,16 +40,16 @@ class Rest(NamedTuple):
     unit: int
     slopes: Array
 
-    def numbers(self, live: list[Enclosure]) -> list[Operand]:
+    def numbers(self, live: list[Enclosure]) -> list[Enclosure | float]:
         """The loop's numbers, with these values for the moving ones."""
-        found: list[Operand] = self.state.tolist()
+        found: list[Enclosure | float] = self.state.tolist()
         for place, number in zip(self.live, live, strict=True):
             found[place] = number
         for place, other in self.twins.items():
             found[place] = found[other]
         if self.unit >= 0:
-            square = total(found[self.unit + i] * found[self.unit + i] for i in (1, 2, 3))
-            root: Enclosure = sqrt(1.0 - square)  # type: ignore[assignment]
+            x, y, z = (live[self.live.index(self.unit + i)] for i in (1, 2, 3))
+            root = ENCLOSURES.sqrt(1.0 - (x * x + y * y + z * z))
             found[self.unit] = root.made(root.centre, root.parts, root.rest, root.reach, LENGTH)
         return found
 
@@ -57,8 +58,10 @@ def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Numb
     """The moving numbers one sample later. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
         found = loop.step(at.numbers(live), tick, p)
-    if at.unit >= 0 and not np.all(found[at.unit].low > 0.5):
-        raise UndefinedError("the attitude may turn by more than 120 degrees")
+    if at.unit >= 0:
+        first = found[at.unit]
+        if not np.all((first.low if isinstance(first, Enclosure) else first) > 0.5):
+            raise UndefinedError("the attitude may turn by more than 120 degrees")
     for place, value in enumerate(at.state):
         if place == at.unit:
             continue
@@ -79,12 +82,12 @@ def always(loop: Sampled) -> Enclosure:
 
 def holds(loop: Sampled) -> bool:
     """Whether the path is at rest at all ticks after the first sample."""
-    wanted = loop.loop.path.reference(always(loop) * loop.ticks.step, loop.parameters.path)
+    wanted = loop.loop.path.reference(cast(Number, always(loop) * loop.ticks.step), loop.parameters.path)
     still = not any(map(moving, (*wanted.velocity, *wanted.acceleration, wanted.yaw_rate)))
     return still and all(not isinstance(one, Enclosure) or not one.tight.any() for one in (*wanted.position, wanted.yaw))
 
 
-def moving(x: Operand) -> bool:
+def moving(x: object) -> bool:
     """Whether a number may differ from zero."""
     return bool(x.size.any()) if isinstance(x, Enclosure) else x != 0.0
 
@@ -161,7 +164,7 @@ def reduced(loop: Sampled, at: Rest) -> Rest:
     return at._replace(state=state, live=tuple(place for place in at.live if place != unit), unit=unit, slopes=slopes)
 
 
-def alike(numbers: list[Operand]) -> dict[int, int]:
+def alike(numbers: Sequence[object]) -> dict[int, int]:
     """Places of numbers that are always equal to an earlier one, and its place."""
     first: dict[int, int] = {}
     found = {}

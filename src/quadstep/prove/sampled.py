@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import lcm
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,16 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.flight.loop import Cycle, Loop, Numbers
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
-from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError
+from quadstep.numbers.enclosure import Enclosure, UndefinedError
 from quadstep.prove.influence import Influence, of
 
 Array = NDArray[np.float64]
+
+N = TypeVar("N")
+"""The kind of number that the loop is evaluated on."""
+
+T = TypeVar("T")
+"""The kind of number that its time is."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +85,13 @@ class Sampled:
                 return sorted(found)
             found = more
 
-    def run(self, leaves: Sequence[Operand], tick: Operand, p: Numbers | None = None) -> list[Operand]:
+    def run(self, leaves: Sequence[N | float], tick: T, p: Numbers | None = None) -> list[N | T | float]:
         """All leaves of the cycle one sample later. tick: steps since the start. Raises UndefinedError."""
         p = self.parameters if p is None else p
-        cycle = rebuild(self.like, iter(leaves))
+        cycle, begun = rebuild(self.like, iter(leaves)), cast(Number, tick)
         step, tasks = self.ticks.step, self.loop.tasks
         for past in range(self.span):
-            now = tick + float(past)
+            now = begun + float(past)
             time = now * step
             for task, every in zip(tasks, self.ticks.every, strict=True):
                 if past % every == 0:
@@ -93,9 +100,9 @@ class Sampled:
             cycle = self.loop.advance(cycle, p, Clock(time, now, step))
         return flatten(cycle)
 
-    def step(self, x: Sequence[Operand], tick: Operand, p: Numbers | None = None) -> list[Operand]:
+    def step(self, x: Sequence[N | float], tick: T, p: Numbers | None = None) -> list[N | T | float]:
         """The state one sample later. Raises UndefinedError."""
-        leaves: list[Operand] = list(self.start)
+        leaves: list[N | float] = [*self.start]
         for place, value in zip(self.places, x, strict=True):
             leaves[place] = value
         after = self.run(leaves, tick, p)
@@ -144,13 +151,13 @@ def refuse_unprovable(plan: FlightPlan) -> None:
         raise UserError("simulation: a loop of the controller is slower than the whole flight")
 
 
-def refuse_ended(code: Operand) -> None:
+def refuse_ended(code: object) -> None:
     """Raises UndefinedError if a flight may end."""
     if isinstance(code, Enclosure) or (isinstance(code, float | np.ndarray) and np.any(np.asarray(code) != 0.0)):
         raise UndefinedError(f"the flight may end: {ending(code)}")
 
 
-def ending(code: Operand) -> str:
+def ending(code: Enclosure | float | Array) -> str:
     """The outcomes other than 0 that are possible, in words."""
     most = code.high if isinstance(code, Enclosure) else np.asarray(code)
     return REASONS.get(Outcome(min(int(np.max(most)), max(Outcome))), "a limit of the mission")

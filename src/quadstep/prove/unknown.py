@@ -9,8 +9,8 @@ import numpy as np
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Numbers
-from quadstep.numbers import Vector
-from quadstep.numbers.enclosure import Enclosure, Operand
+from quadstep.numbers import Number, Vector
+from quadstep.numbers.enclosure import Enclosure
 from quadstep.plants.lagrange import Parameters
 from quadstep.prove.sampled import Array
 from quadstep.vehicle.disturbance import Disturbance
@@ -54,13 +54,13 @@ def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
 def with_unknown(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
     """The parameters as enclosures whose directions begin at `first`, of `total`."""
 
-    def number(value: float, radius: float, place: int) -> Operand:
+    def number(value: float, radius: float, place: int) -> Number:
         if not radius:
             return value
         parts = np.zeros((total, samples))
         parts[first + place] = radius
         width = np.full(samples, abs(radius))
-        return Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), width)
+        return cast(Number, Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), width))
 
     if not isinstance(p, Parameters) or not any(unknown[:4]):
         return p
