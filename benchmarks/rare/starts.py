@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.rare.cases.first_sample import UNIT, Corner, Edge, FirstSample, Radius, Side, Sum
+from quadstep.campaign.columns import numbers
 from quadstep.campaign.schema import Campaign
 from quadstep.rare.flights import Event, Failure, Flights, Scale
 from quadstep.rare.points import Evaluate, Floats, Points
@@ -30,7 +31,7 @@ class Starts(Flights):
         def judged(points: Points) -> Floats:
             told(len(points.noise))
             drawn = values(self.campaign.file, points.latent)
-            x, y, z = (drawn[f"start.position.{axis}"].values / UNIT for axis in range(3))
+            x, y, z = (numbers(drawn[f"start.position.{axis}"]) / UNIT for axis in range(3))
             score: Floats = METRICS[self.name].of(x, y, z)  # type: ignore[arg-type,assignment]  # arrays are numbers here
             return np.where(score > self.limit, np.inf, score)
 

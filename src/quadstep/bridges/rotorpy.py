@@ -10,8 +10,8 @@ Both have world z up, body x forward, y left, z up; RotorPy's quaternions are (i
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import NotRequired, Protocol, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,30 @@ from quadstep.plants.multirotor import Multirotor
 State: TypeAlias = Mapping[str, NDArray[np.float64]]
 """x [m], v [m/s]: world. q: (i, j, k, w), body to world. w [rad/s]: about the body's axes."""
 
-FlatOutput: TypeAlias = Mapping[str, Any]
-"""x [m] and its rates x_dot, x_ddot, x_dddot, x_ddddot; yaw [rad], yaw_dot [rad/s]."""
-
-Control: TypeAlias = dict[str, Any]
-"""What its controllers want, in arrays and floats: cmd_thrust [N], cmd_moment [N m] and the like."""
-
 Numbers: TypeAlias = Iterable[float]
+
+
+class FlatOutput(TypedDict):
+    """x [m] and its rates; yaw [rad] and its own."""
+
+    x: Numbers
+    x_dot: Numbers
+    x_ddot: Numbers
+    x_dddot: NotRequired[Numbers]
+    x_ddddot: NotRequired[Numbers]
+    yaw: float
+    yaw_dot: float
+    yaw_ddot: NotRequired[float]
+
+
+class Control(TypedDict, total=False):
+    """What its controllers want: rotor speeds [rad/s], their thrusts [N], the total thrust [N], moment [N m], attitude."""
+
+    cmd_motor_speeds: NDArray[np.float64]
+    cmd_motor_thrusts: NDArray[np.float64]
+    cmd_thrust: float
+    cmd_moment: NDArray[np.float64]
+    cmd_q: NDArray[np.float64]
 
 
 class RotorpyControl(Protocol):
@@ -93,7 +110,7 @@ class Adapter:
             self.attitude = measured.attitude
             self.allocate()
         self.calls, self.last = self.calls + 1, t
-        return dict(self.answer)
+        return self.answer.copy()
 
     def begin(self, state: State) -> None:
         """Before the first call of a flight, at which all loops run."""
@@ -148,7 +165,7 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
     It is told no jerk and no snap of the path: zero.
     """
 
-    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, Sequence[float]]:
+    def asked(t: float, measured: Known, reference: Wanted) -> tuple[float, NDArray[np.float64]]:
         state = {"x": measured.position, "v": measured.velocity, "q": np.roll(measured.attitude, -1), "w": measured.rates}
         control = controller.update(t, state, flat_output(*reference))
         for key in ("cmd_thrust", "cmd_moment"):
@@ -162,15 +179,23 @@ def from_rotorpy(controller: RotorpyControl) -> Controller:
 def reference_of(flat: FlatOutput) -> Reference:
     """The wanted motion of a flat output; a jerk or snap it lacks is zero."""
     unknown = (0.0, 0.0, 0.0)
-    position, velocity, acceleration = (column(flat[key]) for key in ("x", "x_dot", "x_ddot"))
-    jerk, snap = (column(flat.get(key, unknown)) for key in ("x_dddot", "x_ddddot"))
+    position, velocity, acceleration = column(flat["x"]), column(flat["x_dot"]), column(flat["x_ddot"])
+    jerk, snap = column(flat.get("x_dddot", unknown)), column(flat.get("x_ddddot", unknown))
     return Reference(position, velocity, acceleration, float(flat["yaw"]), float(flat["yaw_dot"]), jerk, snap)
 
 
 def flat_output(position: Numbers, velocity: Numbers, acceleration: Numbers, yaw: float, yaw_rate: float) -> FlatOutput:
     """The flat output of a wanted motion, without jerk and snap."""
-    vectors = {"x": position, "x_dot": velocity, "x_ddot": acceleration, "x_dddot": np.zeros(3), "x_ddddot": np.zeros(3)}
-    return {**{key: array(value) for key, value in vectors.items()}, "yaw": yaw, "yaw_dot": yaw_rate, "yaw_ddot": 0.0}
+    return {
+        "x": array(position),
+        "x_dot": array(velocity),
+        "x_ddot": array(acceleration),
+        "x_dddot": np.zeros(3),
+        "x_ddddot": np.zeros(3),
+        "yaw": yaw,
+        "yaw_dot": yaw_rate,
+        "yaw_ddot": 0.0,
+    }
 
 
 def whole(period: float, step: float, name: str) -> int:

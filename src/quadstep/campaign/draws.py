@@ -2,7 +2,7 @@
 
 import json
 import warnings
-from typing import Any, NamedTuple, TypeAlias, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ STREAM = 2**25
 A_TICK = 128
 """Numbers drawn at one tick of the counter."""
 
-Values: TypeAlias = NDArray[Any]
+Values: TypeAlias = NDArray[np.generic]
 """One element per flight: numbers, places of options, or text."""
 
 

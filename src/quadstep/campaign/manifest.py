@@ -2,6 +2,7 @@
 
 import os
 import platform
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -42,7 +43,7 @@ class Manifest(BaseModel):
     flights: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)]
     chunk: Annotated[int, Field(ge=1, le=LARGEST_CHUNK)]
     chunks: Annotated[list[Named], Field(max_length=MOST_CHUNKS)]
-    machines: list[dict[str, Any]]
+    machines: list[dict[str, object]]
     files: list[str] = []
     metrics: list[str] = []
 
@@ -70,7 +71,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
     }
 
 
-def machine() -> dict[str, Any]:
+def machine() -> dict[str, str]:
     """Facts about the machine on which results may depend."""
     processor = host().name
     return {"processor": processor, "system": platform.system(), "python": platform.python_version()}
@@ -93,7 +94,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     return known
 
 
-def other_draws(manifest: dict[str, Any]) -> str:
+def other_draws(manifest: Mapping[str, object]) -> str:
     """How a campaign's draws differ from this package's; empty where they are the same."""
     version = manifest.get("draws", 1)
     if version == draws.VERSION:

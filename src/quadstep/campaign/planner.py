@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from quadstep.campaign.columns import corners, groups, numbers, option, same, shown, without
 from quadstep.campaign.distributions import Grid
-from quadstep.campaign.draws import Drawn, draw, noise_keys
+from quadstep.campaign.draws import Drawn, Values, draw, noise_keys
 from quadstep.campaign.keys import overridden, with_value
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
@@ -260,7 +260,7 @@ class Planner:
         return True
 
     def check(
-        self, identity: object, fixed: dict[str, object], columns: dict[str, NDArray[np.float64]], flights: NDArray[np.int64]
+        self, identity: object, fixed: dict[str, object], columns: Mapping[str, Values], flights: NDArray[np.int64]
     ) -> None:
         """Refuse values that the mission refuses. Ranges are checked at their corners, one by one only where a corner fails.
 

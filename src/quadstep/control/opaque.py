@@ -55,7 +55,7 @@ class Wanted(NamedTuple):
     yaw_rate: float
 
 
-Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[float]]]
+Controller: TypeAlias = Callable[[float, Known, Wanted], tuple[float, Sequence[float] | Array]]
 """controller(t, measured, reference) gives thrust [N] and the torque about the body's axes [N m]."""
 
 
