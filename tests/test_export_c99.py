@@ -18,11 +18,11 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import flown_by_c
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, vector
 from quadstep.numbers.c_text import literal
-from quadstep.numbers.single import Single
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
 from tests.needs import ARM_COMPILER, C_COMPILER, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
+from tests.single import Single
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
 PAPER = ["backstepping", "completed-backstepping", "nested-saturation"]

@@ -9,11 +9,11 @@ import sympy
 
 from quadstep.numbers import Matrix, Vector, exp, matrix, scan, sin, vector, where
 from quadstep.numbers.noise import Key, normals
-from quadstep.numbers.single import Single
 from tests.exports import COMPILERS, through_c
 from tests.flights import through_lanes
 from tests.pages import NODE
 from tests.scripts import through_script
+from tests.single import Single
 
 RNG = np.random.default_rng(11)
 COLUMNS = RNG.normal(size=(6, 13))

@@ -15,18 +15,18 @@ from quadstep.c99.interface import Exported, head, loops
 from quadstep.c99.law import begins, measured_part, only
 from quadstep.c99.structs import fields_of, has_numbers, number
 from quadstep.c99.templates import filled
-from quadstep.flight.eager import always
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Table, Vector, flatten, rebuild
+from quadstep.numbers.python_code import compiled
 from quadstep.numbers.rotations import from_rotation_vector, multiply, normalised
-from quadstep.numbers.single import Single
+from quadstep.numbers.scalar_bits import REAL
 from quadstep.numbers.structure import replaced
 
 TEXTS = Path(__file__).parent / "texts"
 
 FEWEST_SAMPLES, SAMPLES = 8, 80
 MOST_OPERATIONS = 600_000
-"""Most operations of all samples, as Python is slow: laws that need more get fewer samples."""
+"""Most operations of all samples: laws of more get fewer samples."""
 
 STRAYING = {"position": 0.3, "velocity": 0.5, "rates": 1.0, "attitude": 0.3}
 """Deviation of a measurement's entries from the path; 0.2 for entries not listed."""
@@ -59,13 +59,13 @@ def golden(exported: Exported, path: Callable[[float], Reference]) -> Golden:
 
 
 def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
-    """The same, in the arithmetic of these numbers."""
+    """The same, with NumPy's warnings."""
     subject, precise, clocked = exported.subject, exported.precise, exported.clocked
-    law, gains, parameters = subject.controller, in_kind(subject.gains, precise), in_kind(subject.parameters, precise)
-    draw = uniform()
-    start = in_kind(subject.measured, precise)
-    memory = always(law.start)(start, gains)
-    step, made = kind(clocked.step, precise), cast(Structure, None)
+    constant = subject.gains, subject.parameters, tuple(clocked.period(loop) for loop in (*loops(exported), "law"))
+    draw, real = uniform(), REAL[precise]
+    given = subject.measured, subject.gains
+    memory, made = compiled(subject.controller.start, given, precise)(*given), cast(Structure, None)
+    run = compiled(partial(once, exported), (memory, subject.measured, path(0.0), 0.0, *constant), precise)
     names = list(fields_of(exported.code.command))
     samples = []
     count = min(SAMPLES, max(FEWEST_SAMPLES, MOST_OPERATIONS // exported.code.operations))
@@ -73,24 +73,33 @@ def sampled(exported: Exported, path: Callable[[float], Reference]) -> Golden:
         tick = place * max(1, clocked.last // count // clocked.every["law"]) * clocked.every["law"]
         reference = path(tick * clocked.step)
         measured = fed_back(in_kind(strayed(subject.measured, reference, draw, place % FAR == FAR - 1), precise), made)
-        wanted, t = in_kind(reference, precise), kind(float(tick), precise) * step
-        given = measured, wanted, gains, t
-        for loop in loops(exported):
-            memory = always(partial(law.slower, loop))(memory, *given, kind(clocked.period(loop), precise))
-        command, memory = always(law.law)(memory, *given, kind(clocked.period("law"), precise))
-        made = always(subject.plant.actuate)(parameters, command)
+        wanted, t = in_kind(reference, precise), real(float(tick)) * real(clocked.step)
+        command, memory, made = run(memory, measured, wanted, t, *constant)
         samples.append(Sample(tick, measured, wanted, only(command, names), made))
     return Golden(samples, memory)
 
 
-def kind(value: float, precise: bool) -> Number:
-    """A float as the numbers of this kind."""
-    return value if precise else cast(Number, Single(value))
+def once(
+    exported: Exported,
+    memory: Structure,
+    measured: Structure,
+    wanted: Reference,
+    t: Number,
+    gains: Structure,
+    parameters: Structure,
+    periods: tuple[Number, ...],
+) -> tuple[Structure, Structure, Structure]:
+    """One sample with every loop due: the command, the memory after it, and what the actuators make of the command."""
+    law = exported.subject.controller
+    for loop, period in zip(loops(exported), periods[:-1], strict=True):
+        memory = law.slower(loop, memory, measured, wanted, gains, t, period)
+    command, memory = law.law(memory, measured, wanted, gains, t, periods[-1])
+    return command, memory, exported.subject.plant.actuate(parameters, command)
 
 
 def in_kind(structure: Structure, precise: bool) -> Structure:
     """A structure of floats as one of these numbers."""
-    leaves = (leaf if isinstance(leaf, Table) else kind(float(leaf), precise) for leaf in flatten(structure))
+    leaves = (leaf if isinstance(leaf, Table) else REAL[precise](float(leaf)) for leaf in flatten(structure))
     return rebuild(structure, leaves)
 
 

@@ -1,0 +1,137 @@
+"""A law as one Python function over NumPy's scalars, of f64 or f32.
+
+Every operation is written down where the law computes it and rounded once: none is folded, merged or left out. Scans, and what
+is done to the rows of a matrix, are loops. So the function gives what the law gives number by number, to the sign of a zero,
+and is much faster where loops have many turns. NumPy's warnings are best suppressed around it: infinities and NaN arise as in
+IEEE 754.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import TypeVar, cast
+
+from quadstep.numbers.linear import Matrix
+from quadstep.numbers.rows import FEWEST_ROWS
+from quadstep.numbers.scalar_bits import REAL, steps
+from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped
+from quadstep.numbers.structure import Table, flatten, rebuild
+from quadstep.numbers.traced import Operand, Traced, TracedCondition, TracedMatrix, TracedTable
+
+S = TypeVar("S")
+
+INDENT = "    "
+
+
+def compiled(law: Callable[..., S], given: tuple[object, ...], precise: bool) -> Callable[..., S]:
+    """The law as a function of structures like these, whose numbers it first rounds to its kind: f64 if precise, else f32."""
+    code, arguments = Code(precise), list[str]()
+    result = law(*(entered(code, arguments, one) for one in given))
+    run = code.function(arguments, [code.text(leaf) for leaf in flatten(result)])
+    return lambda *structures: rebuild(result, iter(run(*passed(structures, precise))))
+
+
+def entered(code: "Code", arguments: list[str], structure: S) -> S:
+    """The structure as arguments, whose names are appended; a matrix of many rows is one."""
+
+    def argument() -> str:
+        arguments.append(f"x{len(arguments)}")
+        return arguments[-1]
+
+    result: object
+    if isinstance(structure, tuple):
+        fields = [entered(code, arguments, field) for field in structure]
+        result = structure._make(fields) if hasattr(structure, "_make") else tuple(fields)
+    elif isinstance(structure, Table):
+        result = TracedTable(code, argument(), structure.size)
+    elif isinstance(structure, Matrix) and len(structure) >= FEWEST_ROWS:
+        result = TracedMatrix(code, argument(), (len(structure), len(structure.rows[0])))
+    else:
+        result = rebuild(structure, (Traced(code, argument()) for _ in flatten(structure)))
+    return cast(S, result)
+
+
+def passed(structure: object, precise: bool) -> list[object]:
+    """The values of those arguments."""
+    real = REAL[precise]
+    if isinstance(structure, tuple):
+        return [one for field in structure for one in passed(field, precise)]
+    if isinstance(structure, Table):
+        return [structure.values]
+    if isinstance(structure, Matrix) and len(structure) >= FEWEST_ROWS:
+        return [[[real(entry) for entry in row] for row in structure]]
+    return [real(leaf) for leaf in flatten(structure)]
+
+
+class Code:
+    """The statements so far. constants: names by their text."""
+
+    def __init__(self, precise: bool) -> None:
+        self.precise = precise
+        self.lines: list[str] = []
+        self.constants: dict[str, str] = {}
+        self.depth, self.count = 1, 0
+
+    def name(self) -> str:
+        """A new one."""
+        self.count += 1
+        return f"v{self.count}"
+
+    def line(self, text: str) -> None:
+        """One more statement."""
+        self.lines.append(INDENT * self.depth + text)
+
+    def write(self, expression: str) -> str:
+        """The variable to which a statement assigns the expression."""
+        name = self.name()
+        self.line(f"{name} = {expression}")
+        return name
+
+    def text(self, operand: Operand | TracedCondition | TracedTable) -> str:
+        """An operand in a statement; a Python number is a constant, rounded once."""
+        if isinstance(operand, float | int):
+            return self.constants.setdefault(repr(float(operand)), f"k{len(self.constants)}")
+        return operand.text
+
+    def number(self, form: str, *operands: Operand | TracedCondition) -> Traced:
+        """The number that an operation gives."""
+        return Traced(self, self.write(form.format(*map(self.text, operands))))
+
+    def condition(self, form: str, *operands: Operand | TracedCondition) -> TracedCondition:
+        """The condition that an operation gives."""
+        return TracedCondition(self, self.write(form.format(*map(self.text, operands))))
+
+    def scan(self, step: Step[C], carry: C, rows: Rows[Matrix], count: int, backwards: bool) -> tuple[C, Rows[Matrix]]:
+        """A loop: the carry in variables, rows in tuples, what it makes in lists."""
+        state = [self.write(self.text(leaf)) for leaf in flatten(carry)]
+        now = rebuild(carry, (Traced(self, name) for name in state))
+        given = [self.in_memory(one) for one in matrices(rows)]
+        start, index = len(self.lines), self.name()
+        self.line(f"for {index} in {f'reversed(range({count}))' if backwards else f'range({count})'}:")
+        self.depth += 1
+        after, made = step(now, shaped(rows, iter([one.row(index) for one in given])))
+        same_shape(after, len(state))
+        kept = [TracedMatrix(self, self.name(), (count, len(line))) for line in matrices(made)]
+        for one, line in zip(kept, matrices(made), strict=True):
+            self.line(f"{one.text}[{index}] = {listed(map(self.text, line))}")
+        self.line(f"{listed(state)} = {listed(map(self.text, flatten(after)))}")
+        self.depth -= 1
+        self.lines[start:start] = [f"{INDENT * self.depth}{one.text} = [()] * {count}" for one in kept]
+        return now, shaped(made, iter(kept))
+
+    def in_memory(self, rows: Matrix) -> TracedMatrix:
+        """A matrix as rows of a variable."""
+        if isinstance(rows, TracedMatrix):
+            return rows
+        text = self.write(listed(listed(map(self.text, row)) for row in rows))
+        return TracedMatrix(self, text, (len(rows), len(rows.rows[0])))
+
+    def function(self, arguments: list[str], results: list[str]) -> Callable[..., tuple[object, ...]]:
+        """The statements as a function."""
+        source = [f"def run({', '.join(arguments)}):", *self.lines, f"{INDENT}return {listed(results)}"]
+        names = steps(self.precise) | {name: REAL[self.precise](float(text)) for text, name in self.constants.items()}
+        exec(compile("\n".join(source), "<traced law>", "exec"), names)
+        return cast("Callable[..., tuple[object, ...]]", names["run"])
+
+
+def listed(texts: Iterable[str]) -> str:
+    """A tuple."""
+    return f"({''.join(f'{text}, ' for text in texts)})"
