@@ -42,7 +42,10 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
         absent.append("MISRA: cppcheck not found (Debian: cppcheck)")
     else:
         told("checking MISRA rules")
-        found = misra.deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
+        try:
+            found = misra.deviations(folder, [f"{exported.name}.c", f"{exported.name}_params.c"])
+        except UserError as error:
+            absent.append(f"MISRA: {error}")
     return Measured(on_arm, found, None if exported.precise else in_f32(plan, absent, told), tuple(absent))
 
 

@@ -1,0 +1,35 @@
+"""The check for MISRA C:2012 ends, and every deviation that it finds has a reason."""
+
+import pytest
+
+from quadstep.errors import UserError
+from quadstep.export import misra
+from tests.exports import real_mission, written
+from tests.needs import CPPCHECK, POLICY, needs
+
+
+def found(folder, kind):
+    law = written(folder, real_mission({"type": kind}).plan(), False)
+    return misra.deviations(folder, [f"{law.name}.c", f"{law.name}_params.c"])
+
+
+@needs(CPPCHECK)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["mpc", "mppi", pytest.param("raptor", marks=needs(POLICY))])
+def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
+    rules = found(tmp_path, kind)
+    assert {"8.7", "12.1", "21.15"} <= rules.keys() <= misra.REASONS.keys()
+
+
+@needs(CPPCHECK)
+def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch):
+    rules = found(tmp_path, "pid")
+    monkeypatch.setattr(misra, "STOP", "")
+    assert found(tmp_path, "pid") == rules
+
+
+@needs(CPPCHECK)
+def test_a_check_that_does_not_end_is_said(tmp_path, monkeypatch):
+    monkeypatch.setattr(misra, "LONGEST", 0.01)
+    with pytest.raises(UserError, match=r"cppcheck did not finish in 0\.01 s"):
+        found(tmp_path, "pid")
