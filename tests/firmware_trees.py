@@ -57,7 +57,7 @@ def tree(target: str, folder: Path) -> Path:
         shutil.copytree(STUBS / target, made / "src/include")
         (made / "Makefile").write_text(PX4, encoding="utf-8")
     else:
-        shutil.copytree(STUBS / target / "AP_AHRS", made / "libraries/AP_AHRS")
+        shutil.copytree(STUBS / target, made / "libraries", ignore=shutil.ignore_patterns("*.cpp", "AC_*"))
         (made / "libraries/AC_CustomControl").mkdir()
         for place in ("AC_CustomControl", "AP_AHRS"):
             shutil.copy(STUBS / target / "AC_CustomControl_Backend.h", made / "libraries" / place)

@@ -32,10 +32,14 @@ def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
 
 
 def check_crazyflie_guards(lines):
-    """A position, a rate and a path that are not finite; no position asked for; more thrust asked for than there is."""
+    """A position, a rate and a path that are not finite; no position asked for; an old gyro sample; more thrust asked for than
+    there is.
+    """
     held, lost, back = (numbers(lines, word) for word in ("held", "lost", "back"))
     assert (held[:3, 1] > 0.0).all()  # the last command, for a while
     assert held[3, 1] == 0.0  # none at once
+    assert held[4, 1] > 0.0
+    assert numbers(lines, "young")[0, 0] == 0  # a sample is old after 0.1 s
     assert (lost[:, 1:] == 0.0).all()
     assert (back[:, 1] > 0.0).all()
     status, thrust = numbers(lines, "saturated")[0]
@@ -85,10 +89,11 @@ def test_ardupilot_turns_the_way_it_wants(tmp_path):
 
 
 def check_ardupilot_guards(lines):
-    """A rate, an attitude and a wanted attitude that are not finite; more roll asked for than there is."""
-    assert numbers(lines, "flown")[0, 0] > 0.02
+    """An old gyro sample; a rate, an attitude and a wanted attitude that are not finite; more roll asked for than there is."""
+    for word in ("flown", "young", "back"):  # a sample is old after 0.1 s
+        assert numbers(lines, word)[0, 0] > 0.02
     assert (numbers(lines, "refused") == 0.0).all()
-    assert len(numbers(lines, "refused")) == 3
+    assert len(numbers(lines, "refused")) == 4
     assert numbers(lines, "saturated")[0, 0] == 1.0
 
 
@@ -100,6 +105,8 @@ BROKEN = {
             ("(refused + 1u)", "0u"),
             ("!= modeAbs))\n", "> 99))\n"),
             ("status |= pid_made", "(void)pid_made"),
+            ("usecTimestamp() - sensors->interruptTimestamp)", "0)"),
+            ("1e-6f * (float)(usec", "2e-6f * (float)(usec"),
         ),
     ),
     "px4": (
@@ -113,7 +120,12 @@ BROKEN = {
     ),
     "ardupilot": (
         ("x500", "fly.cpp", "AC_CustomControl_Quadstep.cpp", check_ardupilot_guards),
-        (("if (refused)", "if (false)"), ("constrain_float(mixed.x, -1.0f, 1.0f)", "2.0f * mixed.x")),
+        (
+            ("if (refused)", "if (false)"),
+            ("constrain_float(mixed.x, -1.0f, 1.0f)", "2.0f * mixed.x"),
+            ("AP_HAL::micros() - sampled)", "0)"),
+            ("1e-6f * static_cast<float>(AP", "2e-6f * static_cast<float>(AP"),
+        ),
     ),
 }
 """By target: vehicle, program, adapter, what should hold, and what a guard may lack as a change of the adapter."""

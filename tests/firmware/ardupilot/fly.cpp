@@ -1,6 +1,8 @@
 /* What the back end gives to the mixer for a few attitudes and wanted attitudes (roll, pitch, yaw; front, right, down). */
 #include <cstdio>
 #include "AC_CustomControl_Quadstep.h"
+#include <AP_HAL/AP_HAL.h>
+#include <AP_InertialSensor/AP_InertialSensor.h>
 static Quaternion turned(float roll, float pitch, float yaw)
 {
     const float a = cosf(roll / 2), b = sinf(roll / 2), c = cosf(pitch / 2), d = sinf(pitch / 2), e = cosf(yaw / 2), f = sinf(yaw / 2);
@@ -24,6 +26,12 @@ int main()
     const auto say = [&](const char *word) { const Vector3f mixed = law.update(); std::printf("%s %.6f %.6f %.6f\n", word, mixed.x, mixed.y, mixed.z); };
     control.target = turned(0.1f, 0, 0);
     say("flown");
+    AP_HAL::stub_time() += 90000;
+    say("young");
+    AP_HAL::stub_time() += 20000; /* the gyro was read 0.11 s ago */
+    say("refused");
+    AP::ins().last = AP_HAL::micros();
+    say("back");
     view.gyro.y = NAN;
     say("refused");
     view.gyro.y = 0.0f; view.attitude.q1 = INFINITY;

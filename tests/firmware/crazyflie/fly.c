@@ -3,9 +3,18 @@
 #include <string.h>
 #include "controller.h"
 #include "log.h"
+#include "usec_time.h"
 extern const struct log_s __logs_quadstep[];
 #include "NAME.h"
 #include "NAME_golden.h"
+static uint64_t now = 1000000u;
+uint64_t usecTimestamp(void) { return now; }
+static const void *logged(const char *name)
+{
+    const struct log_s *one = __logs_quadstep;
+    while (strcmp(one->name, name) != 0) { ++one; }
+    return one->address;
+}
 int main(void)
 {
     control_t control; setpoint_t setpoint; sensorData_t sensors; state_t state;
@@ -39,34 +48,36 @@ int main(void)
         clock.period = 0.002f;
         (void)NAME_law(&NAME_mission, &law, &measured, &reference, &clock, &command);
         (void)NAME_made(&NAME_mission, &command, &made);
-        controllerOutOfTree(&control, &setpoint, &sensors, &state, 2u * i);
-        controllerOutOfTree(&control, &setpoint, &sensors, &state, 2u * i + 1u);
+        for (uint32_t k = 0; k < 2u; ++k)
+        {
+            now += 1000u; sensors.interruptTimestamp = now - 300u;
+            controllerOutOfTree(&control, &setpoint, &sensors, &state, 2u * i + k);
+        }
         printf("sample %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY,
                (double)control.torqueZ, (double)made.thrust, (double)made.torque[0], (double)made.torque[1], (double)made.torque[2]);
     }
     const float good = state.position.x, height = setpoint.position.z, rate = sensors.gyro.y;
-    for (int what = 0; what < 4; ++what)
+    for (int what = 0; what < 5; ++what)
     {
-        /* spoilt one after the other: a position, a rate, the path; last the switch away from a position */
+        /* spoilt one after the other: a position, a rate, the path, the switch away from a position; last the gyro's samples end */
         if (what == 0) { state.position.x = 0.0f / 0.0f; }
         if (what == 1) { sensors.gyro.y = 1.0f / 0.0f; }
         if (what == 2) { setpoint.position.z = 0.0f / 0.0f; }
         if (what == 3) { setpoint.mode.z = modeVelocity; }
-        for (int i = 0; i < 120; ++i)
+        for (int i = 0; i < ((what == 4) ? 220 : 120); ++i)
         {
+            now += 1000u; sensors.interruptTimestamp = (what == 4) ? sensors.interruptTimestamp : now;
             controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
-            if (i == 1) { printf("held %d %.9g\n", what, (double)control.thrustSi); }
+            if ((what == 4) && (i == 96)) { printf("young %u\n", *(const uint32_t *)logged("refused")); }
+            if (i == ((what == 4) ? 190 : 1)) { printf("held %d %.9g\n", what, (double)control.thrustSi); }
         }
         printf("lost %d %.9g %.9g %.9g %.9g\n", what, (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY, (double)control.torqueZ);
         state.position.x = good; sensors.gyro.y = rate; setpoint.position.z = height; setpoint.mode.z = modeAbs;
-        for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
+        for (int i = 0; i < 20; ++i) { now += 1000u; sensors.interruptTimestamp = now; controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
         printf("back %d %.9g\n", what, (double)control.thrustSi);
     }
     setpoint.position.z = state.position.z + 1000.0f; setpoint.acceleration.z = 1000.0f;
     for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
-    for (const struct log_s *one = __logs_quadstep; one->name; ++one)
-    {
-        if (strcmp(one->name, "status") == 0) { printf("saturated %u %.9g\n", *(const uint32_t *)one->address, (double)control.thrustSi); }
-    }
+    printf("saturated %u %.9g\n", *(const uint32_t *)logged("status"), (double)control.thrustSi);
     return 0;
 }

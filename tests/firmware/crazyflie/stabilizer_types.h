@@ -9,7 +9,7 @@ typedef point_t jerk_t;
 typedef struct { uint32_t timestamp; float roll, pitch, yaw; } attitude_t;
 typedef struct { uint32_t timestamp; union { struct { float q0, q1, q2, q3; }; struct { float x, y, z, w; }; }; } quaternion_t;
 typedef union { struct { float x, y, z; }; float axis[3]; } Axis3f;
-typedef struct { Axis3f acc; Axis3f gyro; Axis3f mag; } sensorData_t;
+typedef struct { Axis3f acc; Axis3f gyro; Axis3f mag; uint64_t interruptTimestamp; } sensorData_t;
 typedef struct { attitude_t attitude; quaternion_t attitudeQuaternion; point_t position; velocity_t velocity; acc_t acc; } state_t;
 typedef enum { modeDisable = 0, modeAbs, modeVelocity } stab_mode_t;
 typedef struct {

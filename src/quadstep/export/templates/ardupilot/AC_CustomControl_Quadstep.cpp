@@ -8,6 +8,8 @@
 #include "AC_CustomControl_Quadstep.h"
 
 #include <AP_AHRS/AP_AHRS.h>
+#include <AP_HAL/AP_HAL.h>
+#include <AP_InertialSensor/AP_InertialSensor.h>
 #include <cstring>
 
 static const float GRAVITY = 9.80665f;
@@ -68,6 +70,8 @@ Vector3f AC_CustomControl_Quadstep::update(void)
     clock.tick = _ticks++;
     clock.step = _period;
     clock.period = _period;
+    const uint32_t sampled = AP::ins().get_last_update_usec();
+    clock.age = 1e-6f * static_cast<float>(AP_HAL::micros() - sampled);
     if (!_started) {
         _started = NAME_start(&NAME_mission, &_state, &measured) == UPPER_OK;
     }

@@ -2,13 +2,14 @@
  * TITLE on the Crazyflie, as an out-of-tree controller.
  *
  * The firmware calls this at 1 kHz. State: metres, metres a second, quaternion (x, y, z, w); gyro in degrees a second; setpoints
- * up to jerk, yaw in degrees. Commands go out in newtons and newton metres. A setpoint without a position, numbers that are not
- * finite, or a law that gave up for longer than HOLD samples: no thrust.
+ * up to jerk, yaw in degrees. Commands go out in newtons and newton metres. A setpoint without a position: no thrust; nor where
+ * numbers are not finite, the gyro's sample is old, or the law gave up, for longer than HOLD samples.
  */
 #include "stabilizer.h"
 #include "stabilizer_types.h"
 #include "controller.h"
 #include "log.h"
+#include "usec_time.h"
 
 #include "NAME.h"
 #include <string.h>
@@ -63,6 +64,12 @@ static void measure(NAME_measured *measured, const sensorData_t *sensors, const 
     measured->torque[2] = made.torque[2];
 }
 
+/* of the gyro's sample [s]; a driver that leaves no time does not tell */
+static float age(const sensorData_t *sensors)
+{
+    return (sensors->interruptTimestamp == 0u) ? 0.0f : (1e-6f * (float)(usecTimestamp() - sensors->interruptTimestamp));
+}
+
 static void want(NAME_reference *reference, const setpoint_t *setpoint)
 {
     *reference = (NAME_reference){0};
@@ -97,7 +104,7 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
     }
     else if ((ticks % LAW_EVERY) == 0u)
     {
-        NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = 0.0f};
+        NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = age(sensors)};
         measure(&measured, sensors, state);
         want(&reference, setpoint);
         if (!started)
