@@ -11,6 +11,7 @@ PATIENCE = 180_000
 def start_browser(playwright, *, webgl=True):
     """Chromium on a machine whose network is closed, drawing in software."""
     drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    drawing += ["--disable-gpu-rasterization", "--disable-gpu-compositing"]  # all but the scene is drawn sooner without
     flags = [
         "--no-sandbox",
         "--disable-background-networking",
