@@ -96,9 +96,9 @@ FLIGHTS = {
 }
 
 
-def flown(name, given, folder=Path()):
+def flown(name, given, folder=Path(), log=None):
     plan = given.plan(folder)
-    log = fly(plan)
+    log = log or fly(plan)
     return Flown(name.replace(" ", "-"), name, "Missions", given, plan, log, given.flight_metrics(log)[0], folder)
 
 

@@ -56,21 +56,32 @@ def missions():
     return {name: mission(name, **given) for name, given in FLIGHTS.items()}
 
 
+def floats(given):
+    """On Python's floats, which need no compiler."""
+    plan = given.plan()
+    return fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks)
+
+
 @pytest.fixture(scope="module")
-def page(tmp_path_factory, missions):
+def logs(missions):
+    return {name: floats(given) for name, given in missions.items()}
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, missions, logs):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("quadstep.page.laws.ROOM", 10**8)
         patch.setattr("quadstep.page.laws.ROOM_FOR_GHOSTS", 10**8)
         return write_page(
-            tmp_path_factory.mktemp("page") / "page.html", *(flown(name, given) for name, given in missions.items())
+            tmp_path_factory.mktemp("page") / "page.html",
+            *(flown(name, given, log=logs[name]) for name, given in missions.items()),
         )
 
 
 @needs_node
 @pytest.mark.parametrize("name", FLIGHTS)
-def test_javascript_flies_what_python_floats_fly(page, missions, name):
-    plan = missions[name].plan()
-    log = fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks)
+def test_javascript_flies_what_python_floats_fly(page, logs, name):
+    log = logs[name]
     (answer,) = fly_page(page, {"flight": name})
     assert (answer["code"], answer["rows"]) == (log.outcome, len(log.rows))
     scale = np.maximum(np.abs(log.rows).max(axis=0), 1.0)
@@ -99,11 +110,12 @@ def test_sliders_do_what_the_mission_file_does(page):
 
 @needs_node
 @pytest.mark.parametrize("name", ["rotation-backstepping", "backstepping"])
-def test_the_number_of_neurons_is_data(tmp_path, missions, name):
+def test_the_number_of_neurons_is_data(tmp_path, missions, logs, name):
     kept = missions[name].controller.nets
     nets = {"neurons": 4, "kappa1": kept.kappa1, "kappa2": kept.kappa2}
     other = mission("other", **{**FLIGHTS[name], "controller": {"type": name, "nets": nets}})
-    path = write_page(tmp_path / "page.html", flown("ten", missions[name]), flown("other", other))
+    ten = flown("ten", missions[name], log=logs[name])
+    path = write_page(tmp_path / "page.html", ten, flown("other", other, log=floats(other)))
     moved, drawn = fly_page(path, {"flight": "ten", "values": {"neurons": [4]}}, {"flight": "other"})
     assert moved["values"].tobytes() == drawn["values"].tobytes()
     gains = other.plan().parameters.gains
