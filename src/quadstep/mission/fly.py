@@ -25,7 +25,7 @@ from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.check import check
-from quadstep.mission.multirotor import MultirotorMission
+from quadstep.mission.kinds import REAL, kind
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.report import write_report
 from quadstep.mission.schema import Mission
@@ -91,7 +91,7 @@ def fly_mission(
 
 def under(autopilot: str, connect: str, mission: Mission) -> Mission:
     """The mission with an autopilot in its controller's place. Raises UserError."""
-    if not isinstance(mission, MultirotorMission):
+    if not isinstance(mission, kind(REAL)):
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
         raise UserError(f"--autopilot {autopilot}: is not known; allowed: {', '.join(AUTOPILOTS)}")
@@ -140,15 +140,15 @@ def write_results(
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
+    jobs = mission.figures(log) if len(log.rows) > 1 else []  # by now their processes have loaded what they need
+    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
     told("writing the page", 0, 1)
-    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes start)
+    from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
     write_mission_page(out / "page.html", mission, plan, log, beside)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
     write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
-    jobs = mission.figures(log) if len(log.rows) > 1 else []
-    told("drawing figures", 0, len(jobs))  # last: by now their processes have loaded what they need
-    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
+    told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from quadstep.air.wind import Wind
 from quadstep.airframe.events import Events
@@ -12,12 +12,14 @@ from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.fields import LEAST, MOST
 from quadstep.mission.lagrange import LagrangeMission
-from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import CirclePath, FigureEightPath, MinimumJerkPath, OwnPathSection
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.page.model import Component, Control, Effect
 from quadstep.vehicle.disturbance import Disturbance
+
+if TYPE_CHECKING:
+    from quadstep.mission.multirotor import MultirotorMission
 
 BELIEVES = "The vehicle's; the controller keeps its own value."
 
@@ -202,7 +204,7 @@ def orbit_controls(path: CirclePath | FigureEightPath, mission: Mission, ticks: 
     period = control("period", "time of a turn", "s", one(path.period, *effects), (3.0, 60.0), "", "log", bounds)
     if isinstance(path, CirclePath):
         sizes = [parameter("path.amplitude.0"), parameter("path.amplitude.1", -1.0 if path.clockwise else 1.0)]
-        if cast(MultirotorMission | LagrangeMission, mission).start.position is None:
+        if cast("MultirotorMission | LagrangeMission", mission).start.position is None:
             sizes.append(Effect("start", "position.0", 1.0, 1, -path.radius, add=True))
         return [period, positive("radius", "radius", "m", one(path.radius, *sizes))]
     across = 1 if path.plane == "horizontal" else 2
