@@ -78,13 +78,13 @@ class HedgedBackstepping(Controller):
     }
 
     def start(self, measured: Measured, gains: HedgedBacksteppingGains) -> HedgedBacksteppingMemory:
-        """The reference model where the vehicle is."""
+        """The reference model where the vehicle is; the rotors carry it."""
         zero = vector(0.0, 0.0, 0.0)
         return HedgedBacksteppingMemory(
             law=LAW.start(measured, gains.law),
             place=measured.position,
             speed=measured.velocity,
-            made=Made(measured.thrust, measured.torque),
+            made=Made(gains.law.mass * gains.law.gravity, zero),
             rates=zero,
             turning=zero,
             asked=zero,
