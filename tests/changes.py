@@ -5,7 +5,7 @@ import copy
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-SYMMETRIC = ("maximum", "inner", "np.maximum", "abs")
+SYMMETRIC = ("maximum", "inner", "np.maximum", "abs", "plus")
 """Functions whose arguments may change places."""
 
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}

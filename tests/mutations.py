@@ -7,7 +7,8 @@ python -m tests.mutations theory 100       # a hundred of them
 An operator, a sign, a constant, an index, an argument or a term is changed in the tree of a function's source; only the
 code of the running function is exchanged, and put back. Checks: the rows of `quadstep verify` for the completed law, the
 rotation law and the inversion; every statement of docs/theory.md on random closed loops; and, for a mistake in a bound, closed
-loops that a search found nearest to it before: there the statement must hold and use up nine tenths of each term.
+loops that a search found nearest to it before: there the statement must hold and use up nine tenths of each term. For a
+mistake in the region of Theorem B: its certificate, and its numbers worked out a second time (tests/theorem_again.py).
 """
 
 import ast
@@ -22,8 +23,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.changes import Change, changes_of
+from tests.equivalents import COMPLETED, EQUIVALENT
 
-COMPLETED = "control.completed_backstepping"
 LAWS = {
     COMPLETED: ("half_sine_ratio", "coupling_columns", "counter_rate", "confine", "with_yaw", "countering", "law"),
     "control.backstepping": (
@@ -61,31 +62,6 @@ REVIEWED = (
     (COMPLETED, "estimate_2 = on * output", "estimate_2 = output"),
 )
 """Mistakes that a review found the checks of its time to let pass."""
-
-NETS_ON = "where(t >= {0}.learning_start, 1.0, 0.0) -> where(1.0, t >= {0}.learning_start, 0.0)"
-ROTATION = "control.rotation_backstepping"
-EQUIVALENT = {
-    f"{COMPLETED}.law: {NETS_ON.format('paper')}": "a condition counts as 1 or 0",
-    f"control.backstepping.law: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
-    f"{ROTATION}.follow: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
-    f"{ROTATION}.pull: {NETS_ON.format('gains')}": "a condition counts as 1 or 0",
-    f"{ROTATION}.pull: 0.0 -> 0.1": "rates that go into the wanted attitude, of which only the rotation is used",
-    f"{ROTATION}.share_made: 1e-06 -> 1.1e-06": "keeps a quotient finite where nothing was asked for",
-    "theory.inequalities.coupling_bound: 1.0 -> 1.1": "the size beside which round-off is judged",
-    "theory.inequalities.column_bounds: 1.0 -> 1.1": "the size beside which round-off is judged (the bound itself is caught)",
-    "theory.inequalities.column_bounds: 0.0 * column[0] + 1.0 -> 1.0": "one number for a batch of them",
-    "theory.inequalities.column_bounds: column[": "any entry makes a batch",
-    "theory.inequalities.column_bounds: coupling_columns(tilt, wanted) -> coupling_columns(wanted, tilt)": "as true",
-    "theory.inequalities.trace_bound: sample.": "any matrices",
-    "theory.inequalities.trace_bound: sum_squares(error) ": "the size beside which round-off is judged",
-    "theory.inequalities.small_gain: paper.": "any positive numbers",
-    "control.projection.shrink: 1.0 -> 1.1": "stands for a length in a quotient that is not chosen",
-    "vehicle.lagrange.effective_inertia: scaled_rows(inertia, rates) -> ": "the factors of a product",
-    "vehicle.lagrange.effective_inertia_partials: scaled_rows(inertia, euler": "the factors of a product",
-    "vehicle.lagrange.coriolis_torque: zip(rates, slopes, strict=True) -> ": "the factors of a product",
-    "control.networks.basis: zip(row, chi, strict=False) -> zip(chi, row, strict=False)": "the factors of a product",
-}
-"""How the names of mutants begin that change no number, or leave a statement as true as it was, and why."""
 
 
 class Mutant(NamedTuple):
@@ -243,12 +219,19 @@ def seen_by_region() -> str:
     return "" if found_region() == region() else "another region"
 
 
+def seen_by_matrices() -> str:
+    """The first number that differs from that of tests/theorem_again.py."""
+    from tests.theorem_again import differing, other_kappa_terms
+
+    return next((f"{name}, a second time" for name in (*differing(), *other_kappa_terms())), "")
+
+
 def caught_by(mutant: Mutant) -> str:
     """What sees a mutant; nothing where it survives."""
     if mutant.module == "theory.region":
-        checks = (seen_by_region,)
+        checks = (seen_by_region, seen_by_matrices)
     elif mutant.module.startswith("theory"):
-        checks = (seen_by_statements, seen_by_bounds)
+        checks = (seen_by_statements, seen_by_bounds, seen_by_matrices)
     else:
         checks = (seen_by_rows, seen_by_statements)
     with exchanged(mutant.module, mutant.tree()):

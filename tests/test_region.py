@@ -16,8 +16,9 @@ from quadstep.theory import edge
 from quadstep.theory.edge import default_region, fly_edge, least_frequency, level_at_start, mission, setting_of, stretched
 from quadstep.theory.flow import Flow, draw, shares_of_lines
 from quadstep.theory.rationals import positive_definite, root_above, support
-from quadstep.theory.region import RATE, SHAPE, SIZE, certify_region, decay, upper_form
+from quadstep.theory.region import RATE, SHAPE, SIZE, Region, bounds_of, certify_region, decay, upper_form
 from quadstep.theory.words import region_rows
+from tests.theorem_again import LEVEL, OTHER, differing
 
 PAGE = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
 
@@ -81,13 +82,55 @@ def test_every_norm_matters_to_the_certificate():
     setting = setting_of(mission({}, nets=False).plan())
     region = certify_region(setting)
     q, _ = decay(setting, SHAPE, region.bounds)
-    form = upper_form(setting, SHAPE, region.bounds.inertia[1])
+    form = upper_form(setting, SHAPE, region.bounds)
     left = [[q[i][k] - RATE * form[i][k] for k in range(SIZE)] for i in range(SIZE)]
     assert positive_definite(left)
     for i in range(SIZE):
         without = [list(row) for row in left]
         without[i][i] -= q[i][i]
         assert not positive_definite(without)
+
+
+def other_plan():
+    """Gains and vehicle of `OTHER`."""
+    plan, s = mission({}, nets=False).plan(), OTHER
+    mass, inertia = float(s.mass), vector(*[float(s.inertia)] * 3)
+
+    def same(name: str):
+        return vector(*[float(getattr(s, name))] * 3)
+
+    gains, kept = plan.parameters.gains, ("slope_1", "gain_1", "integral_1", "slope_2", "gain_2", "integral_2")
+    paper = gains.paper._replace(
+        mass=mass, gravity=float(s.gravity), filter_frequency=float(s.filter_frequency), **{name: same(name) for name in kept}
+    )
+    gains = gains._replace(paper=paper, coupling=same("coupling"), inertia=inertia)
+    vehicle = plan.parameters.vehicle._replace(mass=mass, gravity=float(s.gravity), inertia=inertia)
+    return plan._replace(parameters=plan.parameters._replace(gains=gains, vehicle=vehicle))
+
+
+def test_bounds_lines_and_forms_are_those_of_the_matrices_of_the_loop():
+    assert differing() == []
+    defaults = setting_of(mission({}, nets=False).plan(), force=0.001, torque=0.001)
+    assert differing(defaults, Fraction("0.05")) == []
+    assert differing(OTHER._replace(bias=Fraction(1)), Fraction("0.01")) == []
+
+
+def test_l_dot_keeps_to_the_lines_with_other_gains_on_another_vehicle():
+    """Whether or not a region is certified there: the lines hold wherever L <= level."""
+    force, torque = float(OTHER.force), float(OTHER.torque)
+    region = Region(LEVEL, RATE, Fraction(0), bounds_of(OTHER, SHAPE, LEVEL), SHAPE)
+    flow = Flow(region, force, torque, other_plan())
+    path = flow.setting._replace(acceleration=OTHER.acceleration, jerk=OTHER.jerk, yaw_rate=OTHER.yaw_rate, bias=OTHER.bias)
+    assert [float(x) for x in path] == [float(x) for x in OTHER]
+    flow.setting, flow.forms = OTHER, decay(OTHER, SHAPE, region.bounds)
+    slope = draw(flow, 1, 4000)
+    assert 0.0 < slope.level.max() < LEVEL
+    assert slope.worst < 0.0
+    assert 0.3 < slope.used < 1.0
+    shares = shares_of_lines(flow, 1, 4000)
+    assert max(shares.values()) < 1.0 + 1e-6
+    assert len(shares) == 21
+    assert sum(share > 0.9 for share in shares.values()) >= 6
 
 
 def test_flights_from_the_edge_stay_inside_nets_off_and_on():

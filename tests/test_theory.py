@@ -24,6 +24,7 @@ from quadstep.theory.lyapunov import closed_loop, lyapunov_rate
 from quadstep.theory.samples import Sample, draw_sample, sample_at
 from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.vehicle.state import State
+from tests.theorem_again import other_kappa_terms
 
 SAMPLES = 5_000
 BY_NUMBER = {statement.number: statement for statement in STATEMENTS}
@@ -88,6 +89,18 @@ def test_a_bound_that_nothing_comes_near_to_does_not_bite(monkeypatch):
     assert margin.holds
     assert not margin.bites
     assert seen.reached["2"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_statement_that_is_no_number_somewhere_does_not_hold():
+    seen = Seen()
+    with np.errstate(invalid="ignore"):
+        seen.look([Sides(np.array([0.0, 0.0]), {"root": np.sqrt(np.array([1.0, -1.0]))}, 1.0)])
+    seen.look([Sides(np.array([0.0, 0.0]), {"root": np.array([1.0, 1.0])}, 1.0)])
+    assert not adverse.Margin("T0", "", seen.worst, 2, seen.reached).holds
+
+
+def test_the_terms_with_kappa_are_made_of_the_errors_of_the_weights():
+    assert other_kappa_terms() == []
 
 
 def level(sample: Sample, is_completed: bool):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofs.__main__ import all_statements
 from quadstep.control.completed_backstepping import CompletedBackstepping
 from quadstep.flight.engines import fly
 from quadstep.flight.kernels import Kernels
@@ -14,8 +15,10 @@ from quadstep.linear.analysis import studied
 from quadstep.study.cases import case_1, line
 from quadstep.theory.comparison import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
 from quadstep.theory.edge import default_region, level_at_start, mission
+from quadstep.theory.inequalities import STATEMENTS
 
-PAGE = " ".join((Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8").split())
+TEXT = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
+PAGE = " ".join(TEXT.split())
 
 
 def said(text: str) -> None:
@@ -115,3 +118,16 @@ def test_yaw_without_its_acceleration(monkeypatch):
     content["path"] = {"type": "minimum-jerk", "start": [0, 0, 0], "end": [1, 0, 0], "duration": 3.0, "yaw_end": 3.0}
     log = fly(type(flight).model_validate(content).plan())
     said(f"was {1e3 * np.abs(log.column('psi_d') - log.column('psi')).max():.3g} mrad with the nets on")
+
+
+def test_every_statement_has_its_number_its_place_in_the_text_and_its_check():
+    text, _, checks = TEXT.partition("## Which check proves which statement")
+    rows = [line for line in checks.splitlines() if re.match(r"\| T\d", line)]
+    numbered = [(number, row) for row in rows for number in re.findall(r"T\d+", row.split("|")[1])]
+    assert sorted(number for number, _ in numbered) == sorted(f"T{k}" for k in range(1, 19))
+    assert {number for number, _ in numbered} <= set(re.findall(r"\bT\d+\b", text))
+    assert {number for number, row in numbered if "samples" in row} == {statement.number for statement in STATEMENTS}
+    proved = {statement.name for statement in all_statements()}
+    named = {name for row in rows if "Coq" in row for name in re.findall(r"`(\w+)`", row.split("Coq")[1].split(";")[0])}
+    assert named <= proved
+    assert {name for name in proved if re.fullmatch(r"T\d+(_near)?", name)} <= named

@@ -10,7 +10,8 @@ import pytest
 
 from quadstep.verify.registry import chosen, verify
 from tests import mutations
-from tests.mutations import EQUIVALENT, REVIEWED, caught_by, exchanged, source
+from tests.equivalents import EQUIVALENT
+from tests.mutations import REVIEWED, caught_by, exchanged, source
 
 LAGRANGE, KINEMATICS, ROTORS = "vehicle.lagrange", "vehicle.kinematics", "vehicle.rotors"
 LAW, NETS, FILTER = "control.backstepping", "control.networks", "control.command_filter"

@@ -56,7 +56,7 @@ class Seen:
         left = []
         for part, side in enumerate(sides):
             size = np.maximum(side.size, 1e-300)
-            self.worst = min(self.worst, float(np.min(side.slack / size)))
+            self.worst = float(np.minimum(self.worst, np.min(side.slack / size)))  # no number where one is none
             for name, term in side.terms.items():
                 counts = np.abs(term) > 1e-6 * size
                 spare = np.where(counts, side.slack / np.maximum(np.abs(term), 1e-300), np.inf)

@@ -14,6 +14,7 @@ from quadstep.control.completed_backstepping import (
     counter_rate,
     with_yaw,
 )
+from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Vector
 from quadstep.theory.edge import mission, setting_of
@@ -54,10 +55,10 @@ class Slope(NamedTuple):
 
 
 class Flow:
-    """The completed law with its default gains on the paper's vehicle, inside a region."""
+    """The completed law inside a region; with its default gains on the paper's vehicle, if no other plan is given."""
 
-    def __init__(self, region: Region, force: float = 0.0, torque: float = 0.0) -> None:
-        plan = mission({}, False).plan()
+    def __init__(self, region: Region, force: float = 0.0, torque: float = 0.0, plan: FlightPlan | None = None) -> None:
+        plan = plan or mission({}, False).plan()
         self.region, self.setting = region, setting_of(plan, force, torque)
         self.gains: CompletedGains = plan.parameters.gains
         self.vehicle: Vehicle = plan.parameters.vehicle

@@ -82,7 +82,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
     """The shipped law's command put into the shipped plant.
 
     The disturbance is chosen so that Eqs 22 and 33 hold exactly with the sample's ideal weights and residuals. (The completed
-    law computes the rigid-body part of Eq. 33 itself, so that only -A_eta is left for its net.)
+    law computes the rigid-body part of Eq. 33 itself, so that only -A_eta is left for its net; the paper's leaves both.)
     """
     state, reference, memory = sample.state, sample.reference, sample.memory
     paper, before, inertia, period = sample.gains.paper, memory.paper, sample.vehicle.inertia, sample.period
@@ -104,8 +104,7 @@ def closed_loop(sample: Sample, completed: bool) -> Motion:
         command, following = Backstepping().law(before, state, reference, paper, 0.0, period)
     mu_2 = torque_basis(paper, state, outer.r1, r2)
     wanted_acceleration = with_yaw(reference.yaw_acceleration, (following.filtered.rate - before.filtered.rate) / period)
-    bent = wanted_acceleration - slope_2 * (slope_2 * e2 + counter) + counter_dot
-    rigid = j @ bent + c @ (wanted_rates + slope_2 * e2 + counter)
+    rigid = j @ (wanted_acceleration - slope_2 * (slope_2 * e2)) + c @ (wanted_rates + slope_2 * e2)
 
     force = -(output(sample.ideal[0], outer.mu_1) + sample.residual[0])  # A_xyz of Eq. 22
     target_2 = output(sample.ideal[1], mu_2) + sample.residual[1]  # Eq. 33

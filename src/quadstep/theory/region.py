@@ -133,7 +133,7 @@ def bounds_of(s: Setting, shape: Shape, level: Fraction) -> Bounds | None:
     if not positive_definite(inner):
         return None
     r2, i2 = (root_above(twice * support(inner, [Fraction(int(i == k)) for i in range(2)])) for k in range(2))
-    columns = root_above(1 + sine * min(Fraction(1), e2 / 2))
+    columns = root_above(1 + sine * e2 / 2)
     thrust = weight + force
     counter = columns * thrust * r1 / s.coupling + a_c + b_c
     rates = s.yaw_rate + s.filter_frequency * b + r2 + s.slope_2 * e2 + counter
@@ -192,8 +192,9 @@ def decay(s: Setting, shape: Shape, bounds: Bounds) -> tuple[Form, Line]:
     return q, driven
 
 
-def upper_form(s: Setting, shape: Shape, high: Fraction) -> Form:
+def upper_form(s: Setting, shape: Shape, bounds: Bounds) -> Form:
     """M of 2 L <= s^T M s."""
+    high = bounds.inertia[1]
     diagonal = [
         s.mass, s.integral_1, shape.position, s.coupling, high, s.integral_2,
         shape.command_1, shape.command_2, shape.counter_1, shape.counter_2,
@@ -210,10 +211,8 @@ def certify_region(s: Setting, shape: Shape = SHAPE, level: Fraction = LEVEL, ra
     if bounds is None:
         return None
     q, driven = decay(s, shape, bounds)
-    form = upper_form(s, shape, bounds.inertia[1])
+    form = upper_form(s, shape, bounds)
     spent = [SHARE * q[i][i] if driven[i] else Fraction(0) for i in range(SIZE)]
-    if any(d and t <= 0 for d, t in zip(driven, spent, strict=True)):
-        return None
     left = [[above(q[i][k] - rate * form[i][k] - (spent[i] if i == k else 0)) for k in range(SIZE)] for i in range(SIZE)]
     for i in range(SIZE):
         left[i][i] -= Fraction(SIZE, 2**39)  # what rounding up may have added
