@@ -46,7 +46,8 @@ LAWS = {
 
 BOUNDS = {
     "theory.inequalities": (
-        "coupling_bound", "column_bounds", "inertia_bounds", "gain_bound", "trace_bound", "small_gain", "learning_bound",
+        "force_gap", "coupling_identity", "coupling_bound", "column_bounds", "inertia_bounds", "gain_bound", "skewness",
+        "trace_bound", "projection", "small_gain", "learning_bound",
     ),
     "theory.lyapunov": ("lyapunov_rate", "rate_terms", "closed_loop", "learning", "filtered_command"),
     "theory.region": ("bounds_of", "decay", "upper_form", "outer_form", "certify_region"),
@@ -221,9 +222,9 @@ def seen_by_region() -> str:
 
 def seen_by_matrices() -> str:
     """The first number that differs from that of tests/theorem_again.py."""
-    from tests.theorem_again import differing, other_kappa_terms
+    from tests.theorem_again import differing, other_kappa_terms, other_learning_terms
 
-    return next((f"{name}, a second time" for name in (*differing(), *other_kappa_terms())), "")
+    return next((f"{name}, a second time" for name in (*differing(), *other_kappa_terms(), *other_learning_terms())), "")
 
 
 def caught_by(mutant: Mutant) -> str:

@@ -24,7 +24,7 @@ from quadstep.theory.lyapunov import closed_loop, lyapunov_rate
 from quadstep.theory.samples import Sample, draw_sample, sample_at
 from quadstep.vehicle.kinematics import thrust_direction
 from quadstep.vehicle.state import State
-from tests.theorem_again import other_kappa_terms
+from tests.theorem_again import other_kappa_terms, other_learning_terms
 
 SAMPLES = 5_000
 BY_NUMBER = {statement.number: statement for statement in STATEMENTS}
@@ -99,8 +99,9 @@ def test_a_statement_that_is_no_number_somewhere_does_not_hold():
     assert not adverse.Margin("T0", "", seen.worst, 2, seen.reached).holds
 
 
-def test_the_terms_with_kappa_are_made_of_the_errors_of_the_weights():
+def test_the_terms_of_learning_are_made_of_the_errors_of_the_weights_and_of_what_the_law_returns():
     assert other_kappa_terms() == []
+    assert other_learning_terms() == []
 
 
 def level(sample: Sample, is_completed: bool):

@@ -16,6 +16,7 @@ from quadstep.study.cases import case_1, line
 from quadstep.theory.comparison import COMPLETED, COUNTER_ONLY, PAPER, UNCOUNTERED, disturbance_over_weight, grid, summarise
 from quadstep.theory.edge import default_region, level_at_start, mission
 from quadstep.theory.inequalities import STATEMENTS
+from tests.mutations import BOUNDS, mutants_of
 
 TEXT = (Path(__file__).parents[1] / "docs" / "theory.md").read_text(encoding="utf-8")
 PAGE = " ".join(TEXT.split())
@@ -131,3 +132,12 @@ def test_every_statement_has_its_number_its_place_in_the_text_and_its_check():
     named = {name for row in rows if "Coq" in row for name in re.findall(r"`(\w+)`", row.split("Coq")[1].split(";")[0])}
     assert named <= proved
     assert {name for name in proved if re.fullmatch(r"T\d+(_near)?", name)} <= named
+
+
+@pytest.mark.parametrize("module", BOUNDS)
+def test_as_many_mistakes_are_made_as_the_page_says(module):
+    row = rf"`{module.replace('.', '/')}.py` [^|]*\| (\d+) \| (\d+) \| (\d+) \|"
+    made, seen, equivalent = map(int, re.search(row, TEXT).groups())
+    mutants = list(mutants_of(module, BOUNDS[module]))
+    assert made == len(mutants) == seen + equivalent
+    assert equivalent <= sum(bool(mutant.equivalent) for mutant in mutants)

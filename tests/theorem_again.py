@@ -10,10 +10,12 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.control.backstepping import Backstepping
 from quadstep.theory import region
+from quadstep.theory.inequalities import learning_bound
 from quadstep.theory.lyapunov import lyapunov_rate
 from quadstep.theory.region import AC, BC, E1, E2, I1, I2, R1, R2, SHAPE, SIZE, A, B, Bounds, Setting, Shape
-from quadstep.theory.samples import draw_sample
+from quadstep.theory.samples import NEURONS, PERIOD, draw_sample
 
 Array = NDArray[np.float64]
 
@@ -140,4 +142,21 @@ def other_kappa_terms(seed: int = 5, count: int = 50) -> list[str]:
         )
         least = -bound["kappa |W~|^2"] / error**2  # kappa |r|
         found += [f"{completed}"] if not np.allclose(bound["kappa |W~| |W|"], least * error * ideal, rtol=1e-9) else []
+    return found
+
+
+def other_learning_terms(seed: int = 5, count: int = 50) -> list[str]:
+    """Terms of T16 other than two samples of the law say: W+ of W^ less W+ of no weights is (1 - s) W^."""
+    sample = draw_sample(seed, count)
+    paper, before = sample.gains.paper, sample.memory.paper
+    empty = before._replace(weights_1=0.0 * before.weights_1, weights_2=0.0 * before.weights_2)
+    after, after_empty = (
+        Backstepping().law(memory, sample.state, sample.reference, paper, 0.0, PERIOD)[1] for memory in (before, empty)
+    )
+    found, nets = [], ((paper.force_net, "weights_1"), (paper.torque_net, "weights_2"))
+    for side, (net, name) in zip(learning_bound(sample), nets, strict=True):
+        size = getattr(before, name).norm()
+        kept = (getattr(after, name) - getattr(after_empty, name)).norm()
+        again = {"(1 - s) |W^|": kept, "s sqrt(N) / kappa": (1.0 - kept / size) * np.sqrt(NEURONS) / net.damping}
+        found += [f"{name}: {term}" for term, value in again.items() if not np.allclose(side.terms[term], value, rtol=1e-6)]
     return found
