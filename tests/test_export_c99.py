@@ -228,6 +228,15 @@ def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
 
 
 @needs(C_COMPILER)
+@pytest.mark.parametrize("kind", ["indi", "planned-lqr", "mpc"])
+def test_compiled_code_is_given_what_its_law_measures_and_sees_ahead(kind):
+    flown = real_mission({"type": kind}, simulation={"duration": 0.2})
+    np.testing.assert_array_equal(fly(flown).rows, fly(flown, engine="c").rows)
+    single = flown_by_c(flown.plan(), precise=False)
+    assert single.outcome is Outcome.COMPLETED
+
+
+@needs(C_COMPILER)
 def test_a_lost_flight_is_lost_alike():
     lost = real_mission(
         {"type": "pid"}, start={"rates": [90.0, 0.0, 0.0]}, limits={"rate": 50.0}, simulation={"duration": 1.0}

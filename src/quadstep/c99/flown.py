@@ -53,6 +53,16 @@ class Compiled(Controller):
         """The law's."""
         return self.inner.loops()
 
+    @property
+    def also_measures(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The law's."""
+        return self.inner.also_measures
+
+    @property
+    def preview(self) -> tuple[float, ...]:  # type: ignore[override]
+        """The law's."""
+        return self.inner.preview
+
     def start(self, measured: object, gains: CompiledGains) -> object:
         """The memory before the first sample."""
         return self._asked(-1, self.memory, measured, (), gains, 0.0, 0.0)[0]
