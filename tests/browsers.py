@@ -33,26 +33,28 @@ def playwright():
 
 
 class Opened:
-    """Pages of one browser, used again: a new one costs as much as flying what it shows."""
+    """Pages of one browser, the first of which is used again: a new one costs as much as flying what it shows."""
 
     def __init__(self, browser):
         self.context = browser.new_context(reduced_motion="reduce")
         self.context.set_default_timeout(PATIENCE)
-        self.pages, self.used = [], 0
+        self.first, self.others, self.free = self.context.new_page(), [], True
 
     def page(self):
         """A blank page that the test has not had yet."""
-        if self.used == len(self.pages):
-            self.pages.append(self.context.new_page())
-        self.used += 1
-        return self.pages[self.used - 1]
+        if self.free:
+            self.free = False
+            return self.first
+        self.others.append(self.context.new_page())
+        return self.others[-1]
 
     def blank(self):
-        """Leave nothing on the pages, and nothing of them."""
-        self.context.clear_cookies()
-        for page in self.pages[: self.used]:
-            page.goto("about:blank")
-        self.used = 0
+        """Leave nothing on the first page, and no other: what is behind another page is drawn once a second."""
+        while self.others:
+            self.others.pop().close()
+        if not self.free:
+            self.first.goto("about:blank")
+        self.free = True
 
 
 @pytest.fixture(scope="module")
