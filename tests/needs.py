@@ -86,6 +86,7 @@ CORTEX_M_12 = Need(
     lambda: CORTEX_M.here() and " 12.2" in said("arm-none-eabi-gcc", "--version"),
     spared=True,
 )
+CMAKE = Need("CMake", "install it (Debian: cmake)", lambda: program("ctest") is not None)
 CPPCHECK = Need("cppcheck", "install it (Debian: cppcheck)", lambda: program("cppcheck") is not None)
 PTXAS = Need("ptxas", "`make test` installs it on Linux; elsewhere install NVIDIA's CUDA toolkit", has_assembler)
 PACKAGES = Need("a package of requirements/dev.lock", "`make test` installs them all")
@@ -110,7 +111,7 @@ RECORDINGS = Need(
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
-    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
     SITE, BASH, ZSH, FISH,
 )  # fmt: skip
 

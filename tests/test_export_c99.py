@@ -21,7 +21,7 @@ from quadstep.numbers.c_text import literal
 from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
-from tests.needs import ARM_COMPILER, C_COMPILER, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
+from tests.needs import ARM_COMPILER, C_COMPILER, CMAKE, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
 from tests.single import Single
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
@@ -211,6 +211,16 @@ def test_an_export_is_a_whole_folder(tmp_path):
     assert quadstep("export", mission, "--out", tmp_path / "pid").code == 0  # the same again
     other = write(tmp_path, TEXT + '[controller]\ntype = "pid"\nmass = 0.03\n', "other.toml")
     assert quadstep("export", other, "--out", tmp_path / "pid").code == 2
+
+
+@needs(C_COMPILER, CMAKE)
+def test_its_test_is_built_and_passes_by_the_commands_that_the_build_file_names(tmp_path):
+    mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
+    assert quadstep("export", mission, "--out", tmp_path / "pid").code == 0
+    for command in ("cmake -B build", "cmake --build build", "ctest --test-dir build --output-on-failure"):
+        done = subprocess.run(command.split(), cwd=tmp_path / "pid", capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert "100% tests passed" in done.stdout
 
 
 # Flown

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.controller import Command, Condition, Controller
-from quadstep.control.gain import believed, gain, given
+from quadstep.control.gain import believed, gain, given, usual
 from quadstep.numbers import Number, Vector, vector
 
 class Gains(NamedTuple):
@@ -101,6 +101,10 @@ def command(folder, *arguments):
         ("start: the memory: should be made of numbers", {"start": "return {'a': 1.0}"}),
         ("guide: the memory", {"more": "def guide(self, *given): pass"}),
         ("guide: should be declared as guide(self, memory, ", {"more": "rates = {'guide': 1.0}\ndef guide(self): pass"}),
+        ("rates: should be a dict of sample times", {"more": "rates = 0.004"}),
+        ("measures: should be a class", {"more": "measures = 5"}),
+        ("also_measures: should be a tuple of names", {"more": "also_measures = 'age'"}),
+        ("usual: should be given a number", {"gain": "k: Number = gain(usual('x', 2), '1/s', 'x')"}),
         ("prepare: should be declared as prepare(self, gains, model)", {"more": "@staticmethod\ndef prepare(gains): pass"}),
         ("its gains: should be made of numbers", {"more": "def prepare(self, gains, model): pass"}),
         ("its gains: should be made of numbers", {"gain": "k: Number = given(lambda model: None)"}),
@@ -173,6 +177,7 @@ def test_an_error_of_the_user_is_told_from_others(tmp_path):
     [
         {"law": "raise SystemExit"},
         {"more": "def conditions(self, gains, model): return [Condition('abc', 1.0, 2.0, 'x')]"},
+        {"more": "def conditions(self, gains, model): return 'none'"},
         {"more": "def guide(self, memory): return memory"},
     ],
 )

@@ -109,8 +109,9 @@ class Condition(NamedTuple):
         """The warning about its violation, with the numbers."""
         left, right = self.text.split(" >= " if self.or_equal else " > ")
         key = f"{self.key}: {left}" if self.key else left
+        table = "" if set(key) & set("^*/+") else "controller."  # a formula is no key
         relation = "below" if self.or_equal else "not above"
-        return f"controller.{key} = {self.left:g} is {relation} {right} = {self.right:g} (condition of {self.source})"
+        return f"{table}{key} = {self.left:g} is {relation} {right} = {self.right:g} (condition of {self.source})"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ declared gains needs none: its keys are added to the others.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, ParamSpec, Protocol, TypeAlias, TypeVar, cast, get_type_hints
 
 from quadstep.control.model import Model
@@ -183,6 +184,8 @@ def given(value: Callable[[Model], object]) -> Any:
 
 def usual(values: Values, power: int = 1) -> Usual[Values]:
     """A default found on the 2.6 kg vehicle, times the agility of others to this power."""
+    if not all(isinstance(one, Real) for one in (values if isinstance(values, tuple) else (values,))):
+        raise TypeError(f"usual: should be given a number, or a tuple of them, not {values!r:.60}")
     return Usual(values, power)
 
 

@@ -18,8 +18,8 @@ def c99_files(exported: Exported, plan: FlightPlan) -> dict[str, str]:
     vectors = golden(exported, lambda t: plan.loop.wanted(t, plan.parameters))
     words = {
         "LABEL": title(exported),
-        "NAME": name,
-        "test_NAME": f"test_{name}",
+        "LAW": name,
+        "test_LAW": f"test_{name}",
         "BITS": " ".join(BITS),
         "WARNINGS": " ".join(WARNINGS),
     }

@@ -1,6 +1,6 @@
 """A controller's table of a mission file, derived from what its gains declare."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
@@ -89,7 +89,9 @@ class ControllerSection(Section):
 
     def conditions(self, model: Model) -> list[Condition]:
         """What theory asks of these gains, as far as a mission is warned of it."""
-        found = self.controller.for_vehicle(model).conditions(self.gains(model), model)
+        found: object = self.controller.for_vehicle(model).conditions(self.gains(model), model)
+        if not isinstance(found, Sequence) or not all(isinstance(one, Condition) for one in found):
+            raise UserError(f"controller: {self.type}: conditions: should return a list of Condition, not {found!r:.60}")
         return [one for one in found if one.warned]
 
     def warnings(self, vehicle: Modelled) -> list[str]:

@@ -61,6 +61,8 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
     if found is None:
         return None
     law = as_controller(load(found, folder), found)
+    if not isinstance(law.measures, type):
+        raise UserError(f"{kind}: measures: should be a class, such as Measured or State, not {law.measures!r:.60}")
     if law.measures is not measures:
         raise UserError(
             f"{kind}: is written for a vehicle that provides a {law.measures.__name__}; this one provides a "
@@ -96,6 +98,8 @@ def check_declared(law: type[Controller]) -> None:
     for name in law.defaults:
         if name not in known:
             raise ValueError(f"defaults: {name} is not known; allowed: {', '.join(known) or 'none'}")
+    if not isinstance(law.rates, Mapping):
+        raise TypeError(f"rates: should be a dict of sample times, such as {{'law': 0.004}}, not {law.rates!r:.60}")
     for name, period in law.rates.items():
         if not callable(getattr(law, name, None)):
             raise TypeError(f"rates: {name} is not known; it should be `law`, `guide` or another method of the controller")
@@ -124,6 +128,8 @@ def check_methods(law: type[Controller]) -> None:
 def check_told(law: type[Controller]) -> None:
     """Refuses what a controller cannot be told, or cannot command. Raises TypeError or ValueError."""
     real = law.measures is Measured
+    if isinstance(law.also_measures, str):
+        raise TypeError(f"also_measures: should be a tuple of names, such as ('age',), not {law.also_measures!r:.60}")
     for name in law.also_measures:
         if not real or name not in ALSO_MEASURED:
             allowed = ", ".join(ALSO_MEASURED) if real else "nothing; only real vehicles have further measurements"

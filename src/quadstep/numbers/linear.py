@@ -117,7 +117,11 @@ class Matrix:
         return len(self.rows)
 
     def __getitem__(self, index: tuple[int, int]) -> Number:
-        return self.rows[index[0]].entries[index[1]]
+        try:
+            row, column = index
+        except TypeError:
+            raise TypeError("a matrix takes both indices at once: matrix[row, column]") from None
+        return self.rows[row].entries[column]
 
     def __repr__(self) -> str:
         return f"Matrix({[list(row) for row in self.rows]!r})"
