@@ -2,13 +2,14 @@
 
 import itertools
 import json
+import tomllib
 from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 
-from benchmarks.hover_boxes import row
+from benchmarks.hover_boxes import hovering, row
 from quadstep import Mission, exit_codes
 from quadstep import numbers as n
 from quadstep.numbers.enclosure import Enclosure, Fresh
@@ -169,6 +170,56 @@ def test_a_law_that_rests_on_an_edge_has_no_slopes_there():
     assert "the loop rests exactly on an edge of the law" in found
 
 
+def test_a_combination_of_estimates_that_stays_is_named():
+    law = hovering("filtered-backstepping")
+    assert "weights_" in held(Sampled(law.plan()), Unknown())
+
+
+PAPER = """\
+[path]
+type = "step"
+start = [0.0, 0.0, 5.0]
+end = [0.0, 0.0, 5.0]
+duration = 2.0
+[controller]
+type = "backstepping"
+nets.enabled = false
+"""
+
+
+PUSHED = Unknown(force=2.3e-4, torque=2.3e-4)
+
+
+def test_hover_of_the_papers_plant_holds_under_unknown_forces_and_torques(tmp_path):
+    run = quadstep("prove", write(tmp_path, PAPER), "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert "any force within 0.00023 N" in run.out
+    assert "for ever" in run.out
+    assert read_set(tmp_path / "proof.json").unknown == PUSHED
+    assert "| 0.757 mm | 2.65, 2.65, 2.77 mm" in PAGE.read_text()
+    assert run.out.count("0.757 mm ") == 4
+    assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
+
+
+def test_flights_pushed_at_random_stay_in_the_papers_set():
+    loop = Sampled(Mission(**tomllib.loads(PAPER)).plan())
+    kept = held(loop, PUSHED)
+    rng, flights = np.random.default_rng(3), 16
+    x = [np.full(flights, one) for one in loop.at_rest(loop.like)]
+    x[:3] = [one + kept.found.start * rng.choice([-1.0, 1.0], flights) for one in x[:3]]
+    steady, most = rng.choice([-1.0, 1.0], (3, flights)), np.zeros(3)
+    for sample in range(300):
+        push = steady if sample < 150 else rng.choice([-1.0, 1.0], (3, flights))
+        disturbance = loop.parameters.disturbance._replace(
+            force=n.Vector(PUSHED.force * push), torque=n.Vector(PUSHED.torque * push)
+        )
+        x = loop.step(x, float(sample), loop.parameters._replace(disturbance=disturbance))
+        off = np.array([np.broadcast_to(one, flights) for one in x]) - kept.at.state[:, None]
+        assert np.all(np.abs(off) <= kept.reach[:, None])
+        most = np.maximum(most, np.abs(off[:3]).max(axis=1))
+    assert np.all(most > 0.1 * kept.reach[:3])  # the set is not idle
+
+
 def test_a_path_that_moves_is_no_hover():
     way = {"type": "minimum-jerk", "end": [1.0, 0.0, 1.0], "duration": 2.0}
     assert not holds(Sampled(Mission(path=way, controller={"type": "backstepping", "nets": {"enabled": False}}).plan()))
@@ -256,7 +307,7 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 # The table of docs/prove.md
 
 
-@pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping"])
+@pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping", "hedged-inversion"])
 def test_rows_of_the_table_are_those_of_the_page(law):
     page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))
     said, found = (float(line.split("|")[2].split()[0]) for line in (page, row(law)))

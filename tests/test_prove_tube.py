@@ -9,7 +9,7 @@ from quadstep import Mission
 from quadstep.numbers import Vector
 from quadstep.prove.linear import coordinates
 from quadstep.prove.sampled import Sampled
-from quadstep.prove.tube import Tube, tube
+from quadstep.prove.tube import SAMPLES, Tube, tube
 from quadstep.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
@@ -29,7 +29,7 @@ def loop():
 def found(loop):
     flown, _ = loop.flown()
     chosen = coordinates(loop, flown, UNKNOWN)
-    result = tube(loop, flown, UNKNOWN, chosen, 3, dense=2)
+    result = tube(loop, flown, UNKNOWN, chosen, 3)
     assert isinstance(result, Tube)
     return flown, chosen, result
 
@@ -63,7 +63,7 @@ def test_random_flights_never_leave_the_tube(loop, found):
         disturbance = p.disturbance._replace(force=Vector(UNKNOWN.force * push), torque=Vector(UNKNOWN.torque * sign()))
         x = loop.step(x, float(sample), p._replace(vehicle=vehicle, disturbance=disturbance))
         off = np.array([np.broadcast_to(one, flights) for one in x]) - flown[sample + 1][:, None]
-        assert np.all(np.abs(chosen.into @ off) <= result.boxes[sample // 100][:, None] * (1.0 + 1e-9))
+        assert np.all(np.abs(chosen.into @ off) <= result.boxes[sample // SAMPLES][:, None] * (1.0 + 1e-9))
         assert np.all(np.abs(off[:3]) <= result.position[sample + 1][:, None] * (1.0 + 1e-9))
         nearest = max(nearest, float((np.abs(off[:3]) / result.position[sample + 1][:, None]).max()))
     assert nearest > 0.5  # the tube is not idle
@@ -137,10 +137,10 @@ def test_the_check_refuses_a_certificate_that_says_more_than_was_proved(tmp_path
 
 BROKEN = {
     "no JSON": lambda text: text[:-20],
-    "another format": lambda text: text.replace("quadstep tube 1", "quadstep tube 9"),
+    "another format": lambda text: text.replace("quadstep tube 2", "quadstep tube 9"),
     "no states": lambda text: text.replace('"integral_1.0"', '"integral_9.0"'),
     "not a flight": lambda text: text.replace('"flown": "', '"flown": "!'),
-    "blocks of nothing": lambda text: text.replace('"samples_per_block": 100', '"samples_per_block": 0'),
+    "blocks of nothing": lambda text: text.replace('"samples_per_block": 25', '"samples_per_block": 0'),
 }
 
 

@@ -1,7 +1,7 @@
 """An independent check of a certificate: it shares the laws and the enclosure arithmetic with the prover, nothing else.
 
 The prover propagates the effect of every sample forwards; here each bound is computed backwards from its end: a row c of the
-quantity goes back by c A from sample to sample, and the sum of |c| times each sample's addition is the bound. Rounding of c A
+quantity goes back by c A from block to block, and the sum of |c| times each block's addition is the bound. Rounding of c A
 counts as an addition too. The centre line need not be trusted: its defect from sample to sample is counted.
 """
 
@@ -22,15 +22,10 @@ from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.lagrange import Parameters
+from quadstep.prove.backwards import CONSTANTS, PUSHES, UP, Stretch, from_the_start, grown, inner, passage, rounding
 from quadstep.prove.certificate import Certificate, read_certificate
 from quadstep.prove.unknown import Unknown
 from quadstep.vehicle.disturbance import Disturbance
-
-UP = 1.0 + 1e-11
-"""More than what sums of some thousand positive numbers lose by rounding."""
-
-STRIDE = 10
-PUSHES = 6
 
 
 class Checked(NamedTuple):
@@ -43,19 +38,6 @@ class Checked(NamedTuple):
     position: Array
     off_path: Array
     seconds: float
-
-
-class Stretch(NamedTuple):
-    """Samples of a block: e' = step e + inputs u + d, |u| <= 1 (pushes first, then constants), |d| <= rest of each sample."""
-
-    step: Array
-    inputs: Array
-    rest: Array
-
-
-def rounding(count: int) -> float:
-    """The most that a sum of `count` products loses by rounding, relative to the sum of their magnitudes."""
-    return (count + 2) * 2.0**-52
 
 
 class Loop:
@@ -148,7 +130,7 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
     """A block, over its box. Raises UndefinedError, UserError."""
     n, spare = len(found.states), 6
     begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
-    samples, total = end - begin, n + PUSHES + 4 + spare
+    samples, total = end - begin, n + PUSHES + CONSTANTS + spare
     width = found.spread * found.boxes[place]
     x = []
     for i in range(n):
@@ -168,74 +150,12 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
     into = 2.0 * np.eye(n) - found.spread
     middle = linear[samples // 2]
     step = (middle[:, :n] / np.where(found.boxes[place] > 0.0, found.boxes[place], 1.0)) @ into
-    kept = np.concatenate([(step @ found.spread) * found.boxes[place], middle[:, n : n + PUSHES + 4]], axis=1)
-    rest += np.abs(linear[:, :, : n + PUSHES + 4] - kept).sum(axis=2) + np.abs(linear[:, :, n + PUSHES + 4 :]).sum(axis=2)
+    kept = np.concatenate([(step @ found.spread) * found.boxes[place], middle[:, n : n + PUSHES + CONSTANTS]], axis=1)
+    known = n + PUSHES + CONSTANTS
+    rest += np.abs(linear[:, :, :known] - kept).sum(axis=2) + np.abs(linear[:, :, known:]).sum(axis=2)
     reach = np.abs(found.spread) @ found.boxes[place]  # |e|
     rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`, and going back by `step`
-    return Stretch(step, kept[:, n:], rest * UP)
-
-
-def asked(found: Certificate, blocks: list[Stretch], into: Array, axes: int) -> dict[int, Array]:
-    """Bounds of z by sample, each summed over all previous samples: at the ends of blocks, at every stride in the first
-    `dense` blocks; of the position at every stride, the rest of z then infinite.
-    """
-    n, samples = len(into), len(found.flown) - 1
-    rows_of: list[tuple[int, Array]] = []
-    for place in range(len(blocks)):
-        begin, end = place * found.block, min((place + 1) * found.block, samples)
-        some = into if place < found.dense else into[:axes]
-        rows_of += [(k, some) for k in range(begin + STRIDE, end, STRIDE)] + [(end, into)]
-    order = [(sample, len(rows)) for sample, rows in rows_of]
-    total = sum(len(rows) for _, rows in rows_of)
-    rows, sums, constants = np.zeros((total, n)), np.zeros(total), np.zeros((total, 4))
-    used, places = 0, [0] * len(rows_of)
-    for sample in range(samples, 0, -1):
-        while rows_of and rows_of[-1][0] == sample:
-            places[len(rows_of) - 1] = used
-            _, new = rows_of.pop()
-            rows[used : used + len(new)] = new
-            used += len(new)
-        one = blocks[(sample - 1) // found.block]
-        now, size = rows[:used], np.abs(rows[:used])
-        inside = one.rest[(sample - 1) % found.block]
-        made = now @ one.inputs
-        sums[:used] += np.abs(made[:, :PUSHES]).sum(axis=1) + size @ (inside + rounding(n) * np.abs(one.inputs).sum(axis=1))
-        sums[:used] += samples * 2.0**-52 * np.abs(made[:, PUSHES:]).sum(axis=1)  # rounding of their sum
-        constants[:used] += made[:, PUSHES:]
-        rows[:used] = now @ one.step
-    start = np.zeros(n)
-    start[:axes] = found.unknown.start
-    bounds = (sums + np.abs(rows) @ start + np.abs(constants).sum(axis=1)) * UP
-    result = {0: np.abs(into) @ start * UP}
-    for (sample, count), place in zip(order, places, strict=True):
-        result[sample] = np.full(n, np.inf)
-        result[sample][:count] = bounds[place : place + count]
-    return result
-
-
-def grown(one: Stretch, into: Array, spread: Array, known: dict[int, Array], begin: int) -> Array:
-    """Bounds of z at every sample of a block, (samples + 1, states), from its start and again from every stride."""
-    n, samples = len(into), len(one.rest)
-    size, rest = np.abs(into), one.rest.max(axis=0)
-    power, off = np.eye(n), np.zeros((n, n))
-    more, steady = np.zeros(n), np.zeros((n, 4))
-    carried, local = [], []
-    for _ in range(samples + 1):
-        carried.append(np.abs(into @ power @ spread) + size @ (off + 3.0 * rounding(n) * np.abs(power)) @ np.abs(spread))
-        local.append(more + np.abs(into @ steady).sum(axis=1))
-        reach = np.abs(into @ power) + size @ (off + rounding(n) * np.abs(power))
-        pushes = np.abs(into @ (power @ one.inputs[:, :PUSHES])).sum(axis=1)
-        more = more + pushes + size @ (off + 2.0 * rounding(n) * np.abs(power)) @ np.abs(one.inputs).sum(axis=1) + reach @ rest
-        steady = steady + power @ one.inputs[:, PUSHES:]
-        off = (off @ np.abs(one.step) + rounding(n) * (np.abs(power) @ np.abs(one.step))) * UP
-        power = power @ one.step
-    found = np.array([c @ known[begin] + m for c, m in zip(carried, local, strict=True)])
-    for sample in range(samples + 1):
-        found[sample] = np.minimum(found[sample], known.get(begin + sample, np.inf))
-        back = sample % STRIDE
-        found[sample] = np.minimum(found[sample], carried[back] @ found[sample - back] + local[back])
-    result: Array = found * UP
-    return result
+    return Stretch(step, kept[:, n:], rest * UP, reach)
 
 
 def check_certificate(path: Path) -> Checked:
@@ -252,7 +172,7 @@ def check_certificate(path: Path) -> Checked:
     moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
     if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
         raise UserError(f"{path}: its coordinates are not a shear that keeps the position")
-    if (len(found.flown) - 1) * loop.span != plan.ticks.last // loop.span * loop.span or found.block % STRIDE:
+    if (len(found.flown) - 1) * loop.span != plan.ticks.last // loop.span * loop.span:
         raise UserError(f"{path}: its samples do not match its mission")
     if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
         raise UserError(f"{path}: its flight does not start where its mission does")
@@ -268,10 +188,13 @@ def check_certificate(path: Path) -> Checked:
         except UserError as error:
             raise UserError(f"{path}: {error}") from None
     if not failed:
-        bounds = asked(found, blocks, into, axes)
-        for place, one in enumerate(blocks):
+        start = np.zeros(n)
+        start[:axes] = found.unknown.start
+        passages, inners = [passage(one) for one in blocks], [inner(one, into, found.spread) for one in blocks]
+        bounds = from_the_start(passages, inners, into, start, axes)
+        for place, one in enumerate(inners):
             begin = place * found.block
-            inside = grown(one, into, found.spread, bounds, begin)
+            inside = grown(place, passages, one, bounds, found.spread, axes)
             position[begin : begin + len(inside)] = inside[:, :axes]
             wide = inside.max(axis=0) > found.boxes[place]
             if np.any(wide):

@@ -51,7 +51,7 @@ def below(metres: float) -> str:
 
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
     """What holds."""
-    others = f" {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
+    others = f" {under(unknown._replace(start=0.0))}," if any(unknown[:4]) else ""
     point = ", ".join(f"{one:.6g}" for one in begun)
     else_ = "else as the mission's" if own else "else as at rest (the mission's own start is too far from it)"
     return (

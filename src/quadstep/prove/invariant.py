@@ -34,17 +34,18 @@ BEGIN, LEAST, MOST = 1e-3, 1e-8, 1.0
 
 class Growth(NamedTuple):
     """Bounds on the set's image after a sample. lines: (modes, modes), of r_j. curves: (modes, modes, modes), of r_j r_k.
-    rest: the remainder, (modes,).
+    pushes: of the unknowns, rest: the remainder, (modes,).
     """
 
     lines: Array
     curves: Array
+    pushes: Array
     rest: Array
 
     @property
     def whole(self) -> Array:
         """Bound on |z'|."""
-        result: Array = (self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.rest) * UP
+        result: Array = (self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.pushes + self.rest) * UP
         return result
 
 
@@ -96,10 +97,10 @@ class Set:
         curves = seen[:, count : count + count * count].reshape(-1, count, count)
         curves = 0.5 * (curves + curves.transpose(0, 2, 1))
         curves = np.einsum("iab,aj,bk->ijk", curves, self.parted, self.parted, optimize=True)
-        more = np.abs(seen[:, count + count * count :]).sum(axis=1)
+        pushes = np.abs(seen[:, count + count * count :]).sum(axis=1)
         rounded = products(4 * count) * (size @ (np.abs(parts).sum(axis=1) + np.abs(centre)))
-        more = more + np.abs(self.into @ centre) + size @ rest + 2.0 * rounded
-        return Growth(lines + self.astray * radii, np.abs(curves), more)
+        more = np.abs(self.into @ centre) + size @ rest + 2.0 * rounded
+        return Growth(lines + self.astray * radii, np.abs(curves), pushes, more)
 
     def starts(self, side: float) -> tuple[Array, Array]:
         """|z| of the box of starts after the first sample: of its centre, and added by its sides. Raises UndefinedError."""
@@ -148,6 +149,7 @@ class Guess(NamedTuple):
     def radii_for(self, side: float) -> Array | None:
         """The guessed least set for starts in a box of this size; None if there is none."""
         count, begun = len(self.radii), (self.middle + self.sides * (side / self.side)) * LARGER
+        begun = np.maximum(begun, SPARE * begun.max())  # of a mode that starts at its rest and stays there too
         try:
             into = np.linalg.inv(np.eye(count) - self.growth.lines / self.radii)
         except np.linalg.LinAlgError:
@@ -155,11 +157,12 @@ class Guess(NamedTuple):
         if not np.all(np.isfinite(into)) or np.any(into < -SPARE * np.abs(into).max()):
             return None  # not a contraction
         curves = (self.growth.curves / (self.radii[:, None] * self.radii)).reshape(count, -1)
-        floor, size = np.minimum(self.growth.rest, SPARE * self.radii), self.reach @ self.radii
+        least = np.minimum(self.growth.rest, SPARE * self.radii)
+        floor, size = self.growth.pushes + least, self.reach @ self.radii
         radii = begun
         for _ in range(MOST_ROUNDS):
             share = float(np.max(self.reach @ radii / size))
-            added = floor + (self.growth.rest - floor) * share**3 + curves @ np.outer(radii, radii).ravel()
+            added = floor + (self.growth.rest - least) * share**3 + curves @ np.outer(radii, radii).ravel()
             wanted = np.maximum(begun, into @ added * LARGER)
             if np.all(wanted <= radii):
                 return radii

@@ -13,9 +13,6 @@ from quadstep.prove.products import UP, Known, lost, powers
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 
-STRIDE = 10
-"""Samples between the points of a block at which the whole past is summed."""
-
 SPARE = 6
 """Directions for the nonlinear remainders of functions."""
 
@@ -64,23 +61,9 @@ def straightened(found: Image, after: Array, coordinates: Coordinates, box: Arra
     return Block(first, first + samples, step, pushes, constants, (rest.max(axis=1) + rounded) * UP)
 
 
-class Way(NamedTuple):
-    """The powers of a block's map. near: 0 to STRIDE. far: powers of near's last, one for each stride of the block."""
-
-    near: Known
-    far: Known
-
-    @property
-    def strides(self) -> int:
-        """The map of the whole block."""
-        return len(self.far.middle) - 1
-
-
-def way(one: Block) -> Way:
-    """The powers of a block's map."""
-    near = powers(Known(one.step, np.zeros_like(one.step)), STRIDE)
-    last = Known(near.middle[-1], near.off[-1])
-    return Way(near, powers(last, (one.past - one.first) // STRIDE))
+def ways(one: Block) -> Known:
+    """The powers of a block's map, from its start to every later sample: 0 to its number of samples."""
+    return powers(Known(one.step, np.zeros_like(one.step)), one.past - one.first)
 
 
 def after_each(maps: Known, sources: Array) -> Known:

@@ -24,6 +24,9 @@ LENGTH = 1e-14
 """More than a quaternion's length can differ from one after `renormalised`, a few units in the last place."""
 
 SMALL, MOST_STEPS, AT_REST, SAME = 1e-9, 20, 1e-9, 1e-12
+NEUTRAL = 1e-11
+"""A combination of numbers that returns by less than this share a sample does not return."""
+
 CURVED = 0.05
 """How much of a change of `SMALL` may be off its slope; of the laws without an edge at rest it is 0.004 at the most."""
 
@@ -109,8 +112,10 @@ def rest(loop: Sampled) -> Rest:
             left[place] = 0.0
         inner = slopes[np.ix_(live, live)]
         change, rows = np.zeros(len(live)), np.flatnonzero(~idle(inner))
+        returns = (np.eye(len(live)) - inner)[np.ix_(rows, rows)]
+        refuse_neutral([loop.names[live[i]] for i in rows], returns)
         try:
-            change[rows] = np.linalg.solve((np.eye(len(live)) - inner)[np.ix_(rows, rows)], left[live][rows])
+            change[rows] = np.linalg.solve(returns, left[live][rows])
         except np.linalg.LinAlgError:
             break
         if not np.all(np.isfinite(change)):
@@ -137,6 +142,14 @@ def refuse_idle(names: list[str], slopes: Array) -> None:
     found = [name for name, stays in zip(names, idle(slopes), strict=True) if stays]
     if found:
         raise UserError(f"{', '.join(found)}: to first order these keep any value given, and do not return by themselves")
+
+
+def refuse_neutral(names: list[str], returns: Array) -> None:
+    """Raises UserError where a combination of numbers keeps any value. returns: one less the slopes, (count, count)."""
+    _, sizes, ways = np.linalg.svd(returns)
+    if len(names) and sizes[-1] < NEUTRAL:
+        named = ", ".join(names[i] for i in np.argsort(-np.abs(ways[-1]), stable=True)[:3])
+        raise UserError(f"{named}: to first order a combination of these keeps any value given, and does not return by itself")
 
 
 def refuse_edge(names: list[str], bent: NDArray[np.bool_]) -> None:

@@ -34,9 +34,6 @@ from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
 from quadstep.terminal.bars import bar
 from quadstep.vehicle.disturbance import Disturbance
 
-DENSE = 10
-"""Blocks in which all numbers are bounded at every stride if only forces and torques are unknown."""
-
 PUSH = 2.3e-4
 """The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""
 
@@ -84,17 +81,16 @@ def prove_mission(
         return Verdict(mission.name, Kind.DISPROVED, flown_rows(plan, ended), [f"disproved: {flight_says(ended)}"])
     chosen, axes = coordinates(loop, flown, unknown), len(plan.loop.plant.axes)
     refuse_singular(path, loop, flown, unknown, chosen)
-    dense = loop.samples // SAMPLES + 1 if any(unknown[2:]) else DENSE
     with bar("proving", "samples", loop.samples) as progress:
         shown = counted(progress.to)
-        result = tube(loop, flown, unknown, chosen, axes, dense, shown)
+        result = tube(loop, flown, unknown, chosen, axes, shown)
     off = np.abs(flown[:, :axes] - wanted(loop, len(flown)))
     if isinstance(result, Open):
         return still_open(mission.name, plan, loop, unknown, result, off, why)
     position = result.position.max(axis=0) * 1.001
     if out is not None:
         names = tuple(loop.names)
-        write_certificate(out, Certificate(text, unknown, names, flown, SAMPLES, dense, chosen.spread, result.boxes, position))
+        write_certificate(out, Certificate(text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position))
     return Verdict(
         mission.name,
         Kind.PROVED,

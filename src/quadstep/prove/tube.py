@@ -3,7 +3,7 @@
 At a deviation e from the flight, the sampled loop is e' = A e + B w + C c + d, with A and B of a block of samples and |d|
 bounded by its enclosure over a box. The later effect of the unknown w of every sample on e is kept as a column each, never
 reduced (a zonotope), so that the sums over magnitudes are those of an optimal linear bound; d, of second order, as a box per
-stride. If the result stays within the box at all samples of a block, the bound holds, by induction from sample to sample.
+block. If the result stays within the box at all samples of a block, the bound holds, by induction from sample to sample.
 """
 
 from __future__ import annotations
@@ -14,13 +14,19 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.prove.linear import STRIDE, Block, Coordinates, Way, after_each, block, through, way
+from quadstep.prove.linear import Block, Coordinates, after_each, block, through, ways
 from quadstep.prove.products import UP, Known, lost
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown
 
-SAMPLES = 10 * STRIDE
+SAMPLES = 25
 """Most samples of a block."""
+
+MEMORY = 4
+"""Blocks after which the recent past begins anew: it reaches back by four to eight blocks, until what is fast has decayed."""
+
+STRIDE = 5
+"""Samples of a block after which the position is bounded from the whole past again."""
 
 TRIES, LARGER, SLACK, LEAST, MOST = 25, 1.03, 1.002, 1e-12, 1e3
 
@@ -44,15 +50,19 @@ class Open(NamedTuple):
 
 
 class Past:
-    """The effects of the past: columns with their weights; constants have their own columns, whose parts add up."""
+    """The effects of the past: columns with their weights; constants have their own columns, whose parts add up.
 
-    def __init__(self, start: Array, capacity: int) -> None:
-        states = len(start)
+    size: bounds on |e|, without the constants.
+    """
+
+    def __init__(self, columns: Array, weights: Array, constants: Array, capacity: int) -> None:
+        states = len(columns)
         self.columns, self.other = np.zeros((2, states, capacity + states))
         self.weights = np.zeros(capacity + states)
         self.used = 0
-        self.constants = np.zeros((states, CONSTANTS))
-        self.add(np.eye(states)[:, start > 0.0], start[start > 0.0])
+        self.constants = constants
+        self.add(columns, weights)
+        self.size = self.magnitude()
 
     def add(self, columns: Array, weights: Array) -> None:
         """Add columns."""
@@ -60,92 +70,87 @@ class Past:
         self.weights[self.used : self.used + columns.shape[1]] = weights
         self.used += columns.shape[1]
 
+    def since(self, coordinates: Coordinates, capacity: int) -> Past:
+        """The same with everything until now as one box."""
+        box = self.moving(coordinates.into)
+        return Past(coordinates.spread, box, self.constants, capacity)
+
+    def moving(self, rows: Array) -> Array:
+        """Bounds on |rows e| without the constants' part. The identity's rows need no product."""
+        found, same = np.zeros(len(rows)), np.all(rows == np.eye(*rows.shape), axis=1)
+        found[same] = self.size[np.flatnonzero(same)]
+        other = rows[~same]
+        made = np.abs(other @ self.columns[:, : self.used]) @ self.weights[: self.used]
+        found[~same] = (made + lost(len(self.columns) + 2) * (np.abs(other) @ self.size)) * UP
+        return found
+
     def bound(self, rows: Array, also: Array | None = None) -> Array:
         """Bounds on |rows e|. also: the constants' part, (rows, constants)."""
-        made = np.abs(rows @ self.columns[:, : self.used]) @ self.weights[: self.used]
         constants = rows @ self.constants + (0.0 if also is None else also)
-        rounded = lost(2 * len(self.constants)) * (np.abs(rows) @ (self.size + np.abs(self.constants).sum(axis=1)))
-        result: Array = (made + np.abs(constants).sum(axis=1) + rounded) * UP
+        rounded = lost(2 * len(self.columns)) * (np.abs(rows) @ np.abs(self.constants).sum(axis=1))
+        result: Array = (self.moving(rows) + np.abs(constants).sum(axis=1) + rounded) * UP
         return result
 
-    @property
-    def size(self) -> Array:
+    def magnitude(self) -> Array:
         """Bounds on |e|, without the constants."""
         result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * UP
         return result
 
-    def move(self, one: Block, on: Way, strides: Array) -> None:
-        """Move to the end of a block. strides: the box that each stride adds at its end. Rounding is one more such box."""
-        last = Known(on.far.middle[-1], on.far.off[-1])
+    def move(self, one: Block, on: Known, box: Array) -> None:
+        """Move to the end of a block, where it has added this box and the rounding here."""
+        last = Known(on.middle[-1], on.off[-1])
         size = self.size + np.abs(self.constants).sum(axis=1) * UP
         rounded = (lost(len(size) + 2) * np.abs(last.middle) + last.off) @ size
         np.matmul(last.middle, self.columns[:, : self.used], out=self.other[:, : self.used])
         self.columns, self.other = self.other, self.columns
-        pushes, constants = pushed(one, on)
-        self.constants = last.middle @ self.constants + constants.middle.sum(axis=(0, 1))
-        added = np.abs(constants.middle).sum(axis=(0, 1)).sum(axis=1)
-        rounded += pushes.off.sum(axis=(0, 1, 3)) + constants.off.sum(axis=(0, 1, 3)) + lost(one.past - one.first + 4) * added
+        begun = Known(on.middle[:-1], on.off[:-1])
+        pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
+        self.constants = last.middle @ self.constants + constants.middle.sum(axis=0)
+        added = np.abs(constants.middle).sum(axis=(0, 2))
+        rounded += pushes.off.sum(axis=(0, 2)) + constants.off.sum(axis=(0, 2)) + lost(one.past - one.first + 4) * added
         rounded += lost(4) * np.abs(self.constants).sum(axis=1)
-        self.add(pushes.middle.transpose(2, 0, 1, 3).reshape(len(size), -1), np.ones(PUSHES * (one.past - one.first)))
-        boxes = on.far.middle[:-1]
-        rounded += (on.far.off[:-1] @ strides).sum(axis=0)
-        self.add(boxes.transpose(1, 0, 2).reshape(len(size), -1), np.tile(strides, len(boxes)))
-        self.weights[self.used - boxes.shape[0] * len(size) : self.used - (boxes.shape[0] - 1) * len(size)] += rounded * UP
-
-
-def pushed(one: Block, on: Way) -> tuple[Known, Known]:
-    """The effects of every sample's pushes and constants at the block's end, (strides, samples, states, directions)."""
-    near = Known(on.near.middle[:-1], on.near.off[:-1])
-    made = []
-    for sources in (one.pushes, one.constants):
-        local = after_each(near, sources)  # (samples, states, directions)
-        far = Known(on.far.middle[:-1, None], on.far.off[:-1, None])
-        made.append(far.times(Known(local.middle[None], local.off[None])))
-    return made[0], made[1]
+        self.add(pushes.middle.transpose(1, 0, 2).reshape(len(size), -1), np.ones(PUSHES * (one.past - one.first)))
+        self.add(np.eye(len(size)), (box + rounded) * UP)
+        self.size = self.magnitude()
 
 
 class Grown(NamedTuple):
-    """inside: bounds on z at all samples of a block. position: (samples, axes), after each one. strides: see `Past.move`."""
+    """inside: bounds on z at all samples of a block. position: (samples, axes), after each one. box: what the nonlinear part
+    has added to e by the block's end.
+    """
 
     inside: Array
     position: Array
-    strides: Array
+    box: Array
 
 
-def grown(one: Block, on: Way, into: Coordinates, past: Past, axes: int, dense: bool) -> Grown:
-    """Bounds on e in a block."""
-    t, v = into
-    near, far = on.near, on.far
-    box_near = through(t, near)  # (STRIDE + 1, states, states)
-    carry = through(t, after_each(near, v))
-    push = through(t, after_each(near, one.pushes)).sum(axis=2)
-    const_size = through(t, after_each(near, one.constants)).sum(axis=2)
-    left = box_near @ one.rest
-    local = np.concatenate([np.zeros((1, len(t))), np.cumsum((push + const_size + left)[:-1], axis=0)])  # by this many samples
-    strides = through(np.eye(len(t)), Known(near.middle[:-1], near.off[:-1])).sum(axis=0) @ one.rest * UP
+def grown(one: Block, on: Known, coordinates: Coordinates, past: Past, recent: Past, start: Array, axes: int) -> Grown:
+    """Bounds on e in a block, given those on z at its start: the least of what follows from the recent past, sharp for what
+    is fast; from the sample before, sharp for what is slow; and, of the position, from the whole past at every stride.
+    """
+    t, v = coordinates
+    count = len(t)
+    begun = Known(on.middle[:-1], on.off[:-1])
+    pushes, constants = after_each(begun, one.pushes), after_each(begun, one.constants)
+    summed = np.concatenate([np.zeros((1, *one.constants.shape)), np.cumsum(constants.middle, axis=0)])
+    rounded = constants.off.sum(axis=2) + lost(len(begun.middle) + 4) * np.abs(constants.middle).sum(axis=2)
+    added = through(t, pushes).sum(axis=2) + through(t, begun) @ one.rest + rounded @ np.abs(t).T
+    local = np.concatenate([np.zeros((1, count)), np.cumsum(added, axis=0)])
+    size = past.size + np.abs(past.constants).sum(axis=1)
+    local += (lost(count + 2) * (np.abs(t) @ np.abs(on.middle)) + np.abs(t) @ on.off) @ size
 
-    start, size = past.bound(t), past.size + np.abs(past.constants).sum(axis=1)
-    rows = len(t) if dense else axes
-    position, inside = np.empty((one.past - one.first, axes)), start
-    far_carry = through(t, after_each(far, v))
-    pushes, constants = pushed(one, on)
-    far_push = (np.abs(t @ pushes.middle) + np.abs(t) @ pushes.off).sum(axis=(1, 3)) * (1.0 + 1e-11)
-    far_box = through(t, Known(far.middle[:-1], far.off[:-1])) @ strides
-    summed = np.cumsum(constants.middle.sum(axis=1), axis=0)
-    for stride in range(on.strides):
-        if stride:
-            more = far_push[:stride].sum(axis=0) + far_box[:stride].sum(axis=0)
-            parts = t @ summed[stride - 1]
-            now = (far_carry[stride] @ start + more + np.abs(parts).sum(axis=1)) * (1.0 + 1e-11)
-            direct = past.bound((t @ far.middle[stride])[:rows], parts[:rows]) + more[:rows]
-            direct = direct + (np.abs(t) @ far.off[stride] @ size)[:rows]
-            now[:rows] = np.minimum(now[:rows], direct * (1.0 + 1e-11))
-        else:
-            now = start
-        reached = carry @ now + local  # (STRIDE + 1, states)
-        inside = np.maximum(inside, reached.max(axis=0))
-        position[stride * STRIDE : (stride + 1) * STRIDE] = reached[1:, :axes]
-    return Grown(inside * UP, position * UP, strides)
+    rows, parts = t @ on.middle, t @ summed
+    found = recent.bound(rows.reshape(-1, count), parts.reshape(-1, CONSTANTS)).reshape(local.shape) + local
+    found[0] = np.minimum(found[0], start)
+    some = np.s_[STRIDE::STRIDE, :axes]
+    whole = past.bound(rows[some].reshape(-1, count), parts[some].reshape(-1, CONSTANTS))
+    found[some] = np.minimum(found[some], whole.reshape(-1, axes) + local[some])
+    carry = through(t, after_each(Known(on.middle[1], on.off[1]), v))
+    more = added[0] + np.abs(t) @ np.abs(one.constants).sum(axis=1)
+    for sample in range(len(added)):
+        found[sample + 1] = np.minimum(found[sample + 1], (carry @ found[sample] + more) * UP)
+    box = through(np.eye(count), begun).sum(axis=0) @ one.rest * UP
+    return Grown(found.max(axis=0) * UP, found[1:, :axes] * UP, box)
 
 
 def tube(
@@ -154,30 +159,30 @@ def tube(
     unknown: Unknown,
     coordinates: Coordinates,
     axes: int,
-    dense: int = 0,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Tube | Open:
-    """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position.
-
-    dense: number of blocks in which every number is bounded at every stride, not only the position; it takes time.
-    """
+    """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position."""
     count, samples = flown.shape[1], len(flown) - 1
     start = np.zeros(count)
     start[:axes] = unknown.start
     blocks = -(-samples // SAMPLES)
-    past = Past(start, blocks * (SAMPLES * PUSHES + SAMPLES // STRIDE * count))
+    each = SAMPLES * PUSHES + count
+    past = Past(np.eye(count)[:, :axes], start[:axes], np.zeros((count, CONSTANTS)), blocks * each)
+    recent = later = past
     boxes, position = np.zeros((blocks, count)), np.zeros((samples + 1, axes))
     position[0] = start[:axes]
     box = np.maximum(past.bound(coordinates.into) * 1.5, 1e-9)
     for place in range(blocks):
-        first, last = place * SAMPLES, min((place + 1) * SAMPLES, samples)
+        if place % MEMORY == 0:
+            recent, later = later, past.since(coordinates, 2 * MEMORY * each)
+        first, last, begun = place * SAMPLES, min((place + 1) * SAMPLES, samples), past.bound(coordinates.into)
         for _ in range(TRIES):
             try:
                 one = block(loop, flown, unknown, coordinates, box, first, last)
             except UndefinedError as error:
                 return Open(first, str(error), boxes[:place], position[: first + 1])
-            on = way(one)
-            found = grown(one, on, coordinates, past, axes, place < dense)
+            on = ways(one)
+            found = grown(one, on, coordinates, past, recent, begun, axes)
             if np.all(found.inside * SLACK <= box):
                 break
             if not np.all(found.inside < MOST):
@@ -191,7 +196,8 @@ def tube(
         else:
             widest = int(np.argmax(found.inside / box))
             return Open(first, f"the bound of {loop.names[widest]} kept growing", boxes[:place], position[: first + 1])
-        past.move(one, on, found.strides)
+        for one_past in dict.fromkeys((past, recent, later)):
+            one_past.move(one, on, found.box)
         boxes[place], position[first + 1 : last + 1] = box, found.position
         box = np.maximum(found.inside * LARGER, LEAST)
         progress(last - first)
