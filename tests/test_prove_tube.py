@@ -7,6 +7,7 @@ import pytest
 
 from quadstep import Mission
 from quadstep.numbers import Vector
+from quadstep.prove.certificate import read_certificate
 from quadstep.prove.linear import coordinates
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.tube import SAMPLES, Tube, tube
@@ -22,7 +23,7 @@ UNKNOWN = Unknown(force=2.3e-4, torque=2.3e-4, mass=0.003, inertia=0.02, start=1
 def loop():
     controller = {"type": "backstepping", "nets": {"enabled": False}}
     path = {"type": "minimum-jerk", "end": [1.0, 0.5, 0.5], "duration": 4.0}
-    return Sampled(Mission(path=path, controller=controller, simulation={"duration": 0.3}).plan())
+    return Sampled(Mission(path=path, controller=controller, simulation={"duration": 0.5}).plan())
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +95,23 @@ def test_the_check_confirms_a_certificate(tmp_path, certificate):
     assert (run.code, run.err) == (0, "")
     assert "confirmed: every flight of 0.3 s" in run.out
     assert "mm" in run.out
+
+
+LONGER = {
+    "nets": (SHORT.replace("nets.enabled = false", ""), []),
+    "unknown constants": (SHORT, ["--mass", "0.003", "--inertia", "0.02", "--start", "0.001"]),
+}
+
+
+@pytest.mark.parametrize("name", LONGER)
+def test_tubes_longer_than_the_recent_past_are_confirmed(tmp_path, name):
+    text, options = LONGER[name]
+    file = write(tmp_path, text.replace("duration = 0.3", "duration = 0.444"))  # the last block is a short one
+    run = quadstep("prove", file, *options, "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert "at all 223 samples" in run.out
+    assert len(read_certificate(tmp_path / "proof.json").boxes) == 9
+    assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
 
 
 def scaled(key, factor):

@@ -148,8 +148,8 @@ class Guess(NamedTuple):
 
     def radii_for(self, side: float) -> Array | None:
         """The guessed least set for starts in a box of this size; None if there is none."""
-        count, begun = len(self.radii), (self.middle + self.sides * (side / self.side)) * LARGER
-        begun = np.maximum(begun, SPARE * begun.max())  # of a mode that starts at its rest and stays there too
+        count, first = len(self.radii), (self.middle + self.sides * (side / self.side)) * LARGER
+        begun: Array = np.maximum(first, SPARE * first.max())  # of a mode that starts at its rest and stays there too
         try:
             into = np.linalg.inv(np.eye(count) - self.growth.lines / self.radii)
         except np.linalg.LinAlgError:
