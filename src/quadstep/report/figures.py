@@ -22,6 +22,9 @@ Numbers = NDArray[np.float64]
 BUCKETS = 400
 """The fewest stretches of a line, each drawn by its lowest and highest point; more cannot be seen, no peak is lost."""
 
+LONGEST_LABEL = 26
+"""Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
+
 LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
 """Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
 
@@ -74,7 +77,8 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         signed_logarithmic(axes, drawn)
     else:
         linear(axes, drawn)
-    axes.set_ylabel(name if unit == "-" else f"{name} [{unit}]", parse_math=True)
+    space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
+    axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
     legend = axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.2, columnspacing=1.2
     )  # above the lines
