@@ -46,11 +46,11 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
         rate = float(np.log(np.abs(chosen.values[fastest]))) / loop.period
         return f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
     why = ""
-    for own in (True, False):
+    for patient, own in ((False, True), (False, False), (True, True), (True, False)):
         begun = np.array(loop.at_rest(loop.like)) if own else at.state
         try:
             arithmetic = Set(loop, at, chosen, unknown, begun)
-            found = largest(arithmetic, told)
+            found = largest(arithmetic, told, patient)
         except UndefinedError as error:
             found = str(error)
         if not isinstance(found, str):

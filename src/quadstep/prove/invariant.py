@@ -26,7 +26,7 @@ from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.spectrum import UP, products
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 
-MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 24, 16
+MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 40, 16
 LARGER, CLOSER, SMALLER, SPARE, GROWN = 1.01, 1.001, 0.85, 1e-9, 1e3
 BEGIN, LEAST, MOST = 1e-3, 1e-8, 1.0
 """Half sides of the box of starts [m]: the first guess, the smallest and the largest tried."""
@@ -205,8 +205,10 @@ def first_guess(at: Set) -> tuple[Guess, float]:
         side *= 0.1
 
 
-def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str:
-    """The largest set that is found, or why there is none. Raises UndefinedError."""
+def largest(at: Set, told: Callable[[int], None] = lambda _: None, patient: bool = False) -> Held | str:
+    """The largest set that is found, or why there is none. patient: a guess whose slopes do not contract, from too far out, is
+    dropped for the one before. Raises UndefinedError.
+    """
     (guess, side), best = first_guess(at), None
     most, limit = MOST, "the nonlinear terms outgrow the decay"
     if not side:
@@ -227,10 +229,12 @@ def largest(at: Set, told: Callable[[int], None] = lambda _: None) -> Held | str
             continue
         if closed(growth, middle + sides, found) and (best is None or side > best.start):
             best = Held(found, side, limit)
-        guess = Guess(growth, found, at.reach, middle, sides, side)
-        wanted = min(guess.largest(LEAST, MOST), 0.97 * most)
+        nearer = Guess(growth, found, at.reach, middle, sides, side)
+        wanted = min(nearer.largest(LEAST, MOST), 0.97 * most)
         if best is not None and wanted < 1.02 * best.start:
             break
+        if wanted or not patient:
+            guess = nearer
         side = wanted if wanted else side * SMALLER
     return best or f"no set closes: {limit}"
 
