@@ -1,5 +1,6 @@
 """How much a controller tolerates, compared with flights whose limits are known."""
 
+import json
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from quadstep.comparison import margins
 from quadstep.comparison.margins import as_json, by_steps, find, flight_by_flight, from_json, raised, tolerance, tried
 from quadstep.comparison.schema import MarginEntry
 from quadstep.comparison.study import FIRST
+from quadstep.comparison.tables import beyond
 from tests.studies import SMALL, study
 
 VEHICLE = "research-2.6kg"
@@ -77,6 +79,12 @@ def test_a_point_is_tried_on_other_flights():
 def test_infinity_survives_json():
     found = margins.Margin(Estimate(math.inf, 3.0, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
     assert from_json(as_json(found)) == found
+
+
+def test_an_end_that_few_flights_leave_open_survives_json_and_is_no_number():
+    found = margins.Margin(Estimate(2.0, math.nan, math.inf), Estimate(2.0, 1.0, 3.0), None, 10)
+    again = from_json(json.loads(json.dumps(as_json(found), allow_nan=False)))
+    assert [beyond(one, 0.0, 16.0) for one in again.half] == ["2", "-", "> 16"]
 
 
 def test_wind_is_raised_until_a_soft_controller_is_lost_before_a_firm_one():

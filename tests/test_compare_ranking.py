@@ -1,10 +1,11 @@
 """Pairs, ranks and corrections, against formulas worked out here and against SciPy."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
-from scipy.stats import binom, binomtest, friedmanchisquare, wilcoxon
+from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
 
 from quadstep.comparison.ranking import compare, corrected, differences, holm, median_difference, overall, pair, signed_ranks
 from quadstep.comparison.spread import Flown, losses, ordered_quantile, spread
@@ -48,6 +49,20 @@ def test_a_pair_has_the_p_value_of_wilcoxon_and_the_median_of_the_flights_differ
     turned = pair("b", "a", flown(b), flown(a), METRIC)
     assert turned.effect == pytest.approx(-found.effect)
     assert turned.winner == "a"
+
+
+@pytest.mark.parametrize("gap", [[1.0, 2.0, -3.0, 4.0], [1.0, 1.0, -1.0, 0.0, 2.0], [math.inf, 0.0, 2.0, 2.0, -1.0, math.inf]])
+def test_of_few_flights_every_sign_of_every_difference_is_counted(gap):
+    ranks = rankdata(np.abs(gap))[np.array(gap) != 0.0]
+    sums = [abs(np.dot(signs, ranks)) for signs in itertools.product((-1.0, 1.0), repeat=len(ranks))]
+    here = abs(np.dot(np.sign([one for one in gap if one]), ranks))
+    assert signed_ranks(np.array(gap)) == pytest.approx(np.mean([one >= here for one in sums]))
+
+
+def test_few_flights_are_as_exact_as_scipy_and_do_not_decide_what_they_cannot():
+    gap = np.random.default_rng(5).normal(0.3, 1.0, 40)
+    assert signed_ranks(gap) == pytest.approx(wilcoxon(gap, method="exact").pvalue)
+    assert [pair("a", "b", flown([1.0] * n), flown([2.0] * n), METRIC).winner for n in (2, 4, 5, 6)] == [None, None, None, "a"]
 
 
 def test_pairing_decides_what_the_flights_alone_would_not():
@@ -125,7 +140,9 @@ def test_quantiles_are_values_with_exact_intervals_and_losses_are_infinite():
     found = ordered_quantile(values, 0.5)
     assert found == (50.0, 40.0, 61.0)  # Conover (1999): ranks from the binomial distribution
     few = ordered_quantile(np.arange(1.0, 13.0), 0.95)
-    assert (few.value, few.high) == (12.0, math.inf)  # 12 flights cannot bound a 95 % quantile from above
+    assert few.value == 12.0
+    assert math.isnan(few.high)  # 12 flights cannot bound a 95 % quantile from above, which is not to say that one is lost
+    assert ordered_quantile(np.array([1.0] * 4 + [math.inf] * 3), 0.5) == (1.0, 1.0, math.inf)
     half = flown([1.0] * 94 + [math.inf] * 6)
     assert spread(half, METRIC).high.value == math.inf
     assert spread(half, METRIC).median.value == 1.0

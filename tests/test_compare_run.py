@@ -15,6 +15,7 @@ import pytest
 
 from quadstep.comparison import jobs, workers
 from quadstep.comparison.kept import RUNNING, Kept
+from quadstep.comparison.run import How, Run
 from quadstep.comparison.study import FIRST, Situation, read_study
 from quadstep.comparison.tables import tex
 from quadstep.control import raptor
@@ -22,7 +23,7 @@ from quadstep.errors import MissingExtraError
 from quadstep.flight.engines import fly
 from tests.campaigns import soon
 from tests.commands import LINE, heeding_interrupts, quadstep, write
-from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, metrics, rows, written
+from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, metrics, rows, study, written
 
 MARGIN = """
 [margins.wind]
@@ -128,8 +129,8 @@ def test_a_cell_holds_the_flights_that_its_missions_give(done):
     table = pq.read_table(out / "flights").to_pylist()
     mine = [row for row in table if (row["scenario"], row["controller"]) == ("windy", "firm")]
     assert [row["flight"] for row in mine] == list(range(FIRST, FIRST + 12))
-    study, there = read_study(file), Situation("research-2.6kg", "up", "windy")
-    cell = study.cell(there, "firm", study.knowing("research-2.6kg", {"type": "geometric"}))
+    whole, there = read_study(file), Situation("research-2.6kg", "up", "windy")
+    cell = whole.cell(there, "firm", whole.knowing("research-2.6kg", {"type": "geometric"}))
     for row in mine[:3]:
         drawn = json.loads(row["drawn"])
         plan = jobs.Flyer(cell.campaign).planner.plan(drawn, row["flight"])
@@ -278,6 +279,38 @@ def test_the_papers_plant_can_be_compared_with_a_real_vehicle(tmp_path):
     result = quadstep("compare", paper, real, "--seeds", 4, "--out", tmp_path / "out")
     assert result.code == 0
     assert {row["energy[J]"] == "" for row in rows(tmp_path / "out", "cells.csv")} == {True, False}
+
+
+def test_equal_missions_share_what_is_kept_and_compare_as_equal(tmp_path):
+    files = [write(tmp_path, MISSION + '[controller]\ntype = "pid"\n', name) for name in ("one.toml", "same.toml")]
+    out = tmp_path / "out"
+    result = quadstep("compare", *files, "--seeds", 4, "--out", out)
+    assert (result.code, result.err) == (0, "")
+    (pair,) = rows(out, "pairs.csv")
+    assert (float(pair["difference[m]"]), float(pair["first_better_share"]), pair["better"]) == (0.0, 0.5, "")
+    assert [len(list((out / kind).iterdir())) for kind in ("flights", "linear", "costs")] == [2, 1, 1]
+    assert not (out / RUNNING).exists()
+
+
+def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
+    cell = study(SMALLEST).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
+    equal = [jobs.OfLaw("linear", cell._replace(controller=name)) for name in ("firm", "again")]
+    monkeypatch.setattr(workers, "worked", lambda _: jobs.Worked(b"", "no idea"))
+    run = Run(Kept(tmp_path), How(keep_going=True))
+    run.work("linearising", equal)
+    assert [one.controller[1] for one in run.problems] == ["firm", "again"]
+
+
+def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
+    still = MISSION.replace("position_noise = 0.005", "")
+    files = [write(tmp_path, f'{still}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
+    out = tmp_path / "out"
+    result = quadstep("compare", *files, "--seeds", 4, "--out", out)
+    assert (result.code, result.err) == (0, "")
+    assert "cm (4 flights are too few for an interval); not decided against" in result.out
+    assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
+    for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
+        assert "lost]" not in text
 
 
 # What goes wrong

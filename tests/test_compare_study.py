@@ -197,7 +197,7 @@ def test_a_campaign_or_a_lone_mission_is_told_from_a_study(tmp_path):
 
 
 def test_what_surrounds_a_law_costs_nothing_of_the_law(monkeypatch):
-    """Two loops are timed, one of them without the law: so the second must not ask it."""
+    """Two loops are timed, one of them without the law: so the second must not ask it, and neither evaluates the path."""
     plan = study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan()
     asked = []
     law = CascadedPid.law
@@ -206,5 +206,15 @@ def test_what_surrounds_a_law_costs_nothing_of_the_law(monkeypatch):
         loop = cost.law_alone(plan, idle).loop
         cycle = loop.start(plan.start, plan.parameters)
         asked.clear()
-        loop.law(cycle, plan.parameters, Clock(0.0, 0, 0.002))
+        with monkeypatch.context() as patch:
+            patch.setattr(type(loop.path), "reference", lambda *_: pytest.fail("a path is no part of a law"))
+            for task in loop.tasks:
+                task.run(cycle, plan.parameters, Clock(0.0, 0, 0.002))
+            moved = loop.advance(cycle, plan.parameters, Clock(0.0, 0, 0.002))
+        assert all(one != other for one, other in zip(flatten(cycle.air), flatten(moved.air), strict=True))
         assert (len(asked), loop.late) == (0 if idle else 1, 0)
+
+
+def test_a_cost_that_cannot_be_is_shown_and_not_called_nothing(monkeypatch):
+    monkeypatch.setattr(cost, "nanoseconds", lambda *_: [44.0, 62.0])
+    assert cost.cost(study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan()).nanoseconds == -18.0

@@ -150,3 +150,9 @@ def test_no_test_imports_from_another_test_file():
     for path in Path(__file__).parent.rglob("*.py"):
         used = [one.module for one in imports(ast.parse(path.read_text(encoding="utf-8")))]
         assert not [name for name in used if name.startswith("tests.test_")], path
+
+
+def test_no_message_gives_none_as_the_reason_of_an_error():
+    """An OSError that Python's library raises itself, as shutil does, has no `strerror`."""
+    texts = {path: path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py")}
+    assert not [path.name for path, text in texts.items() if "{error.strerror}" in text]

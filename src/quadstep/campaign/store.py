@@ -178,7 +178,7 @@ def held(folder: Path, resume: bool) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(folder, os.O_RDONLY)
     except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -250,7 +250,7 @@ def clear(folder: Path, manifest: dict[str, Any]) -> None:
             if not path.is_absolute() and ".." not in path.parts and (folder / path).is_file():
                 (folder / path).unlink()
     except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
 
 
 def sweep_up(folder: Path) -> None:

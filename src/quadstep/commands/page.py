@@ -67,7 +67,7 @@ def check_target(path: Path) -> None:
         if path.exists() and OWN_MARK.encode() not in read_bytes(path, PAGE):
             raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
     except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def open_in_browser(address: str) -> None:

@@ -16,6 +16,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Cycle, Loop, Numbers, Sensed
 from quadstep.flight.scored import scored
 from quadstep.flight.sweep import Batch, Sweep, prepare
+from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, Structure, Table, flatten, rebuild, total
 from quadstep.numbers.structure import replaced
 
@@ -41,9 +42,10 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class LawAlone(Loop):
-    """A loop in which only the controller runs: what it is told drifts a little, and nothing flies.
+    """A loop in which only the controller runs: what it is told and its reference drift a little, and nothing flies.
 
-    idle: whether not even the controller does, only what surrounds it here.
+    The reference at the start stands in the cycle, in place of the air, which there is none of: to evaluate a path is no part
+    of a law. idle: whether not even the controller runs, so that nothing is left but the loop itself.
     """
 
     idle: bool = False
@@ -52,6 +54,10 @@ class LawAlone(Loop):
     def tasks(self) -> tuple[Task, ...]:
         """The controller's."""
         return self.sampled
+
+    def start(self, start: tuple[Structure, ...], p: Numbers) -> Cycle:
+        """With the reference."""
+        return super().start(start, p)._replace(air=self.wanted(0.0, p))
 
     def measured(self, state: Structure, sensed: Structure, held: Structure, p: Numbers) -> Structure:
         """The truth."""
@@ -69,23 +75,33 @@ class LawAlone(Loop):
 
     def law(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """The law, and nothing of what actuators make of it."""
-        reference = self.wanted(clock.time, p)
         if self.idle:
-            drift = SHIFT * total(flatten(reference))
-            return cycle._replace(command=rebuild(cycle.command, iter([one + drift for one in flatten(cycle.command)]))), 0.0
-        asked, memory = self.controller.law(cycle.memory, self.told(cycle, p), reference, p.gains, clock.time, clock.period)
+            return cycle, 0.0
+        asked, memory = self.controller.law(cycle.memory, *self.given(cycle, p, clock))
         return cycle._replace(memory=memory, command=self.plant.asked(p, asked)), 0.0
 
     def slower(self, name: str, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Cycle, Number]:
         """A sample of a slower loop."""
-        return (cycle, 0.0) if self.idle else super().slower(name, cycle, p, clock)
+        if self.idle:
+            return cycle, 0.0
+        return cycle._replace(memory=self.controller.slower(name, cycle.memory, *self.given(cycle, p, clock))), 0.0
+
+    def given(self, cycle: Cycle, p: Numbers, clock: Clock) -> tuple[Structure, Reference, Structure, Number, Number]:
+        """What every sample of the controller is given besides its memory."""
+        return self.told(cycle, p), cast(Reference, cycle.air), p.gains, clock.time, clock.period
 
     def advance(self, cycle: Cycle, p: Numbers, clock: Clock) -> Cycle:
         """Everything a little further, by what the law asked for too, so that none of it is left out."""
         thrust, *others = flatten(cycle.command)
         asked = total((thrust, *others[:3]))
-        moved = [one + (SHIFT + (SHIFT * SHIFT) * asked) for one in flatten(cycle.state)]
-        return cycle._replace(state=rebuild(cycle.state, iter(moved)))
+        drift = SHIFT + (SHIFT * SHIFT) * asked
+        moved = cycle.state, cycle.air
+        state, reference = rebuild(moved, iter([one + drift for one in flatten(moved)]))
+        return cycle._replace(state=state, air=reference)
+
+
+EDITION = "a law with its reference given"
+"""How it is measured: a cost measured in another way is no longer the one that is kept."""
 
 
 def cost(plan: FlightPlan) -> Cost:
@@ -97,7 +113,7 @@ def cost(plan: FlightPlan) -> Cost:
     if isinstance(loop.controller, Opaque):
         return Cost(math.nan, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
     alone, idle = nanoseconds(law_alone(plan, idle=False), law_alone(plan, idle=True))
-    return Cost(max(0.0, alone - idle), A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+    return Cost(alone - idle, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
 
 
 def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:

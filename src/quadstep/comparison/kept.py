@@ -55,8 +55,8 @@ class Kept:
         return path
 
     def publish(self, out: Path, wanted: Iterable[tuple[str, str]]) -> None:
-        """Put these results, by kind and key, into the folder of a finished study."""
-        for kind, key in wanted:
+        """Put these results, by kind and key, into the folder of a finished study; equal entrants share theirs."""
+        for kind, key in dict.fromkeys(wanted):
             found = self.find(kind, key)
             assert found
             target = out / kind / found.name

@@ -35,6 +35,9 @@ HALVINGS = 8
 POINTS = (0.5, 0.05)
 """Shares of flights that fail."""
 
+UNKNOWN = "unknown"
+"""In a file, an end of an interval that too few flights leave open."""
+
 AGAIN = 2**19
 """How far the flights are that a point is tried on afterwards."""
 
@@ -207,10 +210,10 @@ def tried(proving: Proving, value: float) -> Estimate | None:
 
 
 def as_json(margin: Margin) -> Content:
-    """For a file; infinity is null."""
+    """For a file; infinity is null, an end that too few flights leave unknown is named so."""
 
-    def numbers(one: Estimate | None) -> list[float | None] | None:
-        return one and [part if math.isfinite(part) else None for part in one]
+    def numbers(one: Estimate | None) -> list[float | str | None] | None:
+        return one and [UNKNOWN if math.isnan(part) else part if math.isfinite(part) else None for part in one]
 
     return {**margin._asdict(), "half": numbers(margin.half), "few": numbers(margin.few), "checked": numbers(margin.checked)}
 
@@ -218,17 +221,17 @@ def as_json(margin: Margin) -> Content:
 class Kept(TypedDict):
     """A margin in a file."""
 
-    half: list[float | None]
-    few: list[float | None]
-    checked: list[float | None] | None
+    half: list[float | str | None]
+    few: list[float | str | None]
+    checked: list[float | str | None] | None
     flights: int
 
 
 def from_json(content: Kept) -> Margin:
     """Back again."""
 
-    def estimate(one: list[float | None]) -> Estimate:
-        value, low, high = (math.inf if part is None else part for part in one)
+    def estimate(one: list[float | str | None]) -> Estimate:
+        value, low, high = (math.inf if part is None else math.nan if part == UNKNOWN else float(part) for part in one)
         return Estimate(value, low, high)
 
     checked = content["checked"]

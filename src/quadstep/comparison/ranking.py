@@ -20,6 +20,9 @@ from quadstep.comparison.spread import Floats, Flown
 
 ALPHA = 1.0 - LEVEL
 
+FEW = 50
+"""Flights up to which Wilcoxon's test is exact."""
+
 
 class Pair(NamedTuple):
     """Two controllers in a situation.
@@ -107,11 +110,28 @@ def differences(one: Floats, other: Floats) -> Floats:
 
 
 def signed_ranks(gap: Floats) -> float:
-    """The p-value of Wilcoxon's test. What is infinite ranks above all else; nothing but its rank counts."""
+    """The p-value of Wilcoxon's test, zeros as Pratt (1959) has them: of few flights exact, as ties make a normal
+    approximation decide what they cannot. What is infinite ranks above all else; nothing but its rank counts.
+    """
     if not gap.any():
         return 1.0
     sizes = rankdata(np.abs(gap))
+    if len(gap) <= FEW:
+        return exact_signed_ranks(sizes[gap != 0.0], sizes[gap > 0.0])
     return float(wilcoxon(np.sign(gap) * sizes, zero_method="pratt", method="asymptotic").pvalue)
+
+
+def exact_signed_ranks(sizes: Floats, positive: Floats) -> float:
+    """The chance that the sum of positive ranks is as far from its mean as here, if every sign is as likely as the other.
+
+    sizes: all ranks, of which `positive` are those of positive differences; multiples of one half.
+    """
+    doubled = (2.0 * sizes).astype(int)
+    chances = np.ones(1)
+    for size in doubled:  # the distribution of twice the sum, rank by rank
+        chances = 0.5 * (np.pad(chances, (0, size)) + np.pad(chances, (size, 0)))
+    far = abs(2 * int(2.0 * positive.sum()) - int(doubled.sum()))
+    return min(1.0, float(chances[np.abs(2 * np.arange(len(chances)) - doubled.sum()) >= far].sum()))
 
 
 def median_difference(gap: Floats) -> Estimate:

@@ -89,7 +89,8 @@ class Run:
         for job, worked in itertools.chain(work(others, self.how.engine, look), alone(single)):
             del going[job.key]
             over += job.flights
-            self.keep(job, worked)
+            for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
+                self.keep(one, worked)
             self.how.done(over, total)
 
     def keep(self, job: Job, worked: Worked) -> None:

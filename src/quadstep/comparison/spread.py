@@ -84,12 +84,12 @@ def effort(flown: Flown) -> Effort:
 def ordered_quantile(values: Floats, q: float) -> Estimate:
     """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
 
-    Values may be infinite; where there are too few to bound a quantile, its end of the interval is too.
+    Values may be infinite; an end of the interval for which there are too few values is NaN.
     """
     ordered, count = np.sort(values), len(values)
     tail = 0.5 * (1.0 - LEVEL)
     low, high = int(binom.ppf(tail, count, q)), int(binom.ppf(1.0 - tail, count, q)) + 1
     value = float(ordered[max(0, math.ceil(count * q) - 1)])
     return Estimate(
-        value, float(ordered[low - 1]) if low >= 1 else -math.inf, float(ordered[high - 1]) if high <= count else math.inf
+        value, float(ordered[low - 1]) if low >= 1 else math.nan, float(ordered[high - 1]) if high <= count else math.nan
     )

@@ -185,7 +185,9 @@ def margin_rows(found: Comparison) -> list[list[str]]:
 
 
 def beyond(value: float, low: float, high: float) -> str:
-    """A value within a range, or that it is beyond it."""
+    """A value within a range, or that it is beyond it; a dash for one that too few flights leave unknown."""
+    if math.isnan(value):
+        return NOTHING
     if value == math.inf:
         return f"> {high:g}"
     return f"{value:.3g}" if value > low else f"<= {low:g}"

@@ -39,11 +39,11 @@ def title(full: str) -> str:
 
 
 def shown(estimate: Estimate, factor: float = 1.0) -> str:
-    """A number with its interval; what is infinite is lost."""
+    """A number with its interval; what is infinite is lost, an end for which there are too few flights a dash."""
     value, low, high = (one * factor for one in estimate)
     if not math.isfinite(value):
         return LOST if value > 0.0 else NOTHING
-    return f"{value:.3g} [{end(low)}, {end(high)}]" if not math.isnan(low) else f"{value:.3g}"
+    return f"{value:.3g} [{end(low)}, {end(high)}]"
 
 
 def end(value: float) -> str:
@@ -108,7 +108,10 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
         return f"{text}. {losing(results)}".strip()
     text = f"{where}: {best} has the smallest median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
-    text += f"{shown(median, unit.factor)} {unit.name}"
+    if math.isnan(median.low):
+        text += f"{unit.factor * median.value:.3g} {unit.name} ({found.seeds} flights are too few for an interval)"
+    else:
+        text += f"{shown(median, unit.factor)} {unit.name}"
     beaten: list[str] = []
     better: list[str] = []
     open_: list[str] = []

@@ -203,7 +203,7 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
         if path.exists():
             raise UserError(f"{path}: already exists; `quadstep new` never overwrites a file")
     except OSError as error:  # a name too long
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
     write_beside(path, text)
 
 

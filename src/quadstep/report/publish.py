@@ -47,7 +47,7 @@ def publishing(folder: Path, identity: str, overwrite: bool, name: str = MANIFES
         temporary = Path(tempfile.mkdtemp(prefix=WRITING, dir=folder))
     except OSError as error:
         discard(made)
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
     try:
         yield temporary
         manifest = temporary / name
@@ -58,7 +58,7 @@ def publishing(folder: Path, identity: str, overwrite: bool, name: str = MANIFES
             previous = files_to_replace(folder, identity, overwrite, name)  # another run may have finished meanwhile
             move(temporary, folder, files, previous, name)
     except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         discard(made)

@@ -93,7 +93,7 @@ def style_file(path: Path) -> dict[str, object]:
             content = file.read(LARGEST_STYLE + 1)
         text = content.decode("utf-8")
     except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text file in UTF-8") from None
     if len(content) > LARGEST_STYLE:

@@ -45,7 +45,7 @@ class Outlet(io.RawIOBase):
             except OSError as error:
                 self.over = True
                 if self.required and error.errno not in LEFT:
-                    raise OutputError(f"standard output: {error.strerror}") from None
+                    raise OutputError(f"standard output: {error.strerror or error}") from None
         return len(data)
 
 
