@@ -11,10 +11,15 @@ from scipy.optimize import brentq
 
 from quadstep import Mission
 from quadstep.control.controller import Controller
-from quadstep.linear.analysis import studied
+from quadstep.linear.analysis import of_loop, studied
 from quadstep.linear.equilibrium import at_rest, hovering
-from quadstep.linear.sampled import Loops, states, with_states
+from quadstep.linear.record import record
+from quadstep.linear.sampled import Loops
+from quadstep.linear.states import states, with_states
+from quadstep.linear.tables import sentences
+from quadstep.linear.worst import cells, holding
 from quadstep.numbers import vector
+from quadstep.numbers.rotations import yaw_pitch_roll
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
 
@@ -193,6 +198,51 @@ class Late(Controller):
         command, own = self.flown.law(memory[0], *given)
         line = (*(memory[1] or (command,) * self.ticks), command)
         return line[0], (own, line[1:])
+
+
+@dataclass(frozen=True)
+class Blind(Controller):
+    """A controller that takes its vehicle to be where its path is, or to head there."""
+
+    flown: Controller
+    to: str
+
+    def loops(self):
+        return self.flown.loops()
+
+    def start(self, *given):
+        return self.flown.start(*given)
+
+    def unseen(self, measured, reference):
+        if self.to == "position":
+            return reference._replace(position=measured.position)
+        return reference._replace(yaw=yaw_pitch_roll(measured.attitude)[0])
+
+    def slower(self, loop, memory, measured, reference, *given):
+        return self.flown.slower(loop, memory, measured, self.unseen(measured, reference), *given)
+
+    def law(self, memory, measured, reference, *given):
+        return self.flown.law(memory, measured, self.unseen(measured, reference), *given)
+
+
+@pytest.mark.parametrize(("to", "names"), [("position", ("x", "y", "z")), ("yaw", ("yaw",))])
+def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_what_it_does_not_hold(found, to, names):
+    """Its law never looks there, so no command depends on it; every other mode is damped."""
+    assert found("geometric").analysis.holds
+    plan = hovering(hover({"type": "geometric"}))
+    blind = of_loop(at_rest(plan._replace(loop=replace(plan.loop, controller=Blind(plan.loop.controller, to)))).period)
+    assert blind.stable
+    assert not blind.holds
+    assert blind.not_held == names
+    assert [pole.real for pole in blind.poles[: len(names)]] == [0.0] * len(names)
+    assert blind.poles[len(names)].real < -0.1
+    assert sentences(blind)[0] == (
+        f"The loop is marginally stable: it does not hold {', '.join(names)}. A deviation there never decays."
+    )
+    assert record(blind, [])["stable"] is False
+    assert record(blind, [])["not_held"] == list(names)
+    assert cells(blind)[0] == ", ".join(["0", *(f"{name} not held" for name in names)])
+    assert holding([("blind", blind), ("seeing", found("geometric").analysis)]) == ["seeing"]
 
 
 LATE = [("pid", 5), ("lqr", 12), ("geometric", 6)]

@@ -207,6 +207,85 @@ def test_a_mission_or_a_certificate_is_needed():
     assert quadstep("prove").refused
 
 
+def test_a_mission_and_a_certificate_are_not_both_taken(tmp_path):
+    run = quadstep("prove", write(tmp_path, SHORT), "--check", tmp_path / "proof.json")
+    assert run.refused
+    assert "not both" in run.err
+
+
+NO_PLACES = {
+    "a folder": ("", "is a folder; --out needs a file"),
+    "no certificate": ("precious.txt", "exists and is not a certificate of `quadstep prove`; choose another --out"),
+    "other JSON": ("precious.json", "exists and is not a certificate of `quadstep prove`; choose another --out"),
+    "in a file": ("precious.txt/proof.json", "is not a folder"),
+}
+
+
+@pytest.mark.parametrize("name", NO_PLACES)
+def test_where_a_certificate_cannot_be_written_is_said_before_the_proof(tmp_path, monkeypatch, name):
+    monkeypatch.setattr("quadstep.prove.run.prove_mission", None)
+    place, needed = NO_PLACES[name]
+    for file, content in (("precious.txt", "mine"), ("precious.json", "[1]")):
+        (tmp_path / file).write_text(content)
+    run = quadstep("prove", write(tmp_path, SHORT), "--out", tmp_path / place)
+    assert run.refused
+    assert needed in run.err
+    assert (tmp_path / "precious.txt").read_text() == "mine"
+
+
+def test_an_earlier_certificate_is_replaced(tmp_path, certificate):
+    (tmp_path / "proof.json").write_text(json.dumps(certificate).replace("0.3", "0.2"))
+    run = quadstep("prove", write(tmp_path, SHORT), "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert json.loads((tmp_path / "proof.json").read_text()) == certificate
+
+
+OWN = """
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller, Measured
+from quadstep.control.gain import believed
+from quadstep.numbers import Number, Vector, vector
+
+
+class Gains(NamedTuple):
+    mass: Number = believed("mass")
+    inertia: Vector = believed("inertia")
+
+
+@dataclass(frozen=True)
+class Still(Controller):
+    name = "still"
+    Gains = Gains
+    measures = Measured
+
+    def start(self, measured, gains):
+        return ()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        thrust = gains.mass * (9.81 - measured.velocity[2])
+        return Command(thrust, -4.0 * gains.inertia * measured.rates{more}), memory
+"""
+STILL = """
+vehicle.preset = "x500"
+path = { type = "step", start = [0.0, 0.0, 3.0], end = [0.0, 0.0, 3.0] }
+controller.type = "own.py:Still"
+simulation.duration = 0.1
+"""
+
+
+def test_a_command_without_a_desired_attitude_is_proved_like_one_of_zeros(tmp_path):
+    shown = []
+    for more in ("", ", vector(0.0, 0.0, 0.0)"):
+        (tmp_path / "own.py").write_text(OWN.replace("{more}", more))
+        run = quadstep("prove", write(tmp_path, STILL), "--start", "0.001", "--out", tmp_path / "proof.json")
+        assert (run.code, run.err) == (0, "")
+        assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
+        shown.append((run.out, (tmp_path / "proof.json").read_text()))
+    assert shown[0] == shown[1]
+
+
 def test_a_singularity_in_the_box_leaves_it_open_with_its_place(tmp_path):
     run = quadstep("prove", write(tmp_path, SHORT), "--start", "0.6", "--out", tmp_path / "proof.json")
     assert (run.code, run.err) == (1, "")

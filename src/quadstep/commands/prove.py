@@ -42,14 +42,18 @@ def prove(
     disproved.
     """
     from quadstep.prove import run
+    from quadstep.prove.target import check_target
 
-    if (mission is None) == (check is None):
+    if mission is not None and check is not None:
+        raise UserError(f"name a mission or a certificate with --check, not both: {mission} and {check}")
+    if mission is None and check is None:
         raise UserError("name a mission, or a certificate with --check")
     if check is not None:
         verdict = run.check(check)
     else:
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"
+        check_target(file)
         verdict = run.prove_mission(mission, force, torque, mass, inertia, start, file)
     show_table(verdict.name, verdict.columns, verdict.rows)
     for sentence in verdict.says:

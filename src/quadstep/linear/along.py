@@ -11,7 +11,8 @@ from quadstep.linear.analysis import Analysis, of_even_rotors, of_loop, worst_of
 from quadstep.linear.channels import commanded
 from quadstep.linear.equilibrium import quiet
 from quadstep.linear.reduced import reduced
-from quadstep.linear.sampled import Flown, Loops, NotLinearError, linearised, linearising
+from quadstep.linear.sampled import Loops, NotLinearError, linearised, linearising
+from quadstep.linear.states import Flown
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.sensing.delay import filled

@@ -7,6 +7,7 @@ from quadstep.linear.channels import Channel
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import Margins, margins
 from quadstep.linear.poles import STILL, Pole, poles
+from quadstep.linear.pose import not_held
 from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import linearising
 from quadstep.linear.transfer import frequencies, loci, opened
@@ -15,20 +16,26 @@ from quadstep.plants.multirotor import Multirotor
 
 
 class Analysis(NamedTuple):
-    """A loop at rest or at an instant of a flight. margins: by channel, empty if the loop is not stable.
+    """A loop at rest or at an instant of a flight. margins: by channel, empty if a mode grows.
 
-    loop: the linearised period.
+    loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
     """
 
     channels: tuple[Channel, ...]
     poles: list[Pole]
     margins: tuple[Margins, ...]
     loop: Reduced
+    not_held: tuple[str, ...]
 
     @property
     def stable(self) -> bool:
         """Whether no mode grows."""
         return all(pole.real * self.loop.period.length <= STILL for pole in self.poles)
+
+    @property
+    def holds(self) -> bool:
+        """Whether, moreover, it holds position and heading."""
+        return self.stable and not self.not_held
 
 
 class Studied(NamedTuple):
@@ -49,7 +56,7 @@ def studied(mission: Mission) -> Studied:
 def of_loop(loop: Reduced) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
-    found = Analysis(channels, poles(loop), (), loop)
+    found = Analysis(channels, poles(loop), (), loop, not_held(loop.period.pose, loop.map))
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)

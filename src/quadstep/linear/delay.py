@@ -8,7 +8,7 @@ those that the phase margin gives.
 
 import numpy as np
 
-from quadstep.linear.sampled import Array
+from quadstep.linear.states import Array
 from quadstep.linear.transfer import Complex, Opened, eigenvalue_near, transfer
 
 MOST_STEPS, FOUND, NUDGE = 20, 1e-10, 1e-6

@@ -9,7 +9,8 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.linear.reduced import Reduced, reduced
-from quadstep.linear.sampled import Array, Flown, Loops, NotLinearError, linearised, states, with_states
+from quadstep.linear.sampled import Loops, NotLinearError, linearised
+from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.lagrange import LagrangeMission

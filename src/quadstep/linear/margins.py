@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.linear.delay import delay_margin
-from quadstep.linear.sampled import Array
+from quadstep.linear.states import Array
 from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
 
 FAINT = 1e-3

@@ -33,7 +33,8 @@ def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
     """The whole analysis."""
     period = found.loop.period
     return {
-        "stable": found.stable,
+        "stable": found.holds,
+        "not_held": list(found.not_held),
         "period[s]": period.length,
         "states": list(period.names),
         "margins": {channel.name: margin_record(one) for channel, one in zip(found.channels, found.margins, strict=False)},

@@ -1,11 +1,14 @@
-"""A period without the states that play no part in the loop: constants, and states that no command ever depends on."""
+"""A period without the states that play no part in the loop: constants, and states on which neither a command nor the pose
+ever depends.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.linear.sampled import Array, Period, Tick
+from quadstep.linear.sampled import Period, Tick
+from quadstep.linear.states import Array
 
 
 class Reduced(NamedTuple):
@@ -22,7 +25,7 @@ class Reduced(NamedTuple):
 
 
 def reduced(period: Period) -> Reduced:
-    """The channels that act, and the states on which they depend, directly or through others, without constants."""
+    """The channels that act, and the states on which they and the pose depend, even through others, without constants."""
     count = len(period.names)
     commands = np.arange(count - len(period.channels), count)
     influence = np.zeros((count, count), dtype=bool)
@@ -31,7 +34,7 @@ def reduced(period: Period) -> Reduced:
     for tick in period.ticks:
         influence |= (tick.step != 0.0) | (tick.tasks != 0.0)
         constant &= (tick.tasks == unit).all(axis=1) & (tick.step == unit).all(axis=1)
-    seen = np.zeros(count, dtype=bool)
+    seen = (period.pose.rows != 0.0).any(axis=0)
     seen[commands] = True
     while True:
         more = seen | influence[seen].any(axis=0)
@@ -49,6 +52,7 @@ def reduced(period: Period) -> Reduced:
             channels=tuple(period.channels[place] for place in acting),
             values=period.values[places],
             after=period.after[places],
+            pose=period.pose._replace(rows=period.pose.rows[:, places]),
         ),
         places,
         np.searchsorted(places, commands[acting]),

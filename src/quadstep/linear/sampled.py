@@ -11,19 +11,18 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Cycle, Numbers
+from quadstep.flight.loop import Numbers
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
-from quadstep.numbers import Number, Structure, Vector, flatten, leaf_names, rebuild
+from quadstep.linear.pose import Pose, pose
+from quadstep.linear.states import Array, Flown, states, with_states
+from quadstep.numbers import Number, Structure, Vector, flatten
 from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
 from quadstep.sensing.delay import filled, passed
-
-Array = NDArray[np.float64]
 
 MOST_TICKS = 2000
 """Most ticks of the period after which all loops are due together again."""
@@ -67,7 +66,7 @@ class Tick(NamedTuple):
 
 class Period(NamedTuple):
     """The ticks until all loops are due together again, from time `start` [s]. names: of the states, the channels' commands
-    last. values: of the states at the start, and `after` it.
+    last. values: of the states at the start, and `after` it. pose: at the start.
     """
 
     ticks: tuple[Tick, ...]
@@ -75,6 +74,7 @@ class Period(NamedTuple):
     channels: tuple[Channel, ...]
     values: Array
     after: Array
+    pose: Pose
     step: float
     start: float
 
@@ -90,14 +90,6 @@ class Period(NamedTuple):
         for tick in self.ticks:
             whole = tick.step @ tick.tasks @ whole
         return whole
-
-
-class Flown(NamedTuple):
-    """The state from tick to tick. asked: the command that the actuators hold, by channel; line: commands under way."""
-
-    cycle: Cycle
-    line: tuple[Vector, ...]
-    asked: Vector
 
 
 @dataclass(frozen=True)
@@ -166,18 +158,6 @@ class Loops:
         return flown
 
 
-def states(flown: Flown) -> tuple[list[float], list[str]]:
-    """Everything that can deviate: the whole state, except for the command as logged."""
-    kept = flown._replace(cycle=flown.cycle._replace(command=()))
-    return flatten(kept), [name.removeprefix("cycle.") for name in leaf_names(kept)]
-
-
-def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
-    """The same with these in their place."""
-    bare = rebuild(flown._replace(cycle=flown.cycle._replace(command=())), iter(values))
-    return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
-
-
 class Moment(NamedTuple):
     """Tick k as flown: the loop before it, the loop after its tasks, and the law's last command."""
 
@@ -190,6 +170,7 @@ class Moment(NamedTuple):
 def linearised(loops: Loops, flown: Flown, first: int) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. Raises NotLinearError."""
     values, names = states(flown)
+    posed = pose(loops.loop, loops.p, flown, first * loops.h)
     moments: list[Moment] = []
     kinds: tuple[Channel, ...] = ()
     for k in range(first, first + loops.count):
@@ -203,7 +184,7 @@ def linearised(loops: Loops, flown: Flown, first: int) -> Period:
     for due in dict.fromkeys(loops.due(one.k) for one in moments):
         ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due])
     every = tuple(ticks[k] for k in sorted(ticks))
-    return Period(every, tuple(names), kinds, np.array(values), np.array(states(flown)[0]), loops.h, first * loops.h)
+    return Period(every, tuple(names), kinds, np.array(values), np.array(states(flown)[0]), posed, loops.h, first * loops.h)
 
 
 def alike(loops: Loops, moments: list[Moment]) -> dict[int, Tick]:

@@ -1,20 +1,14 @@
 """How the linear loop follows a step of its path: a metre along each axis, a radian of yaw."""
 
 import math
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.airframe.motion import Motion
 from quadstep.linear.equilibrium import Rest
 from quadstep.linear.poles import poles
-from quadstep.linear.sampled import WANTED, Array, states
-from quadstep.numbers import Number, Structure, rebuild
-from quadstep.numbers.dual import Seeds, slopes_of
-from quadstep.numbers.rotations import yaw_pitch_roll
-from quadstep.plants.lagrange import Lagrange
-from quadstep.plants.multirotor import Multirotor
-from quadstep.vehicle.state import State
+from quadstep.linear.sampled import WANTED
+from quadstep.linear.states import Array
 
 SHORTEST, LONGEST = 2.0, 40.0
 """Shortest and longest time shown of a step [s]."""
@@ -48,10 +42,9 @@ class Step(NamedTuple):
 
 
 def steps(rest: Rest) -> list[Step]:
-    """The step responses of each axis of the plant, and of its yaw if it has one."""
-    loop, plant = rest.period, rest.loops.loop.plant
-    names = [*(f"{axis}" for axis in plant.axes), *(["yaw"] if isinstance(plant, Multirotor | Lagrange) else [])]
-    rows = seen(rest)[:, loop.places]
+    """The step responses of each part of the pose."""
+    loop = rest.period
+    names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
     slowest = poles(loop)[0].time_constant
     duration = min(max(SHORTEST, CONSTANTS * slowest), LONGEST)
@@ -66,23 +59,3 @@ def steps(rest: Rest) -> list[Step]:
     return [
         Step(name, "rad" if name == "yaw" else "m", t, np.ascontiguousarray(values[:, i, i])) for i, name in enumerate(names)
     ]
-
-
-def seen(rest: Rest) -> Array:
-    """Slopes of position along the plant's axes, and of yaw, over all states."""
-    values, _ = states(rest.flown)
-    seeds = Seeds(len(values), 1.0)
-    flown = rebuild(rest.flown._replace(cycle=rest.flown.cycle._replace(command=())), iter(seeds.seeded(values, 0)))
-    plant, state = rest.loops.loop.plant, flown.cycle.state
-    wanted = rest.loops.loop.wanted(0.0, rest.loops.p)
-    outputs: list[Number] = [-one for one in plant.error(state, wanted)]
-    if isinstance(plant, Multirotor | Lagrange):
-        outputs.append(heading(plant, state))
-    return slopes_of(outputs, len(values))[1]
-
-
-def heading(plant: Multirotor | Lagrange, state: Structure) -> float:
-    """Yaw [rad]."""
-    attitude = cast("Motion | State", state).attitude
-    angles = yaw_pitch_roll(attitude) if isinstance(plant, Multirotor) else attitude
-    return angles[0]

@@ -100,6 +100,8 @@ def sentences(found: Analysis) -> list[str]:
     said = f"The loop is stable: its slowest mode has a time constant of {number(slowest.time_constant, '.3g')} s."
     if slowest.time_constant == math.inf:
         said = "The loop is marginally stable: a mode neither grows nor decays."
+    if found.not_held:
+        said = f"The loop is marginally stable: it does not hold {', '.join(found.not_held)}. A deviation there never decays."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.linear.reduced import Reduced
-from quadstep.linear.sampled import Array
+from quadstep.linear.states import Array
 
 Complex = NDArray[np.complex128]
 

@@ -48,6 +48,11 @@ def stable(found: Found) -> list[tuple[str, Analysis]]:
     return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
 
 
+def holding(found: Found) -> list[str]:
+    """The loops that also hold position and heading, by name."""
+    return [name for name, one in found if isinstance(one, Analysis) and one.holds]
+
+
 def rows(found: Found) -> list[list[str]]:
     """A row of `ROW_HEADER` for each loop that could be linearised: the least margins of all its channels."""
     return [[name, *cells(one)] for name, one in found if isinstance(one, Analysis)]
@@ -55,7 +60,7 @@ def rows(found: Found) -> list[list[str]]:
 
 def cells(one: Analysis) -> list[str]:
     """The cells of a row after its name."""
-    pole = f"{one.poles[0].real:.3g}"
+    pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
         return [pole, "not stable", *["-"] * 4]
     worst_of_all = least(one.margins)

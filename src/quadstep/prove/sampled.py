@@ -34,18 +34,21 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Recorded(Loop):
-    """The same loop; its log holds the whole cycle, every leaf a column. leaves: how many."""
+    """The same loop; its log has these leaves of the cycle as columns. (Others need not be finite: a command may lack an
+    attitude.)
+    """
 
-    leaves: int = 0
+    places: tuple[int, ...] = ()
 
     @property
     def columns(self) -> Mapping[str, str]:
         """Numbered."""
-        return {str(place): "" for place in range(self.leaves)}
+        return {str(place): "" for place in self.places}
 
     def row(self, cycle: Structure, p: Numbers, time: Number) -> list[Number]:
         """The cycle after its sample."""
-        return flatten(cycle)
+        leaves = flatten(cycle)
+        return [leaves[place] for place in self.places]
 
 
 class Sampled:
@@ -111,14 +114,14 @@ class Sampled:
     def flown(self) -> tuple[Array, FlightLog]:
         """The state before every sample of the flight, (samples + 1, states), by the compiled engine."""
         own = {field.name: getattr(self.loop, field.name) for field in fields(Loop)}
-        loop = Recorded(**own, leaves=len(self.start))
+        loop = Recorded(**own, places=tuple(self.places))
         log = fly(self.plan._replace(loop=loop, ticks=self.ticks._replace(log=1)))
         if not len(log.rows):
             raise UserError("the flight has no first sample: a number is not finite at t = 0 s")
-        moving = len(flatten(self.like.state))
-        before = np.vstack([[self.start], log.rows[:-1]])  # sampled values stay until the next sample
+        moving = sum(place < len(flatten(self.like.state)) for place in self.places)  # the plant's own, which come first
+        before = np.vstack([[self.start[place] for place in self.places], log.rows[:-1]])  # sampled values stay until the next
         before[:, :moving] = log.rows[:, :moving]
-        return before[:: self.span][:, self.places], log
+        return before[:: self.span], log
 
     def at_rest(self, cycle: Cycle) -> list[float]:
         """The state's numbers from a cycle."""

@@ -78,6 +78,7 @@ class Past:
     def moving(self, rows: Array) -> Array:
         """Bounds on |rows e| without the constants' part. The identity's rows need no product."""
         found, same = np.zeros(len(rows)), np.all(rows == np.eye(*rows.shape), axis=1)
+        same[len(self.columns) :] = False  # a row of zeros is not the identity's
         found[same] = self.size[np.flatnonzero(same)]
         other = rows[~same]
         made = np.abs(other @ self.columns[:, : self.used]) @ self.weights[: self.used]
