@@ -20,7 +20,7 @@ def check_target(path: Path) -> None:
         if path.exists() and not is_certificate(path):
             raise UserError(f"{path}: exists and is not a certificate of `quadstep prove`; choose another --out")
     except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from None
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def is_certificate(path: Path) -> bool:
