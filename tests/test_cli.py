@@ -153,3 +153,23 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     assert run.stderr == "quadstep: error: nowhere.toml: cannot be read: No such file or directory\n"
     assert quadstep_process("--version").stdout.startswith(f"quadstep {__version__}\n")
     assert list(Path(tmp_path).iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("linear", "mission.toml", "--controllers", ""), "--controllers: is empty"),
+        (("new", "mission.toml", "--vehicle="), "--vehicle: is empty"),
+        (("fly", ""), "an argument: is empty"),
+        (("campaign", "campaign.toml", "--flights", "x"), "Invalid value for '--flights': should be a whole number (see"),
+        (("campaign", "campaign.toml", "--engine", "floats"), "Invalid value for '--engine': 'floats' is not one of"),
+        (("serve", "--port", "70000"), "Invalid value for '--port': should be at most 65535"),
+        (("linear", "examples/figure_eight.toml", "--controllers", "pid,nope"), "or your own FILE.py:NAME"),
+        (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),
+        (("fly", "examples/trust.toml"), "is a campaign, not a mission"),
+    ],
+)
+def test_what_is_wrong_with_the_command_line_is_said_in_plain_words(arguments, said):
+    run = quadstep(*arguments)
+    assert (run.code, run.err.count("\n")) == (2, 1)
+    assert said in run.err

@@ -68,6 +68,8 @@ def test_torque_follows_from_current_where_nothing_better_is_known():
     [
         (SHEET.replace("mass = 0.62", "mass = 62.0"), "times the weight"),
         (SHEET.replace("kv = 1950\n", ""), "kv: missing"),
+        (SHEET.replace("kv = 1950\n", "kv = 1e9\n"), "kv: "),
+        (SHEET.replace("wheelbase = 0.22", "wheelbase = 1e6"), "the vehicle that follows from it: "),
         (SHEET + "[stand]\nthrottle = [0.1, 0.5]\nthrust = [1.0, 2.0]\n", "at least 3"),
         (SHEET + "[stand]\nthrottle = [10, 50, 100]\nthrust = [1.0, 2.0, 3.0]\n", "not a percentage"),
         (SHEET + "[stand]\nthrottle = [0.1, 0.5, 1.0]\nthrust = [100.0, 500.0, 1200.0]\n", "in grams"),
@@ -83,6 +85,21 @@ def test_a_wrong_sheet_is_one_line(tmp_path, text, said):
     assert said in run.err
     assert run.err.count("\n") == 1
     assert not (tmp_path / "v.toml").exists()
+
+
+@pytest.mark.parametrize("name", ["v.toml", "v_campaign.toml"])
+def test_a_file_that_holds_something_else_is_not_replaced_unasked(tmp_path, name):
+    (tmp_path / "sheet.toml").write_text(SHEET)
+    arguments = ("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml")
+    assert quadstep(*arguments).code == 0
+    assert quadstep(*arguments).code == 0  # the same again
+    (tmp_path / name).write_text("mine = 1\n")
+    run = quadstep(*arguments)
+    assert (run.code, run.err.count("\n")) == (2, 1)
+    assert f"{name}: exists; replace it with --overwrite" in run.err
+    assert (tmp_path / name).read_text() == "mine = 1\n"
+    assert quadstep(*arguments, "--overwrite").code == 0
+    assert (tmp_path / name).read_text() != "mine = 1\n"
 
 
 def test_the_vehicle_and_its_campaign_fly(tmp_path):

@@ -208,6 +208,8 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         assert run.code == 2
         assert said in run.err
         assert not (tmp_path / "p.json").exists()
+    taken = tmp_path / "taken.toml"
+    taken.write_text("mine = 1\n")
     for arguments, said in (
         (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
         (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "cannot be read"),
@@ -215,6 +217,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "must be given together"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", "v.txt"), "should end in .toml"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--mass", "-1"), "--mass"),
+        (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", taken), "exists; replace it"),
     ):
         run = quadstep(*arguments)
         assert run.code == 2, arguments

@@ -25,6 +25,16 @@ def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = F
         Path(temporary).unlink(missing_ok=True)
 
 
+def refuse_other(path: Path, text: str | None, overwrite: bool) -> None:
+    """Refuses to replace an existing file, unless it holds this text already. Raises UserError."""
+    if overwrite or not path.exists():
+        return
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder; name a file")
+    if text is None or path.stat().st_size != len(text.encode()) or path.read_bytes() != text.encode():
+        raise UserError(f"{path}: exists; replace it with --overwrite, or name another file with --out")
+
+
 def write_beside(path: Path, text: str, parents: bool = False) -> None:
     """`replace_file` for text. parents: whether to make the folder where it is absent. Raises UserError."""
     try:

@@ -20,6 +20,7 @@ from quadstep.commands.completion import VARIABLE, answer_shell, completion
 from quadstep.commands.envelope import envelope
 from quadstep.commands.export import export
 from quadstep.commands.fly import fly
+from quadstep.commands.given import plain, refuse_empty
 from quadstep.commands.identify import identify
 from quadstep.commands.linear import linear
 from quadstep.commands.new import new
@@ -147,6 +148,7 @@ def main() -> None:
 def run() -> int | None:
     """The exit code of what the command line asks for; errors are said."""
     try:
+        refuse_empty(sys.argv[1:])
         code: int | None = built()(
             everywhere(sys.argv[1:]),
             standalone_mode=False,
@@ -173,7 +175,7 @@ def explained(error: BaseException) -> tuple[str, int]:
             return f"error: {error}", BAD_INPUT
         case TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
-            return f"error: {error.format_message()} (see {command} --help)", BAD_INPUT
+            return f"error: {plain(error.format_message())} (see {command} --help)", BAD_INPUT
         case BrokenProcessPool():
             return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
         case _ if theirs(error):

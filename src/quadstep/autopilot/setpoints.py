@@ -73,8 +73,16 @@ def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
     )  # fmt: skip
 
 
-def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callable[[float], None]) -> int:
-    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each.
+def serve(
+    plan: FlightPlan,
+    connect: str,
+    kind: Kind,
+    rate: float,
+    told: Callable[[float], None],
+    opened: Callable[[], None] = lambda: None,
+) -> int:
+    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each. opened: called
+    once the address is open.
 
     Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
     """
@@ -91,6 +99,7 @@ def serve(plan: FlightPlan, connect: str, kind: Kind, rate: float, told: Callabl
         raise UserError(f"--connect {connect}: {text}") from None
     except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
         raise UserError(f"--connect {connect}: cannot be opened: {error}") from None
+    opened()
     try:
         if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
             raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")

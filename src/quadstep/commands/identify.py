@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.commands.options import ReplaceOption
 from quadstep.errors import UserError
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
@@ -40,12 +41,13 @@ def identify(
     report: Annotated[
         bool, typer.Option("--report/--no-report", help="Write a page beside the vehicle: fits, residuals, spectra (HTML).")
     ] = True,
+    overwrite: ReplaceOption = False,
 ) -> None:
     """Fit a vehicle to logs of its flights: thrust, torque, lag, delay, inertia, drag, with an interval for each number.
 
     The mass is that of --vehicle, or --mass: a flight cannot tell it.
     """
-    from quadstep.atomic import write_beside
+    from quadstep.atomic import refuse_other, write_beside
     from quadstep.identify.report import write as write_report
     from quadstep.identify.run import run
     from quadstep.identify.vehicle_file import as_toml
@@ -55,6 +57,9 @@ def identify(
         raise UserError(f"{out}: the name of a vehicle file should end in .toml")
     if mass is not None and not 1e-4 <= mass <= 1e4:
         raise UserError(f"--mass: should be 0.0001 to 10000 kg, not {mass:g}")
+    refuse_other(out, None, overwrite)
+    if report:
+        refuse_other(out.with_suffix(".html"), None, overwrite)
     begun = time.monotonic()
     check_names(logs)
     section = vehicle_of(vehicle)

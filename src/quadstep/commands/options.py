@@ -14,6 +14,7 @@ EngineOption = Annotated[
         help="lanes: compiled vector code. python: the same laws without a compiler, slower. c: the controller as exported C."
     ),
 ]
+ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
 FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]
 

@@ -31,7 +31,6 @@ def serve_setpoints(
     if kind not in list(Kind):
         raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(Kind)}")
     plan = plan_mission(read_mission(mission), mission)
-    complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
     duration = plan.ticks.last * plan.ticks.step
     with bar("waiting for the vehicle", "s", duration) as shown:
 
@@ -39,5 +38,8 @@ def serve_setpoints(
             shown.doing("sending setpoints")
             shown.to(round(at), round(duration))
 
-        count = serve(plan, connect, Kind(kind), rate, told)
+        def opened() -> None:
+            complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
+
+        count = serve(plan, connect, Kind(kind), rate, told, opened)
     say(f"Sent {count} setpoints over {duration:g} s.")

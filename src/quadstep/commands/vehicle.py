@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from quadstep.commands.options import ReplaceOption
 from quadstep.errors import UserError
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
@@ -17,17 +18,22 @@ def fit(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to write the vehicle; default: <name>_vehicle.toml.")
     ] = None,
+    overwrite: ReplaceOption = False,
 ) -> None:
     """Make a vehicle from its data sheet: mass, wheelbase, kV, propeller, cells, perhaps points of a thrust stand.
 
     Each number says whether it was measured, estimated by a formula or typical, and how uncertain it is. A campaign over
     the uncertain numbers is written next to it.
     """
-    from quadstep.atomic import write_beside
+    from pydantic import ValidationError
+
+    from quadstep.atomic import refuse_other, write_beside
     from quadstep.datasheet.campaign import campaign_text
     from quadstep.datasheet.estimate import estimate, vehicle_of
     from quadstep.datasheet.sheet import read_datasheet
     from quadstep.identify.vehicle_file import as_toml
+    from quadstep.mission.airframe import AirframeSection
+    from quadstep.mission.check import explained
     from quadstep.mission.vehicle_list import parameters
 
     target = out or Path(f"{datasheet.stem}_vehicle.toml")
@@ -41,11 +47,16 @@ def fit(
         vehicle = vehicle_of(sheet, found)
     except UserError as error:
         raise UserError(f"{datasheet}: {error}") from None
+    except ValidationError as error:
+        raise explained(AirframeSection, {}, error, f"{datasheet}: the vehicle that follows from it") from None
     except ValueError as error:
         raise UserError(f"{datasheet}: does not describe a vehicle that can fly: {error}") from None
     campaign = target.with_name(f"{target.stem}_campaign.toml")
-    write_beside(target, as_toml(vehicle))
-    write_beside(campaign, campaign_text(sheet, found, target.name))
+    texts = {target: as_toml(vehicle), campaign: campaign_text(sheet, found, target.name)}
+    for path, text in texts.items():
+        refuse_other(path, text, overwrite)
+    for path, text in texts.items():
+        write_beside(path, text)
     rows = [(one.key, one.value, one.unit, one.source) for one in parameters(vehicle)]
     show_table(sheet.name, ("key", "value", "unit", "source"), rows)
     for warning in vehicle.warnings():

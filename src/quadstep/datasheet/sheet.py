@@ -75,7 +75,7 @@ class Datasheet(Section):
     layout: Annotated[
         Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"], Quantity("", "arrangement of the rotors")
     ] = "x"
-    kv: Annotated[Positive, Quantity("rpm/V", "speed constant of the motors")]
+    kv: Annotated[Positive, Field(le=1e5), Quantity("rpm/V", "speed constant of the motors")]
     cells: Annotated[int, Field(ge=1, le=24), Quantity("", "battery cells in series")]
     capacity: Annotated[Positive | None, Quantity("A h", "capacity of the battery")] = None
     motor_mass: Annotated[Positive | None, Quantity("kg", "mass of one motor")] = None

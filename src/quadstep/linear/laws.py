@@ -9,21 +9,25 @@ from quadstep.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.mission.check import shorten
 from quadstep.mission.derived import ControllerSection
+from quadstep.mission.own_controller import own_section
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 
 ALL = "all"
 
 
-def named(mission: Mission, text: str) -> list[str]:
-    """The controllers that `--controllers` names: names separated by commas, or `all`. Raises UserError."""
+def named(mission: Mission, text: str, folder: Path) -> list[str]:
+    """The controllers that `--controllers` names: names separated by commas, or `all`. folder: of the user's own. Raises
+    UserError.
+    """
     known = list(controllers(mission.measures))
     if text.strip() == ALL:
         return known
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in known:
-            raise UserError(f"--controllers: {shorten(name)} is not known; allowed: {ALL}, {', '.join(known)}")
+        if name not in known and own_section(name, mission.measures, folder) is None:
+            allowed = f"{ALL}, {', '.join(known)}, or your own FILE.py:NAME"
+            raise UserError(f"--controllers: {shorten(name)} is not known; allowed: {allowed}")
     return list(dict.fromkeys(names))
 
 

@@ -44,7 +44,7 @@ Told = Callable[[int], None]
 def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
     """The mission's loop under each controller that `text` names. Raises UserError."""
     mission = read_mission(path)
-    names = named(mission, text)
+    names = named(mission, text, path.parent)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-{'-'.join(names)}-" + fingerprint([plan]), overwrite) as out:
         done = Several(mission.name, "laws", collected(under_each(path, names), told), [])

@@ -79,7 +79,8 @@ def flaws(flight: FlightRecord) -> list[Finding]:
     if twice:
         found.append(Finding(False, f"{twice} rows repeat the time of the row before"))
     if len(gaps):
-        found.append(Finding(False, f"{len(gaps)} gaps, the longest {1e3 * gaps.max():.0f} ms; no prediction crosses one"))
+        said = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}, the longest {1e3 * gaps.max():.0f} ms"
+        found.append(Finding(False, f"{said}; no prediction crosses one"))
     if uneven > 0.3 * flight.rows:
         text = f"{100 * uneven / flight.rows:.0f} % of the steps in time differ by more than a tenth from {flight.period:g} s"
         found.append(Finding(True, text))

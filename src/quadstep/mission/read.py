@@ -40,6 +40,8 @@ def check_mission(content: dict[str, object], source: str, folder: Path = Path()
         kind = kind_of(content, folder)
     except UserError as error:
         raise UserError(f"{source}: {error}") from None
+    if "mission" in content and "path" not in content:
+        raise UserError(f"{source}: is a campaign, not a mission; `quadstep fly` takes one of its flights with --flight N")
     misplaced = of_another_plant(content, kind)
     if misplaced:
         raise UserError(f"{source}: {misplaced}")

@@ -274,7 +274,7 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     own = own_section(controller, measures, folder) if controller and controller not in known else None
     name = controller or ("rotation-backstepping" if preset else "backstepping")
     if own is None and name not in known:
-        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}")
+        raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
     model = load_preset(preset, folder).model() if preset else VehicleSection().model()
     section = own or section_of(known[name])
     lines = "\n".join(controller_lines(section, model, [other for other in known if other != name]))
