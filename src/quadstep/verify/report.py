@@ -1,6 +1,7 @@
 """Output of `quadstep verify`: cells of the table, the closing line, the JSON file."""
 
 import json
+import os
 from pathlib import Path
 
 from quadstep.atomic import write_beside
@@ -73,6 +74,8 @@ def check_target(path: Path) -> None:
         raise UserError(f"{path}: is a folder; --json needs a file")
     if not path.parent.is_dir():
         raise UserError(f"{path}: cannot be written: no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise UserError(f"{path}: cannot be written: Permission denied")
     if path.exists() and b'"rows"' not in read_bytes(path, JSON):
         raise UserError(f"{path}: exists and is not a document of `quadstep verify`; name another file")
 
