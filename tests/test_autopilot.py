@@ -214,10 +214,12 @@ def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
     for arguments, said in (
         (("--kind", "jerk"), "--kind jerk: is not known; allowed: position, attitude, rates"),
         (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
+        (("--rate", "nan"), "--rate nan: should be from 2 to 200 Hz"),
         (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no heartbeat from a vehicle within 0.2 s"),
         (("--connect", "nonsense:"), "cannot be opened"),
     ):
         run = quadstep("serve-setpoints", mission, *arguments)
         assert run.code == 2
         assert said in run.err
+        assert ("This sends setpoints" in run.err) is ("heartbeat" in said)  # only once an address is open
         assert "Traceback" not in run.err

@@ -213,6 +213,10 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
     for arguments, said in (
         (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
         (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "cannot be read"),
+        (
+            ("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--controller", "no"),
+            "error: --controller: 'no' is",
+        ),
         (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "same name"),
         (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "must be given together"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", "v.txt"), "should end in .toml"),

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -95,6 +96,16 @@ def test_the_command_writes_a_report_and_prints_json(mission, tmp_path):
     assert set(said["margins"]) == {"thrust", "roll", "pitch", "yaw"}
     names = {path.name for path in (tmp_path / "out").rglob("*") if path.is_file()}
     assert {"report.html", "linear.json", "margins.csv", "poles.csv", "bode.svg", "nyquist.svg", "step.svg"} <= names
+
+
+def test_own_controllers_are_linearised_beside_the_package_s(mission, tmp_path):
+    own = "own_airframe_controller.py"
+    (mission.parent / own).write_text((Path("examples") / own).read_text())
+    names = f"pid,{own}:ProportionalDerivative"
+    shown = quadstep("linear", mission, "--out", tmp_path / "out", "--controllers", names, "--figures", "svg")
+    assert shown.code == 0, shown.err
+    assert f"{own}:ProportionalDerivative" in shown.out
+    assert "Not linearised" not in shown.out
 
 
 @pytest.mark.parametrize(

@@ -86,9 +86,11 @@ def test_broken_logs_are_refused_in_a_line_that_says_where(folder, flight):
     )
     assert "time goes backward" in refused(folder, header, [*rows[:30], rows[5], *rows[31:]])
     assert "is the unit correct" in refused(folder, header, rows, MAPPING.replace('"s"', '"ms"'))
-    (folder / "empty.csv").write_text("")
-    with pytest.raises(UserError, match="is empty"):
-        read_log(folder / "empty.csv")
+    for text in ("", "\0" * 5000):
+        (folder / "empty.csv").write_text(text)
+        for mapping in (None, str(folder / "map.toml")):
+            with pytest.raises(UserError, match="is empty"):
+                read_log(folder / "empty.csv", mapping)
     with pytest.raises(UserError, match="this kind of log is not known"):
         read_log(folder / "log.txt")
 

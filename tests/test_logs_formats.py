@@ -50,7 +50,7 @@ def test_ulog(tmp_path, flight, motors):
     content = made_logs.ulog(flight, motors)
     (tmp_path / "a.ulg").write_bytes(content)
     same(read_log(tmp_path / "a.ulg"), flight, motors, 5e-3)
-    for bad, said in ((b"", "cannot be read as a ULog"), (b"no log at all", "cannot be read as a ULog")):
+    for bad, said in ((b"", "is empty"), (b"no log at all", "as a ULog: damaged"), (bytes(5000), "as a ULog: damaged")):
         (tmp_path / "b.ulg").write_bytes(bad)
         with pytest.raises(UserError, match=said):
             read_log(tmp_path / "b.ulg")
@@ -60,9 +60,10 @@ def test_ardupilot(tmp_path, flight, motors):
     pytest.importorskip("pymavlink")
     (tmp_path / "a.BIN").write_bytes(made_logs.ardupilot(flight, motors))
     same(read_log(tmp_path / "a.BIN"), flight, motors, 5e-3)
-    (tmp_path / "b.bin").write_bytes(b"")
-    with pytest.raises(UserError):
-        read_log(tmp_path / "b.bin")
+    for bad, said in ((b"", "is empty"), (bytes(5000), "damaged, or without data")):
+        (tmp_path / "b.bin").write_bytes(bad)
+        with pytest.raises(UserError, match=said):
+            read_log(tmp_path / "b.bin")
 
 
 def test_mcap(tmp_path, flight, motors):
@@ -76,5 +77,5 @@ def test_mcap(tmp_path, flight, motors):
     with pytest.raises(UserError, match="motors' commands are not in the log"):
         read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml"))
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:5000])
-    with pytest.raises(UserError, match="cannot be read as a MCAP file"):
+    with pytest.raises(UserError, match="cannot be read as an MCAP file"):
         read_log(tmp_path / "b.mcap", str(tmp_path / "map.toml"))

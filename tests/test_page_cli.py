@@ -47,6 +47,7 @@ def test_page_keeps_other_files_and_says_so_in_one_line(tmp_path, mission):
         (mission, "exists and is not a page"),
         (tmp_path, "is a folder"),
         (mission / "x.html", "cannot be written"),
+        ("/dev/full", "/dev/full: cannot be written: not a regular file"),
     ):
         done = quadstep("page", mission, "--out", out, cwd=tmp_path)
         assert done.returncode == 2
@@ -88,7 +89,7 @@ def test_fly_leaves_its_page_beside_the_results(tmp_path, mission):
     [
         (["serve", "nowhere"], "not a folder"),
         (["serve", ".", "--port", "70000"], "65535"),
-        (["serve", ".", "--port", "x"], "valid integer"),
+        (["serve", ".", "--port", "x"], "--port: should be a whole number from 0 to 65535"),
     ],
 )
 def test_serve_refuses_in_one_line(tmp_path, arguments, words):

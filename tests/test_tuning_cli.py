@@ -255,7 +255,14 @@ def test_a_budget_that_is_too_small(tmp_path, budget):
     done = tune(written(tmp_path, QUICK), tmp_path / "out", budget)
     assert done.refused
     assert "at least 19" in done.err
+    assert "1 flight each" in done.err
     assert tune(written(tmp_path, QUICK), tmp_path / "out", 19).code == 0
+
+
+def test_a_budget_that_is_too_large(tmp_path):
+    done = tune(written(tmp_path, QUICK), tmp_path / "out", 10**30)
+    assert done.refused
+    assert f"--budget: should be from 19 to 1000000000 flights, not {10**30}" in done.err
 
 
 def test_other_bad_arguments(tmp_path):

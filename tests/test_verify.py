@@ -160,9 +160,11 @@ def test_whole_document_is_json(tmp_path):
     ("arguments", "part"),
     [
         (["--only", "76"], "allowed are 1 to 75"),
-        (["--only", ""], "allowed are 1 to 75"),
+        (["--only", ""], "--only: is empty"),
         (["--only", "5", "--json", "nowhere/rows.json"], "cannot be written: no folder nowhere"),
         (["--only", "5", "--json", "."], "is a folder"),
+        (["--only", "5", "--json", "/dev/full"], "/dev/full: cannot be written: not a regular file"),
+        (["--only", "5", "--json", "a" * 300 + ".json"], "cannot be written: File name too long"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_path, arguments, part):

@@ -25,12 +25,32 @@ def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = F
         Path(temporary).unlink(missing_ok=True)
 
 
+def check_place(path: Path, parents: bool = False) -> None:
+    """Refuses a place where no file can be written, by writing one without a name. parents: whether the folder may be absent.
+
+    Raises UserError.
+    """
+    try:
+        if path.is_dir():
+            raise UserError(f"{path}: is a folder; name a file")
+        if path.exists() and not path.is_file():
+            raise UserError(f"{path}: cannot be written: not a regular file")
+        folder = next(one for one in path.absolute().parents if one.exists()) if parents else path.parent
+        if not folder.is_dir():
+            raise UserError(f"{path}: cannot be written: no folder {folder}")
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
 def refuse_other(path: Path, text: str | None, overwrite: bool) -> None:
-    """Refuses to replace an existing file, unless it holds this text already. Raises UserError."""
+    """Refuses a place that cannot be written, and to replace an existing file, unless it holds this text already.
+
+    Raises UserError.
+    """
+    check_place(path)
     if overwrite or not path.exists():
         return
-    if path.is_dir():
-        raise UserError(f"{path}: is a folder; name a file")
     if text is None or path.stat().st_size != len(text.encode()) or path.read_bytes() != text.encode():
         raise UserError(f"{path}: exists; replace it with --overwrite, or name another file with --out")
 

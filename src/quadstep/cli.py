@@ -175,7 +175,7 @@ def explained(error: BaseException) -> tuple[str, int]:
             return f"error: {error}", BAD_INPUT
         case TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "quadstep")
-            return f"error: {plain(error.format_message())} (see {command} --help)", BAD_INPUT
+            return f"error: {plain(error)} (see {command} --help)", BAD_INPUT
         case BrokenProcessPool():
             return "error: a process that draws figures was killed (out of memory?); nothing was written", BAD_INPUT
         case _ if theirs(error):

@@ -73,6 +73,12 @@ def setpoint(plan: FlightPlan, reference: Reference) -> Setpoint:
     )  # fmt: skip
 
 
+def check_rate(rate: float) -> None:
+    """Refuses a rate [Hz] that autopilots do not take. Raises UserError."""
+    if not SLOWEST <= rate <= FASTEST:
+        raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
+
+
 def serve(
     plan: FlightPlan,
     connect: str,
@@ -88,8 +94,6 @@ def serve(
     """
     if not isinstance(plan.loop.plant, Multirotor):
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
-    if not SLOWEST <= rate <= FASTEST:
-        raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
     mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
     try:
         link = mavutil.mavlink_connection(connect, source_system=255)

@@ -2,26 +2,57 @@
 
 import re
 from collections.abc import Sequence
+from difflib import get_close_matches
+
+from typer.exceptions import TyperException
 
 from quadstep.errors import UserError
 
-PLAIN = (
-    (r"Input should be a valid integer.*", "should be a whole number"),
-    (r"Input should be a valid number.*", "should be a number"),
-    (r"Input should be greater than or equal to (\S+)", r"should be at least \1"),
-    (r"Input should be less than or equal to (\S+)", r"should be at most \1"),
-    (r"Input should be greater than (\S+)", r"should be above \1"),
-    (r"Input should be less than (\S+)", r"should be below \1"),
-    (r"Value error, ", ""),
-)
-"""How the parser of the command line says it, and how it is said here."""
+ALIKE = 0.8
+"""Likeness from which an option is taken for a misspelt one."""
 
 
-def plain(text: str) -> str:
-    """What is wrong with an option, in the words of the other messages."""
-    for pattern, words in PLAIN:
-        text = re.sub(pattern, words, text)
-    return text
+def plain(error: TyperException) -> str:
+    """What is wrong with the command line, as the other messages say it: which option, what is allowed, what was given."""
+    from pydantic import ValidationError
+
+    if hasattr(error, "option_name") and hasattr(error, "possibilities"):
+        return unknown(error.option_name, error.possibilities or ())
+    text = error.format_message()
+    if not isinstance(error.__cause__, ValidationError):
+        return text
+    problem = error.__cause__.errors(include_url=False)[0]
+    named = re.match(r"Invalid value for '([^']*)'", text)
+    option = named.group(1) if named else "an option"
+    choice = re.fullmatch(r"Value error, .* is not one of (.*)\.", problem["msg"], re.DOTALL)
+    if choice:
+        return f"{option}: {problem['input']!r:.60} is not known; allowed: {choice.group(1).replace(chr(39), '')}"
+    wanted = allowed(problem["type"], getattr(error, "param", None))
+    return f"{option}: should be {wanted or problem['msg']}, not {problem['input']!r:.60}"
+
+
+def allowed(kind: str, param: object) -> str:
+    """What an option takes, where a problem of this kind says that it was given something else; empty for other problems."""
+    least, most = getattr(param, "min", None), getattr(param, "max", None)
+    number = "a whole number" if kind.startswith("int_") else "a number" if kind.startswith("float_") else ""
+    number = "a smaller number" if kind == "int_parsing_size" else number
+    if least is not None and most is not None:
+        within = f"from {least:g} to {most:g}"
+    elif least is not None:
+        within = f"at least {least:g}"
+    else:
+        within = "" if most is None else f"at most {most:g}"
+    if number or kind in ("greater_than_equal", "less_than_equal"):
+        return f"{number} {within}".strip()
+    return ""
+
+
+def unknown(option: str, possible: Sequence[str]) -> str:
+    """That there is no such option, and which one may be meant."""
+    if option == "--version":
+        return "--version: is an option of quadstep alone: quadstep --version"
+    near = get_close_matches(option, possible, cutoff=ALIKE)
+    return f"no such option: {option!r:.60}" + (f"; {' or '.join(near)} may be meant" if near else "")
 
 
 def refuse_empty(arguments: Sequence[str]) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quadstep.atomic import write_beside
+from quadstep.atomic import check_place, write_beside
 from quadstep.commands.options import OpenOption
 from quadstep.errors import UserError
 from quadstep.files import PAGE, read_bytes
@@ -60,14 +60,10 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
 
 
 def check_target(path: Path) -> None:
-    """Refuses an existing file that is not a page. Raises UserError."""
-    try:
-        if path.is_dir():
-            raise UserError(f"{path}: is a folder; --out needs a file")
-        if path.exists() and OWN_MARK.encode() not in read_bytes(path, PAGE):
-            raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+    """Refuses a place that cannot be written, and an existing file that is not a page. Raises UserError."""
+    check_place(path, parents=True)
+    if path.exists() and OWN_MARK.encode() not in read_bytes(path, PAGE):
+        raise UserError(f"{path}: exists and is not a page of quadstep; choose another --out")
 
 
 def open_in_browser(address: str) -> None:

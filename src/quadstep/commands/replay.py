@@ -57,6 +57,7 @@ def replay(
     if page and not controller:
         raise UserError("--page requires --controller: it compares that simulated flight with the real one")
     check_names(logs)
+    chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
     if residual and not section.residual:
         raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
@@ -70,8 +71,8 @@ def replay(
         return
     if estimator:
         show_estimates(flights)
-    if controller:
-        show_flown(flights, section, controller_of(controller), page)
+    if chosen:
+        show_flown(flights, section, chosen, page)
     if estimator or controller:
         return
     from quadstep.identify.closed_loop import hover_ratio
@@ -110,9 +111,16 @@ def write_predictions(
 
 def controller_of(given: str) -> dict[str, object]:
     """The keys of a controller: a type, or a file with a table [controller] or its keys. Raises UserError."""
+    from quadstep.control.controller import Measured
+    from quadstep.control.registry import names
     from quadstep.documents import read_toml
+    from quadstep.mission.check import shorten
+    from quadstep.user_code.installed import CONTROLLERS, own_place
 
     if not given.endswith(".toml"):
+        if given not in names(Measured) and own_place(given, CONTROLLERS) is None:
+            allowed = f"{', '.join(names(Measured))}, your own FILE.py:NAME, or a TOML file of its keys"
+            raise UserError(f"--controller: {shorten(given)} is not known; allowed: {allowed}")
         return {"type": given}
     content = read_toml(Path(given))
     table = content.get("controller", content)

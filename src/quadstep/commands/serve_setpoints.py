@@ -25,11 +25,12 @@ def serve_setpoints(
 
     Exit code 2: bad input, or no vehicle was heard.
     """
-    from quadstep.autopilot.setpoints import Kind, serve
+    from quadstep.autopilot.setpoints import Kind, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(Kind):
         raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(Kind)}")
+    check_rate(rate)
     plan = plan_mission(read_mission(mission), mission)
     duration = plan.ticks.last * plan.ticks.step
     with bar("waiting for the vehicle", "s", duration) as shown:

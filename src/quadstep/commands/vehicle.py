@@ -27,7 +27,7 @@ def fit(
     """
     from pydantic import ValidationError
 
-    from quadstep.atomic import refuse_other, write_beside
+    from quadstep.atomic import check_place, refuse_other, write_beside
     from quadstep.datasheet.campaign import campaign_text
     from quadstep.datasheet.estimate import estimate, vehicle_of
     from quadstep.datasheet.sheet import read_datasheet
@@ -39,6 +39,7 @@ def fit(
     target = out or Path(f"{datasheet.stem}_vehicle.toml")
     if target.suffix != ".toml":
         raise UserError(f"{target}: the name of a vehicle file should end in .toml")
+    check_place(target)
     if target.exists() and datasheet.exists() and target.samefile(datasheet):
         raise UserError(f"{target}: is the data sheet itself; name another file with --out")
     sheet = read_datasheet(datasheet)

@@ -25,7 +25,9 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
             raise UserError(f"{path}: {name}: time goes backward")
     missing = [name for name in mapping.motors.columns if name not in columns or len(columns[name].time) < 2]
     if missing:
-        have = ", ".join(sorted({name.partition(".")[0] for name in columns})) or "nothing that is known"
+        have = ", ".join(sorted({name.partition(".")[0] for name in columns}))
+        if not have:
+            raise UserError(f"{path}: has none of the columns of its mapping, such as {missing[0]}; damaged, or without data")
         raise UserError(f"{path}: {missing[0]}: the motors' commands are not in the log; it has {have}")
     told = columns[mapping.motors.columns[0]].time
     if told[-1] - told[0] > LONGEST:

@@ -77,7 +77,8 @@ def flaws(flight: FlightRecord) -> list[Finding]:
     gaps = steps[steps > 1.5 * flight.period]
     uneven = int((~flight.follows[1:]).sum()) - twice - len(gaps)
     if twice:
-        found.append(Finding(False, f"{twice} rows repeat the time of the row before"))
+        said = "1 row repeats" if twice == 1 else f"{twice} rows repeat"
+        found.append(Finding(False, f"{said} the time of the row before"))
     if len(gaps):
         said = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}, the longest {1e3 * gaps.max():.0f} ms"
         found.append(Finding(False, f"{said}; no prediction crosses one"))
@@ -86,8 +87,9 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         found.append(Finding(True, text))
     if flight.lost.any():
         most = float(flight.motors.max())
-        text = f"{int(flight.lost.sum())} rows with commands of up to {most:.3g} times the full one"
-        many = bool(flight.lost.sum() > 0.2 * flight.turning.sum())
+        lost = int(flight.lost.sum())
+        text = f"{lost} row{'s' * (lost > 1)} with commands of up to {most:.3g} times the full one"
+        many = bool(lost > 0.2 * flight.turning.sum())
         found.append(Finding(many, f"motors: {text}; is `full` right?" if many else f"{text}; left out"))
     for name, values in flight.channels.items():
         missing = float((~np.isfinite(values)).any(axis=1).mean())

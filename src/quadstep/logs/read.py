@@ -41,10 +41,7 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
 
 def found_mapping(path: Path) -> Mapping:
     """The mapping of the package that fits a table. Raises UserError."""
-    header = header_of(path)
-    if not any(name.strip("\0") for name in header):
-        raise UserError(f"{path}: is empty; the first line of a log names its columns")
-    name = fitting(header)
+    name = fitting(header_of(path))
     if name is None:
         raise UserError(
             f"{path}: its columns match none of the mappings {', '.join(mapping_names())}; name with --mapping a file that "

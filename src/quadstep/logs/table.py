@@ -20,9 +20,17 @@ def header_of(path: Path) -> list[str]:
     """The names of a CSV file's columns. Raises UserError."""
     with files.table(path, files.LOG) as lines:
         try:
-            return [name.strip() for name in next(csv.reader(lines), [])]
+            header = [name.strip() for name in next(csv.reader(lines), [])]
         except (OSError, ValueError, csv.Error):
             raise unreadable(path) from None
+    check_header(path, header)
+    return header
+
+
+def check_header(path: Path, header: list[str]) -> None:
+    """Refuses a table without names of columns. Raises UserError."""
+    if not any(name.strip("\0") for name in header):
+        raise UserError(f"{path}: is empty; the first line of a log names its columns")
 
 
 def unreadable(path: Path) -> UserError:
@@ -46,10 +54,11 @@ def read_columns(path: Path, wanted: list[str]) -> dict[str, Floats]:
 def collected(path: Path, table: Iterator[tuple[int, list[str]]], wanted: list[str]) -> dict[str, Floats]:
     """`read_columns` for rows, each with its line number."""
     header = [name.strip() for name in next(table, (0, []))[1]]
+    check_header(path, header)
     for name in wanted:
         if name not in header:
             have = ", ".join(cut(one, 30) for one in header[:8]) + (", ..." if len(header) > 8 else "")
-            raise UserError(f"{path}: column {shorten(name)} is missing; the file has: {have or 'nothing'}")
+            raise UserError(f"{path}: column {shorten(name)} is missing; the file has: {have}")
         if header.count(name) > 1:
             raise UserError(f"{path}: column {shorten(name)} appears more than once in the header")
     places = [header.index(name) for name in wanted]

@@ -12,10 +12,10 @@ MOST_SAMPLES = 20_000_000
 """Most numbers taken from a log, in all."""
 
 READERS = {
-    ".ulg": ("ulog", "ULog"),
-    ".ulog": ("ulog", "ULog"),
-    ".bin": ("ardupilot", "ArduPilot log"),
-    ".mcap": ("mcap_file", "MCAP file"),
+    ".ulg": ("ulog", "a ULog"),
+    ".ulog": ("ulog", "a ULog"),
+    ".bin": ("ardupilot", "an ArduPilot log"),
+    ".mcap": ("mcap_file", "an MCAP file"),
 }
 """The module that reads a kind of file, and the name of the kind, by file extension."""
 
@@ -23,15 +23,18 @@ READERS = {
 def read_topics(path: Path, wanted: list[str]) -> Columns:
     """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
     module, kind = READERS[path.suffix.lower()]
-    files.opened(path, files.LOG).close()
+    with files.opened(path, files.LOG) as file:
+        if not file.read(1):
+            raise UserError(f"{path}: is empty")
     found: Columns
-    with needed_by(f"reading a {kind}"):
+    with needed_by(f"reading {kind}"):
         try:
             found = import_module(f"quadstep.logs.{module}").read(path, wanted)
         except (UserError, ModuleNotFoundError):
             raise
         except Exception as error:
-            raise UserError(f"{path}: cannot be read as a {kind}: {str(error) or type(error).__name__}") from None
+            said = str(error) or type(error).__name__
+            raise UserError(f"{path}: cannot be read as {kind}: damaged, or another kind of file ({said})") from None
     if sum(len(one.time) for one in found.values()) > MOST_SAMPLES:
         raise UserError(f"{path}: more than {MOST_SAMPLES} numbers; cut the log")
     return found

@@ -13,7 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.errors import UserError
+from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.errors import UserError, cut
 from quadstep.tuning.ground import Asked, Ground, Told
 from quadstep.tuning.judge import Judge, Judged
 from quadstep.tuning.theorem import Conditions, distance
@@ -74,13 +75,15 @@ def least_budget(wanted: Asked) -> int:
 
 
 def check_budget(wanted: Asked, budget: int) -> None:
-    """Refuse a budget that is too small."""
+    """Refuse a budget that is too small or too large. Raises UserError."""
     least, count = least_budget(wanted), population(len(wanted.gains), wanted.seeds)
+    if budget > MOST_FLIGHTS:
+        raise UserError(f"--budget: should be from {least} to {MOST_FLIGHTS} flights, not {cut(str(budget), 60)}")
     if budget < least:
         raise UserError(
             f"--budget: {budget} flights are too few; at least {least} are needed: the present gains and one generation of "
-            f"{count} candidates, {wanted.seeds} flights each (tune.seeds), and for the comparison 2 x {wanted.unseen} "
-            "(tune.unseen)"
+            f"{count} candidates, {wanted.seeds} flight{'s' * (wanted.seeds > 1)} each (tune.seeds), and for the comparison "
+            f"2 x {wanted.unseen} (tune.unseen)"
         )
 
 

@@ -1,10 +1,9 @@
 """Output of `quadstep verify`: cells of the table, the closing line, the JSON file."""
 
 import json
-import os
 from pathlib import Path
 
-from quadstep.atomic import write_beside
+from quadstep.atomic import check_place, write_beside
 from quadstep.errors import UserError
 from quadstep.files import JSON, read_bytes
 from quadstep.verify.rows import Result, Verdict
@@ -70,12 +69,7 @@ def document(results: list[Result], seconds: float) -> dict[str, object]:
 
 def check_target(path: Path) -> None:
     """Raises UserError at once if the JSON file cannot be written."""
-    if path.is_dir():
-        raise UserError(f"{path}: is a folder; --json needs a file")
-    if not path.parent.is_dir():
-        raise UserError(f"{path}: cannot be written: no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise UserError(f"{path}: cannot be written: Permission denied")
+    check_place(path)
     if path.exists() and b'"rows"' not in read_bytes(path, JSON):
         raise UserError(f"{path}: exists and is not a document of `quadstep verify`; name another file")
 
