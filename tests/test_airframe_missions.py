@@ -615,7 +615,7 @@ def test_vehicles_shows_a_file_of_ones_own(tmp_path):
     ("name", "content", "said"),
     [
         ("x50", None, ("'x50'", "allowed: crazyflie, hummingbird, paper, research-2.6kg, x500")),
-        ("", None, ("''", "allowed")),
+        ("", None, ("is empty", "--help")),
         ("nowhere.toml", None, ("nowhere.toml", "cannot be read")),
         ("own.toml", "mass = -1.0", ("own.toml", "mass", "greater than 0")),
         ("own.toml", "mass = = 1", ("own.toml", "not valid TOML")),

@@ -11,6 +11,8 @@ from quadstep.errors import UserError
 ALIKE = 0.8
 """Likeness from which an option is taken for a misspelt one."""
 
+HELP = "; --help lists what a command takes"
+
 
 def plain(error: TyperException) -> str:
     """What is wrong with the command line, as the other messages say it: which option, what is allowed, what was given."""
@@ -59,6 +61,6 @@ def refuse_empty(arguments: Sequence[str]) -> None:
     """Refuses empty values; no command has a use for one. Raises UserError."""
     for before, given in zip(("", *arguments), arguments, strict=False):
         if not given:
-            raise UserError(f"{before if before.startswith('--') else 'an argument'}: is empty")
+            raise UserError(f"{before if before.startswith('--') else 'an argument'}: is empty{HELP}")
         if given.startswith("--") and given.endswith("="):
-            raise UserError(f"{given.removesuffix('=')}: is empty")
+            raise UserError(f"{given.removesuffix('=')}: is empty{HELP}")
