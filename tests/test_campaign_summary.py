@@ -112,6 +112,7 @@ def test_all_good_and_only_one():
     found = summarise(Made([through(0.1)]))
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
     assert found.spreads[0].quantiles[0.5] == (0.1, 0.1, 0.1)
+    assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
 
 
 def test_quantiles_are_given_where_enough_flights_are_beyond_them():

@@ -75,6 +75,23 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(case):
     assert quadstep(*WRONG[case]).refused
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["fly"], "mission: missing; it is needed (see quadstep fly --help)"),
+        (["replay", "a.csv"], "--vehicle: missing; it is needed (see quadstep replay --help)"),
+        (["completion"], "shell: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
+        (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),
+        (["flu"], "no such command: 'flu'; fly may be meant (see quadstep --help)"),
+        (["it's"], 'no such command: "it\'s" (see quadstep --help)'),
+        (["fly", "m.toml", "--out"], "--out: missing its value (see quadstep --help)"),
+        (["fly", "m.toml", "--json=3"], "--json: takes no value (see quadstep --help)"),
+    ],
+)
+def test_the_parsers_errors_are_worded_as_the_others(arguments, said):
+    assert quadstep(*arguments).err == f"quadstep: error: {said}\n"
+
+
 def test_an_unknown_engine_is_told_which_there_are():
     assert re.search("lanes.*python", quadstep("fly", "m.toml", "--engine", "gpu").err)
 

@@ -161,3 +161,16 @@ def test_the_interval_of_a_quantile_holds_it_as_often_as_the_binomial_distributi
     exact = below.cdf(high) - below.cdf(low - 1)
     assert exact >= 0.95
     assert held == pytest.approx(exact, abs=0.01)
+
+
+def test_copies_of_one_flight_decide_nothing_and_leave_the_correction_of_others_alone():
+    copies = compare({"a": flown([1.0] * 6), "b": flown([2.0] * 6), "c": flown([math.inf] * 6)}, METRIC)
+    assert copies.copies
+    assert [(pair.p, pair.p_lost, pair.winner, pair.keeper) for pair in copies.pairs] == [(1.0, 1.0, None, None)] * 3
+    assert copies.friedman == 1.0
+    other = compare({"a": flown(normal(1.0, 1)), "b": flown(normal(1.1, 2))}, METRIC)
+    assert not other.copies
+    assert corrected([copies, other]) == [copies, *corrected([other])]
+    assert not compare({"a": flown([1.0] * 6), "b": flown([2.0] * 5 + [2.1])}, METRIC).copies
+    assert not compare({"a": flown([1.0]), "b": flown([2.0])}, METRIC).copies
+    assert not compare({"a": flown([math.inf] * 6), "b": flown([math.inf] * 6)}, METRIC).copies

@@ -302,8 +302,7 @@ def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
 
 
 def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
-    still = MISSION.replace("position_noise = 0.005", "")
-    files = [write(tmp_path, f'{still}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
+    files = [write(tmp_path, f'{MISSION}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
     out = tmp_path / "out"
     result = quadstep("compare", *files, "--seeds", 4, "--out", out)
     assert (result.code, result.err) == (0, "")
@@ -311,6 +310,19 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text
+
+
+def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
+    still = MISSION.replace("position_noise = 0.005", "")
+    files = [write(tmp_path, f'{still}[controller]\ntype = "{name}"\n', f"{name}.toml") for name in ("pid", "geometric")]
+    out = tmp_path / "out"
+    result = quadstep("compare", *files, "--seeds", 6, "--out", out)
+    assert (result.code, result.err) == (0, "")
+    assert "2 controllers, 6 flights each in every situation.\n" in result.out
+    assert "cm; its 6 flights do not differ, so nothing is statistical.\n" in result.out
+    assert "decided" not in result.out
+    (pair,) = rows(out, "pairs.csv")
+    assert pair["better"] == ""
 
 
 # What goes wrong

@@ -112,6 +112,17 @@ def test_only_so_many_entries_are_kept_the_oldest_go(folder):
     assert f"{0:064d}" not in names
 
 
+def test_what_is_used_is_kept_however_old(folder):
+    for number in range(code_cache.MOST_ENTRIES):
+        code_cache.write(f"{number:064d}", b"code")
+        os.utime(folder / f"{number:064d}", (number, number))
+    assert code_cache.read(f"{0:064d}") == b"code"
+    code_cache.write("a" * 64, b"code")
+    names = [path.name for path in entries(folder)]
+    assert f"{0:064d}" in names
+    assert f"{1:064d}" not in names
+
+
 def test_the_name_of_code_follows_from_all_its_parts():
     names = {code_cache.key(*parts) for parts in (("a", "b"), ("ab", ""), ("a", "c"), ("", "ab"), ("a", "b", ""))}
     assert len(names) == 5

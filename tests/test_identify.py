@@ -191,7 +191,7 @@ def test_replay_through_the_command_line(tmp_path, flights, truth):
 def test_bad_requests_are_one_line(tmp_path, flights, truth):
     vehicle = written(tmp_path, truth)
     write(tmp_path / "log.csv", *table(flights[0]))
-    (tmp_path / "map.toml").write_text(MAPPING)
+    (tmp_path / "map.toml").write_text(MAPPING.replace("rad/s", "deg/s"))  # about which replay warns where it has a result
     mapping = ("--mapping", tmp_path / "map.toml")
     asked = {
         '{"log": [99999]}': "but the log has rows",
@@ -207,6 +207,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
         )  # fmt: skip
         assert run.code == 2
         assert said in run.err
+        assert run.err.count("\n") == 1
         assert not (tmp_path / "p.json").exists()
     taken = tmp_path / "taken.toml"
     taken.write_text("mine = 1\n")

@@ -73,6 +73,11 @@ def test_mcap(tmp_path, flight, motors):
     same(read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml")), flight, motors, 1e-9)
     with pytest.raises(UserError, match="give --mapping"):
         read_log(tmp_path / "a.mcap")
+    (tmp_path / "b.mcap").write_bytes(b"")
+    for path, said in ((tmp_path / "b.mcap", "is empty"), (tmp_path / "none.mcap", "cannot be read: No such file")):
+        for mapping in (None, str(tmp_path / "map.toml")):
+            with pytest.raises(UserError, match=said):
+                read_log(path, mapping)
     (tmp_path / "map.toml").write_text(MAPPING.replace("/motors", "/engines"))
     with pytest.raises(UserError, match="motors' commands are not in the log"):
         read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml"))

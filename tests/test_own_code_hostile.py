@@ -99,6 +99,27 @@ def command(folder, *arguments):
         ("law: the memory: should keep the shape", {"law": "return Command(1.0, torque), (1.0,)"}),
         ("law: the memory: should be made of numbers", {"law": "return Command(1.0, torque), None"}),
         ("start: the memory: should be made of numbers", {"start": "return {'a': 1.0}"}),
+        (
+            "start: the memory: 0 is a number, 0.0, where law.py:26 takes a vector",
+            {"start": "return (0.0,)", "law": "return Command(gains.mass + memory[0][1], torque), memory"},
+        ),
+        (
+            "start: the memory: it is a number, 0.0, where law.py:26 takes a vector",
+            {"start": "return 0.0", "law": "return Command(gains.mass, torque), memory + measured.rates"},
+        ),
+        (
+            "start: the memory: 0 is a number, but `law` returns 3 numbers for it; both should return the same shape",
+            {"start": "return (0.0,)", "law": "return Command(gains.mass, torque), (measured.rates,)"},
+        ),
+        (
+            "law: the Command: thrust is nan at t = 0 s; it should be finite",
+            {"law": "return Command(math.nan, torque), memory"},
+        ),
+        ("law: the Command: thrust is inf at t = 0 s", {"law": "return Command(1.0 / (t * gains.mass), torque), memory"}),
+        (
+            "law: the Command: torque.1 is nan at t = 0 s",
+            {"law": "return Command(1.0, vector(0.0, math.nan, 0.0)), memory"},
+        ),
         ("guide: the memory", {"more": "def guide(self, *given): pass"}),
         ("guide: should be declared as guide(self, memory, ", {"more": "rates = {'guide': 1.0}\ndef guide(self): pass"}),
         ("rates: should be a dict of sample times", {"more": "rates = 0.004"}),
@@ -250,3 +271,55 @@ def test_an_entry_point_is_no_file_beside_the_mission(tmp_path):
 def test_an_entry_point_is_part_of_an_identity(tmp_path):
     assert len(digests({"controller": {"type": "hovering"}}, tmp_path)) == 1
     assert digests({"controller": {"type": "pid"}}, tmp_path) == []
+
+
+LATE = """
+from quadstep.numbers import where
+return Command(where(t > 0.05, math.nan, gains.mass * gains.gravity), torque), memory
+"""
+DRAWN = """
+from quadstep.numbers import where
+return Command(where(gains.k > 2.0, math.nan, gains.mass * gains.gravity), torque), memory
+"""
+
+
+@pytest.mark.parametrize("engine", ["lanes", "python"])
+def test_a_law_that_is_not_finite_later_ends_its_flight_and_is_named(tmp_path, engine):
+    run = command(tmp_path, "fly", mission(tmp_path, law(law=LATE)).name, "--engine", engine)
+    assert run.returncode == 3
+    assert "Diverged at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.stdout
+    assert "the law&#x27;s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
+
+
+def test_a_function_that_is_not_finite_at_once_is_named_without_an_empty_table(tmp_path):
+    function = "def controller(t, measured, reference):\n    return 1.0, (0.0, float('inf'), 0.0)\n"
+    run = command(tmp_path, "fly", mission(tmp_path, function, "law.py:controller").name)
+    assert (run.returncode, run.stderr) == (3, "")
+    first, *_ = run.stdout.splitlines()
+    assert first == "Diverged at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
+
+
+@pytest.mark.parametrize("drawn", ["", "vary = {'vehicle.mass' = {type = 'uniform', low = 1.9, high = 2.1}}\n"])
+def test_a_law_that_is_never_finite_is_refused_by_every_command(tmp_path, drawn):
+    mission(tmp_path, law(law="return Command(math.nan, torque), memory"))
+    (tmp_path / "many.toml").write_text(f"mission = 'hover.toml'\nflights = 8\n{drawn}")
+    for given in ("fly hover.toml", "export hover.toml", "campaign many.toml", "linear hover.toml", "page hover.toml"):
+        run = command(tmp_path, *given.split())
+        assert (run.returncode, run.stdout) == (2, "")
+        assert run.stderr.count("\n") == 1
+        assert "controller: law.py:Hover: law: the Command: thrust is nan at t = 0 s" in run.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_drawn_flight_that_is_not_finite_at_once_is_lost_and_no_error(tmp_path):
+    mission(tmp_path, law(law=DRAWN))
+    (tmp_path / "many.toml").write_text(
+        "mission = 'hover.toml'\nflights = 8\nvary = {'controller.k' = {type = 'uniform', low = 1.0, high = 3.0}}\n"
+    )
+    run = command(tmp_path, "campaign", "many.toml")
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "not-finite" in run.stdout
+    number = next(line.split()[-1] for line in run.stdout.splitlines() if "--flight" in line)
+    run = command(tmp_path, "fly", "many.toml", "--flight", number)
+    assert (run.returncode, run.stderr) == (3, "")
+    assert "the law's thrust was nan" in run.stdout

@@ -23,6 +23,7 @@ from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.scored import Scored, scored
+from quadstep.flight.trial import NotFiniteError
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
@@ -78,10 +79,21 @@ class Planner:
         self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
         self.typical, self.seed, self.score_period = typical, seed, score_period
         mission = check_mission(content, source, folder)
+        self.refuse_lost_at_once(mission)
         self.begin, self.own = mission.scored_from, mission.own_metrics
         self.direct: dict[object, list[str]] = {}
         self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[object] = set()
+
+    def refuse_lost_at_once(self, mission: Mission) -> None:
+        """Refuses a user's law whose first command is not finite in the mission as written. Raises UserError."""
+        if mission.controller.own:
+            try:
+                mission.plan(self.folder)
+            except NotFiniteError as error:
+                raise UserError(f"{self.source}: {error}") from None
+            except UserError:  # the values that vary may mend it
+                return
 
     # One flight
 
@@ -101,7 +113,7 @@ class Planner:
         """The flight with these values, its noise that of `flight`. Raises UserError."""
         mission = self.mission(values, flight)
         try:
-            plan = mission.plan(self.folder)
+            plan = mission.plan(self.folder, drawn=bool(values))
         except UserError as error:
             said = "" if flight is None else f"flight {flight} ({shown(values)}): "
             raise UserError(f"{self.source}: {said}{error}") from None

@@ -86,7 +86,7 @@ def sentences(summary: Summary) -> list[str]:
     """The summary in words."""
     digits = max(6, len(str(summary.flights)) + 1)  # so that a single flight shows
     value, low, high = (f"{100.0 * part:.{digits}g}" for part in summary.success)
-    lines = [f"{summary.flights} flights: {value} % succeed; 95 % interval {low} to {high} %."]
+    lines = [f"{units.counted(summary.flights, 'flight')}: {value} % succeed; 95 % interval {low} to {high} %."]
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")

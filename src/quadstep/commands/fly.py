@@ -98,7 +98,8 @@ def fly(
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:
-        show_table(result.name, ("", *result.header), result.rows)
+        if result.rows:
+            show_table(result.name, ("", *result.header), result.rows)
         if result.facts:
             show_table("", ("limits", "value"), result.facts)
         say(result.ending)

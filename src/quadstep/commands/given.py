@@ -13,6 +13,15 @@ ALIKE = 0.8
 
 HELP = "; --help lists what a command takes"
 
+WORDED = (
+    (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed", "; allowed: {1}"),
+    (r"Got unexpected extra argument\(?s?\)? \((.*)\)", "{0!r:.60}: not expected; the command takes no further argument", ""),
+    (r"No such command ['\"](.*)['\"]\.(?: Did you mean (.*)\?)?", "no such command: {0!r:.60}", "; {1} may be meant"),
+    (r"Option '(.*)' requires an argument\.", "{0}: missing its value", ""),
+    (r"Option '(.*)' does not take a value\.", "{0}: takes no value", ""),
+)
+"""What the parser says, how it is said here, and what is added where it says more."""
+
 
 def plain(error: TyperException) -> str:
     """What is wrong with the command line, as the other messages say it: which option, what is allowed, what was given."""
@@ -22,7 +31,7 @@ def plain(error: TyperException) -> str:
         return unknown(error.option_name, error.possibilities or ())
     text = error.format_message()
     if not isinstance(error.__cause__, ValidationError):
-        return text
+        return worded(text)
     problem = error.__cause__.errors(include_url=False)[0]
     named = re.match(r"Invalid value for '([^']*)'", text)
     option = named.group(1) if named else "an option"
@@ -31,6 +40,17 @@ def plain(error: TyperException) -> str:
         return f"{option}: {problem['input']!r:.60} is not known; allowed: {choice.group(1).replace(chr(39), '')}"
     wanted = allowed(problem["type"], getattr(error, "param", None))
     return f"{option}: should be {wanted or problem['msg']}, not {problem['input']!r:.60}"
+
+
+def worded(text: str) -> str:
+    """What the parser says, as the other messages say it."""
+    for pattern, said, more in WORDED:
+        found = re.fullmatch(pattern, text, re.DOTALL)
+        if found:
+            given, *others = found.groups(default="")
+            likely = " ".join("".join(others).replace("'", "").split())
+            return (said + (more if likely else "")).format(given, likely)
+    return text
 
 
 def allowed(kind: str, param: object) -> str:

@@ -9,6 +9,7 @@ import typer
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
 from quadstep.commands.options import ReplaceOption
 from quadstep.errors import UserError
+from quadstep.report.units import counted
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
 
@@ -95,7 +96,7 @@ def identify(
         say(said_of_residual(result.shares, result.residual is not None))
     if not result.held_out:
         say("No flight was held out: only the intervals say how well this holds for other flights.")
-    say(f"{len(flights)} flights in {time.monotonic() - begun:.0f} s")
+    say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""
     say_whole(f"wrote {out}{pages}")
 

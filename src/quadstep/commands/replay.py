@@ -8,6 +8,7 @@ import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
 from quadstep.errors import UserError
+from quadstep.report.units import counted
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
 
@@ -62,17 +63,15 @@ def replay(
     if residual and not section.residual:
         raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
     flights = [read_log(log, mapping) for log in logs]
-    for flight in flights:
-        for one in judge(flight, section.geometry()):
-            if one.wrong:
-                complain(f"warning: {flight.name}: {one.text}")
+    judged = [(flight.name, one) for flight in flights for one in judge(flight, section.geometry())]
+    warnings = [f"warning: {name}: {one.text}" for name, one in judged if one.wrong]
     if starts and predictions:
-        write_predictions(flights, section, starts, predictions, commands_only)
+        write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return
     if estimator:
-        show_estimates(flights)
+        show_estimates(flights, warnings)
     if chosen:
-        show_flown(flights, section, chosen, page)
+        show_flown(flights, section, chosen, page, warnings)
     if estimator or controller:
         return
     from quadstep.identify.closed_loop import hover_ratio
@@ -80,8 +79,9 @@ def replay(
 
     numbers, guided = ready(flights, section, commands_only)
     found = compare(flights, section, numbers, guided)
+    warn(warnings)
     knows = "commands and setpoints" if guided else "commands alone"
-    show_compared(f"{found.starts} predictions of {found.predicted.shape[2]} flights from {knows}", found)
+    show_compared(f"{found.starts} predictions of {counted(found.predicted.shape[2], 'flight')} from {knows}", found)
     if residual:
         effects = section.effects.model_copy(update={"residual": True})
         numbers, guided = ready(flights, section.model_copy(update={"effects": effects}), commands_only)
@@ -95,8 +95,19 @@ def replay(
         )
 
 
+def warn(warnings: list[str]) -> None:
+    """Say them, once there is a result: an error stands alone."""
+    while warnings:
+        complain(warnings.pop(0))
+
+
 def write_predictions(
-    flights: "list[FlightRecord]", section: "AirframeSection", starts: Path, predictions: Path, commands_only: bool
+    flights: "list[FlightRecord]",
+    section: "AirframeSection",
+    starts: Path,
+    predictions: Path,
+    commands_only: bool,
+    warnings: list[str],
 ) -> None:
     """Predict from given rows, for others to judge."""
     from quadstep.atomic import write_beside
@@ -105,8 +116,9 @@ def write_predictions(
     numbers, guided = ready(flights, section, commands_only)
     rows = read_starts(starts, flights)
     write_beside(predictions, as_json(predictions_of(flights, section, numbers, rows, guided)))
+    warn(warnings)
     count = sum(len(one) for one in rows.values())
-    say(f"{count} predictions of {len(rows)} {'flight' if len(rows) == 1 else 'flights'} in {predictions}")
+    say(f"{counted(count, 'prediction')} of {counted(len(rows), 'flight')} in {predictions}")
 
 
 def controller_of(given: str) -> dict[str, object]:
@@ -130,13 +142,18 @@ def controller_of(given: str) -> dict[str, object]:
 
 
 def show_flown(
-    flights: "list[FlightRecord]", section: "AirframeSection", controller: dict[str, object], page: Path | None
+    flights: "list[FlightRecord]",
+    section: "AirframeSection",
+    controller: dict[str, object],
+    page: Path | None,
+    warnings: list[str],
 ) -> None:
     """Real flights beside simulated ones."""
     from quadstep.identify.beside_page import write
     from quadstep.identify.closed_loop import fly_again
 
     found = fly_again(flights, section, controller)
+    warn(warnings)
     rows = []
     for one in found:
         real, flown = one.real, one.simulated
@@ -165,7 +182,7 @@ def show_flown(
     )
 
 
-def show_estimates(flights: "list[FlightRecord]") -> None:
+def show_estimates(flights: "list[FlightRecord]", warnings: list[str]) -> None:
     """The filter beside the log's own estimate."""
     from quadstep.identify.estimator import estimate
 
@@ -176,5 +193,6 @@ def show_estimates(flights: "list[FlightRecord]") -> None:
             if one:
                 numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
                 rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
+    warn(warnings)
     header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [deg]", "yaw [deg]")
     show_table("RMS errors; the filter gets gyro, accelerometer and a position at 20 Hz with 5 mm noise", header, rows)

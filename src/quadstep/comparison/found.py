@@ -68,7 +68,7 @@ class Comparison(NamedTuple):
     @property
     def pairs(self) -> int:
         """How many were compared: the size of each family of tests."""
-        return sum(len(one.pairs) for one in self.ranked.values())
+        return sum(len(one.pairs) for one in self.ranked.values() if not one.copies)
 
     def of(self, situation: Situation) -> list[Result]:
         """Its results."""

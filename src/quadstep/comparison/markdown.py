@@ -6,6 +6,7 @@ from pathlib import Path
 from quadstep import __version__
 from quadstep.comparison import tables, words
 from quadstep.comparison.found import Comparison
+from quadstep.report.units import counted
 
 
 def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
@@ -18,7 +19,7 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
         metric = words.title(found.metrics[found.metric])
         parts += [
             f"## {vehicle or 'Missions'}",
-            f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight ranks worse than any other.",
+            f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any other.",
             f"![{metric} for every situation and controller]({drawn[vehicle].as_posix()}.png)",
             table(*turned(*tables.matrix(found, vehicle))),
         ]

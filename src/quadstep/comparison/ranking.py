@@ -58,20 +58,36 @@ class Pair(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """The controllers of a situation. ranks: mean over flights, 1 the best. friedman: its p-value, not corrected."""
+    """The controllers of a situation. ranks: mean over flights, 1 the best. friedman: its p-value, not corrected. copies:
+    whether its flights do not differ, so that nothing of them is statistical.
+    """
 
     ranks: dict[str, float]
     friedman: float
     pairs: tuple[Pair, ...]
+    copies: bool = False
 
 
 def compare(flown: Mapping[str, Flown], metric: str) -> Ranked:
-    """One situation, p-values not yet corrected. flown: by controller, the same flights of each."""
+    """One situation, p-values not yet corrected. flown: by controller, the same flights of each.
+
+    Several copies of one flight are one observation, which decides nothing.
+    """
     columns = {name: one.ranked(metric) for name, one in flown.items()}
     table = np.stack(list(columns.values()), axis=1)
     ranks = rankdata(table, axis=1).mean(axis=0)
     pairs = tuple(pair(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
-    return Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
+    found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
+    if not all(map(alike, flown.values())) or all(one.lost.all() for one in flown.values()):
+        return found
+    pairs = tuple(pair._replace(p=1.0, p_lost=1.0) for pair in pairs)
+    return found._replace(friedman=1.0, pairs=pairs, copies=True)
+
+
+def alike(flown: Flown) -> bool:
+    """Whether several flights of a controller do not differ."""
+    columns = (flown.lost, *flown.metrics.values())
+    return len(flown.lost) > 1 and all(np.array_equal(one, np.full_like(one, one[0]), equal_nan=True) for one in columns)
 
 
 def friedman(table: Floats) -> float:
@@ -149,10 +165,13 @@ def median_difference(gap: Floats) -> Estimate:
 
 def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
     """All situations of a study with the p-values of every pair corrected, tracking and losses each as a family."""
-    tracking = iter(holm([pair.p for one in situations for pair in one.pairs]))
-    losing = iter(holm([pair.p_lost for one in situations for pair in one.pairs]))
+    tested = [one for one in situations if not one.copies]
+    tracking = iter(holm([pair.p for one in tested for pair in one.pairs]))
+    losing = iter(holm([pair.p_lost for one in tested for pair in one.pairs]))
     return [
-        one._replace(pairs=tuple(pair._replace(p=next(tracking), p_lost=next(losing)) for pair in one.pairs))
+        one
+        if one.copies
+        else one._replace(pairs=tuple(pair._replace(p=next(tracking), p_lost=next(losing)) for pair in one.pairs))
         for one in situations
     ]
 

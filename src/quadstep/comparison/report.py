@@ -15,6 +15,7 @@ from quadstep.page.identity import identity
 from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.sheet import Sheet
+from quadstep.report.units import counted
 
 REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
 
@@ -74,7 +75,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
             page.heading(label, identity(label, ())),
             *([] if vehicle in shown else [figures[vehicle]]),
             page.paragraph(
-                f"{metric}: median (95 % quantile) of {found.seeds} flights; a lost flight ranks worse than any other."
+                f"{metric}: median (95 % quantile) of {counted(found.seeds, 'flight')}; a lost flight ranks worse than any "
+                "other."
             ),
             page.table(header, rows),
         ]
@@ -135,9 +137,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
 
 def facts(found: Comparison) -> list[page.Fact]:
     """Who is best, and how much is decided."""
-    flown = page.Fact(
-        "flights", f"{found.seeds} each", f"{len(found.controllers)} controllers in {len(found.ranked)} situations"
-    )
+    controllers, situations = counted(len(found.controllers), "controller"), counted(len(found.ranked), "situation")
+    flown = page.Fact("flights", f"{found.seeds} each", f"{controllers} in {situations}")
     if len(found.controllers) < 2:
         return [flown]
     (best, rank), *_ = found.overall().items()

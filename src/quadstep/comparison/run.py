@@ -25,6 +25,7 @@ from quadstep.documents import read_json
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
+from quadstep.report.units import counted
 
 Doing = Callable[[str], None]
 Done = Callable[[int, int], None]
@@ -197,7 +198,8 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
         )
     for situation, many in list(flown.items()):
         if all(one.lost.all() for one in many.values()):
-            run.met(Problem(None, f"{situation.label or 'the missions'}: no controller completes any of {seeds} flights"))
+            where = situation.label or "the missions"
+            run.met(Problem(None, f"{where}: no controller completes any of {counted(seeds, 'flight')}"))
     return there, flown
 
 

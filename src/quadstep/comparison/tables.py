@@ -10,6 +10,7 @@ from quadstep.campaign.store import parquet
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
 from quadstep.report.tables import write_csv
+from quadstep.report.units import counted
 
 Row = dict[str, object]
 
@@ -210,7 +211,7 @@ def tex(text: str) -> str:
 def latex(found: Comparison) -> str:
     """A table of every situation and controller: median and 95 % quantile, and what is lost."""
     metric = tex(title(found.metrics[found.metric]))
-    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {found.seeds} flights per cell"]
+    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"]
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = matrix(found, vehicle)
         if vehicle:

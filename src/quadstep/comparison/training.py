@@ -19,6 +19,7 @@ from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range
+from quadstep.report.units import counted
 from quadstep.tuning.ground import Ground, asked_of
 from quadstep.tuning.judge import Judge, Judged, squashed
 from quadstep.tuning.search import FEWEST_GENERATIONS, Search, population
@@ -233,6 +234,7 @@ def check_task(asked: Task) -> int:
     if asked.budget < least:
         raise UserError(
             f"{asked.source}: tuning.budget: {asked.budget} flights are too few for the {gains} gains of {asked.label}; "
-            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, {seeds} flights each"
+            f"at least {least} are needed: {FEWEST_GENERATIONS} generations of {count} candidates, "
+            f"{counted(seeds, 'flight')} each"
         )
     return gains

@@ -8,6 +8,7 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.ranking import ALPHA, Ranked
 from quadstep.comparison.study import Situation
+from quadstep.report.units import counted
 
 LOST, NOTHING = "lost", "-"
 
@@ -85,15 +86,17 @@ def sentences(found: Comparison) -> list[str]:
 
 def of_all(found: Comparison) -> str:
     """How much is decided, and who ranks first."""
-    pairs = [pair for one in found.ranked.values() for pair in one.pairs]
+    pairs = [pair for one in found.ranked.values() if not one.copies for pair in one.pairs]
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
     many = len(found.ranked)
     over = f" over {many} situations" if many > 1 else ""
     first, *_ = found.overall().items()
-    text = (
-        f"{len(found.controllers)} controllers, {found.seeds} flights each in every situation. Which of two tracks better is "
-        f"decided for {decided} of {len(pairs)} pairs{over}, and which loses fewer flights for {kept}."
-    )
+    text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
+    if pairs:
+        text += (
+            f" Which of two tracks better is decided for {decided} of {len(pairs)} pairs{over}, and which loses fewer flights "
+            f"for {kept}."
+        )
     return f"{text} {first[0]} has the best mean rank." if many > 1 else text
 
 
@@ -108,8 +111,12 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text = f"{where}: every controller loses at least half of its flights; tracking is not compared"
         return f"{text}. {losing(results)}".strip()
     text = f"{where}: {best} has the smallest median {full.partition('[')[0].replace('_', ' ').replace('rmse', 'RMSE')}, "
+    value = f"{unit.factor * median.value:.3g} {unit.name}"
+    if ranked.copies:
+        text += f"{value}; its {found.seeds} flights do not differ, so nothing is statistical"
+        return f"{text}. {losing(results)}".strip()
     if math.isnan(median.low):
-        text += f"{unit.factor * median.value:.3g} {unit.name} ({found.seeds} flights are too few for an interval)"
+        text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
         text += f"{shown(median, unit.factor)} {unit.name}"
     beaten: list[str] = []
@@ -158,6 +165,6 @@ def tests(found: Comparison) -> str:
     """The size of what was corrected for."""
     certain = sum(one.friedman < ALPHA / max(1, len(found.ranked)) for one in found.ranked.values())
     return (
-        f"{found.pairs} pairs in each family of tests. By Friedman's test the controllers differ in {certain} of "
+        f"{counted(found.pairs, 'pair')} in each family of tests. By Friedman's test the controllers differ in {certain} of "
         f"{len(found.ranked)} situations (with Bonferroni's correction)."
     )

@@ -231,7 +231,13 @@ def body_inertia(sheet: Datasheet, count: int) -> tuple[Number, Number, Number]:
     motor = sheet.motor_mass or 0.4 * sheet.mass / count
     if count * motor > 0.9 * sheet.mass:
         raise UserError(f"motor_mass: {count} motors of {motor:g} kg leave nothing of {sheet.mass:g} kg for the rest")
-    motor += sheet.propeller.mass or 0.0
+    propeller = sheet.propeller.mass or 0.0
+    if count * (motor + propeller) > 0.95 * sheet.mass:
+        raise UserError(
+            f"propeller.mass: {count} propellers of {propeller:g} kg and as many motors of {motor:g} kg leave nothing of "
+            f"{sheet.mass:g} kg for the rest"
+        )
+    motor += propeller
     rest, side = sheet.mass - count * motor, 0.4 * sheet.wheelbase
     places = [mount.position for mount in laid_out(sheet.layout, 0.5 * sheet.wheelbase)]
     box = rest * (side**2 + (0.5 * side) ** 2) / 12.0

@@ -12,11 +12,17 @@ from quadstep.mission.fields import Name, NonNegative, Positive, PositiveTriple,
 Column = Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple), Field(max_length=1000)]
 FEWEST_POINTS = 3
 
+Diameter = Annotated[Positive, Field(ge=0.01, le=100.0)]
+"""In metres: the numbers that follow from it are in range."""
+
+LIKELY = {"voltage": (1.0, 1000.0, "V"), "current": (0.01, 10_000.0, "A"), "speed": (10.0, 1e5, "rad/s")}
+"""Least and most of the largest number of a column of the stand, and its unit."""
+
 
 class PropellerSection(Section):
     """The propeller, in metres or in inches."""
 
-    diameter: Annotated[Positive | None, Quantity("m", "diameter of the propeller")] = None
+    diameter: Annotated[Diameter | None, Quantity("m", "diameter of the propeller")] = None
     pitch: Annotated[Positive | None, Quantity("m", "pitch of the propeller")] = None
     inches: Annotated[
         Annotated[tuple[Positive, Positive], BeforeValidator(as_tuple)] | None,
@@ -28,6 +34,8 @@ class PropellerSection(Section):
     def _sized(self) -> "PropellerSection":
         if (self.inches is None) == (self.diameter is None):
             raise ValueError("give either diameter (and perhaps pitch) in metres, or inches = [diameter, pitch]")
+        if self.inches and not 0.4 <= self.inches[0] <= 4000.0:
+            raise ValueError(f"inches: the diameter should be from 0.4 to 4000 in, not {self.inches[0]:g}")
         return self
 
     @property
@@ -55,6 +63,11 @@ class StandSection(Section):
             column = getattr(self, name)
             if (column or name == "thrust") and len(column) != count:
                 raise ValueError(f"{name}: {len(column)} points, throttle has {count}")
+        for name, (least, most, unit) in LIKELY.items():
+            if getattr(self, name) and not least <= max(getattr(self, name)) <= most:
+                raise ValueError(
+                    f"{name}: its largest number should be from {least:g} to {most:g} {unit}, not {max(getattr(self, name)):g}"
+                )
         if max(self.throttle) > 1.0:
             raise ValueError(
                 f"throttle: {max(self.throttle):g} is above 1; it is a fraction of full throttle, not a percentage"
@@ -71,13 +84,13 @@ class Datasheet(Section):
 
     name: Annotated[Name, Quantity("", "name of the vehicle")] = "My vehicle"
     mass: Annotated[Positive, Quantity("kg", "total mass in flight")]
-    wheelbase: Annotated[Positive, Quantity("m", "distance between diagonally opposite motors")]
+    wheelbase: Annotated[Positive, Field(ge=0.001, le=1000.0), Quantity("m", "distance between diagonally opposite motors")]
     layout: Annotated[
         Literal["x", "plus", "hexa-x", "hexa-plus", "octo-x", "octo-plus"], Quantity("", "arrangement of the rotors")
     ] = "x"
-    kv: Annotated[Positive, Field(le=1e5), Quantity("rpm/V", "speed constant of the motors")]
+    kv: Annotated[Positive, Field(ge=1.0, le=1e5), Quantity("rpm/V", "speed constant of the motors")]
     cells: Annotated[int, Field(ge=1, le=24), Quantity("", "battery cells in series")]
-    capacity: Annotated[Positive | None, Quantity("A h", "capacity of the battery")] = None
+    capacity: Annotated[Annotated[Positive, Field(ge=0.001, le=1e5)] | None, Quantity("A h", "capacity of the battery")] = None
     motor_mass: Annotated[Positive | None, Quantity("kg", "mass of one motor")] = None
     inertia: Annotated[PositiveTriple | None, Quantity("kg m^2", "moments of inertia, if measured")] = None
     rise_time: Annotated[Positive | None, Quantity("s", "rise time of a rotor's speed, if measured")] = None

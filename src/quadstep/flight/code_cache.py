@@ -15,7 +15,7 @@ from pathlib import Path
 from quadstep.atomic import replace_file
 
 MOST_ENTRIES = 64
-"""Older entries are deleted beyond this number (about 100 kB each)."""
+"""Beyond this number (about 100 kB each), those are deleted that were not used for longest."""
 
 log = logging.getLogger(__name__)
 warned: set[str] = set()
@@ -47,7 +47,11 @@ def read(name: str) -> bytes | None:
     except OSError:
         return None
     digest, code = content[:32], content[32:]
-    return code if signature(name, code) == digest else None
+    if place is None or signature(name, code) != digest:
+        return None
+    with contextlib.suppress(OSError):  # of a folder that cannot be written
+        os.utime(place / name, follow_symlinks=False)
+    return code
 
 
 def write(name: str, code: bytes) -> None:

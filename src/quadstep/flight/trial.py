@@ -1,6 +1,10 @@
 """Checks that a user's controller returns what a flight needs: one sample on floats, before anything is compiled."""
 
-from typing import TYPE_CHECKING, Any, cast
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -8,16 +12,26 @@ from quadstep.control.commands import RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command
 from quadstep.control.opaque import Opaque
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.eager import always
-from quadstep.flight.loop import Cycle, Loop
-from quadstep.numbers import Table, flatten, leaf_names
+from quadstep.flight.loop import Cycle, Loop, Numbers
+from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
+from quadstep.user_code.blame import blamed
 
 if TYPE_CHECKING:
     from quadstep.plants.multirotor import Spun
 
 NUMBERS = float, int, np.floating, np.integer
 MADE_OF = "numbers, vectors and tuples of them"
+
+MISUSED = AttributeError, IndexError, TypeError
+"""What Python raises where a number is used as a vector."""
+
+T = TypeVar("T")
+
+
+class NotFiniteError(UserError):
+    """The first command of a law is not finite."""
 
 
 def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
@@ -34,15 +48,36 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     periods = {task.name: every * ticks.step for task, every in zip(loop.tasks, ticks.every, strict=True)}
     given, memory = (loop.told(cycle, parameters), loop.wanted(0.0, parameters), gains, 0.0), cycle.memory
     for name in law.loops():
-        memory = always(law.slower)(name, memory, *given, periods[name])
-        check_same(memory, cycle.memory, f"{name}: the memory")
+        memory = sampled(always(partial(law.slower, name)), memory, *given, periods[name])
+        check_memory(memory, cycle.memory, name)
     kind = type(cycle.command) if law.commands is Command else law.commands
-    answer: object = always(law.law)(memory, *given, periods["law"])
+    answer: object = sampled(always(law.law), memory, *given, periods["law"])
     wanted = kind.__name__
     if not isinstance(answer, tuple) or len(answer) != 2 or not isinstance(answer[0], kind):
         raise UserError(f"law: should return a {wanted} and the memory; it returns {named(answer)}")
     check_command(loop, cycle, parameters, answer[0])
-    check_same(answer[1], cycle.memory, "law: the memory")
+    check_memory(answer[1], cycle.memory, "law")
+    check_finite(loop, cycle, parameters, answer[0])
+
+
+def sampled(sample: Callable[..., T], memory: object, *given: object) -> T:
+    """A sample with this memory. Raises UserError where it fails since `start` gives a number for a vector."""
+    try:
+        return sample(memory, *given)
+    except MISUSED as error:
+        leaves, names = flatten(memory), leaf_names(memory)
+        for place, (leaf, name) in enumerate(zip(leaves, names, strict=True)):
+            meant = rebuild(memory, iter([*leaves[:place], vector(0.0, 0.0, 0.0), *leaves[place + 1 :]]))
+            try:
+                sample(meant, *given)
+            except Exception:  # another leaf, or another mistake
+                continue
+            found = blamed(error)
+            where = f"{Path(found[0]).name}:{found[1]}" if found else "the law"
+            raise UserError(
+                f"start: the memory: {name or 'it'} is a number, {leaf!r:.60}, where {where} takes a vector"
+            ) from error
+        raise
 
 
 def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object) -> None:
@@ -54,6 +89,16 @@ def check_command(loop: Loop, cycle: Cycle, parameters: object, command: object)
         if told != rotors:
             raise UserError(f"{what}: should have an entry for each of the {rotors} rotors, not {told}")
     check_same(loop.plant.asked(parameters, command), cycle.command, what)
+
+
+def check_finite(loop: Loop, cycle: Cycle, parameters: Numbers, command: object) -> None:
+    """Refuses a law whose flight ends with its first command. Raises NotFiniteError."""
+    asked, reference = loop.plant.asked(parameters, command), loop.wanted(0.0, parameters)
+    if always(loop.plant.outcome)(parameters, cycle.state, asked, reference) != Outcome.NOT_FINITE:
+        return
+    for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
+        if not math.isfinite(leaf):
+            raise NotFiniteError(f"law: the {type(command).__name__}: {name} is {leaf:g} at t = 0 s; it should be finite")
 
 
 def named(answer: object) -> str:
@@ -78,6 +123,20 @@ def check_same(structure: object, first: object, what: str) -> None:
     if now != then:
         changes = "; ".join(filter(None, (set_aside("missing", then, now), set_aside("new", now, then))))
         raise UserError(f"{what}: should keep the shape that it has at the start; {changes}")
+
+
+def check_memory(memory: object, first: object, method: str) -> None:
+    """Refuses a memory of another shape than `start` gave. Raises UserError."""
+    check_numbers(memory, f"{method}: the memory")
+    now, then = leaf_names(memory), leaf_names(first)
+    for name in then:
+        entries = [one for one in now if one.startswith(f"{name}." if name else "")]
+        if name not in now and len(entries) > 1:
+            raise UserError(
+                f"start: the memory: {name or 'it'} is a number, but `{method}` returns {len(entries)} numbers for it; "
+                "both should return the same shape"
+            )
+    check_same(memory, first, f"{method}: the memory")
 
 
 def set_aside(word: str, names: list[str], others: list[str]) -> str:

@@ -13,7 +13,7 @@ from quadstep.report.drawing import FigureJob
 from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import quantity
+from quadstep.report.units import counted, quantity
 
 SVG = Sheet(formats=("svg",))
 
@@ -30,12 +30,7 @@ def write(path: Path, found: Sequence[Beside], controller: str) -> None:
 def answer(found: Sequence[Beside]) -> str:
     """How similar they are, in a sentence."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
-    return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found))}."
-
-
-def counted(flights: int) -> str:
-    """A number of flights, in words."""
-    return f"{flights} flight{'s' * (flights != 1)}"
+    return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}."
 
 
 def facts(found: Sequence[Beside]) -> list[Fact]:

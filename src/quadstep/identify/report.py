@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from quadstep.atomic import write_beside
 from quadstep.errors import UserError
-from quadstep.identify.beside_page import SVG, counted, drawn, sections
+from quadstep.identify.beside_page import SVG, drawn, sections
 from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
@@ -27,7 +27,7 @@ from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
 from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
 from quadstep.report.panel import Panel
-from quadstep.report.units import percent
+from quadstep.report.units import counted, percent
 
 AHEAD = 10
 """How far ahead the drawn predictions are [samples]."""
@@ -69,13 +69,13 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
 
 def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
     """The result in a sentence."""
-    said = f"{len(run.found.fitted)} vehicle parameters were identified from {counted(len(flights))}"
+    said = f"{len(run.found.fitted)} vehicle parameters were identified from {counted(len(flights), 'flight')}"
     best = run.guided or run.commands
     if best is None:
         return f"{said}; no flight was held out to test predictions."
     ratio = best.ratio(AHEAD, "position").value
     others = f"the position error {AHEAD} samples ahead is {percent(ratio)} of that without a model"
-    return f"{said}; on {counted(len(run.held_out))} held out, {others}."
+    return f"{said}; on {counted(len(run.held_out), 'flight')} held out, {others}."
 
 
 def facts(run: Run) -> list[Fact]:

@@ -9,7 +9,7 @@ from quadstep.logs.flight import Flags, FlightRecord, Floats
 from quadstep.logs.grid import gridded
 from quadstep.logs.mapping import Mapping, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.logs.table import header_of, read_columns
-from quadstep.logs.topics import read_topics
+from quadstep.logs.topics import read_topics, refuse_empty
 
 USUAL = {".ulg": ("px4", "px4-outputs"), ".ulog": ("px4", "px4-outputs"), ".bin": ("ardupilot",), ".mcap": ()}
 """The package's mappings for logs of many topics, in the order in which they are tried, by file extension."""
@@ -33,6 +33,7 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
 def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     """A log of many topics, by the first mapping whose motor columns it has. Raises UserError."""
     if not mappings:
+        refuse_empty(path)
         raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
     columns = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])

@@ -20,12 +20,17 @@ READERS = {
 """The module that reads a kind of file, and the name of the kind, by file extension."""
 
 
-def read_topics(path: Path, wanted: list[str]) -> Columns:
-    """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
-    module, kind = READERS[path.suffix.lower()]
+def refuse_empty(path: Path) -> None:
+    """Raises UserError for a log that is empty or cannot be opened."""
     with files.opened(path, files.LOG) as file:
         if not file.read(1):
             raise UserError(f"{path}: is empty")
+
+
+def read_topics(path: Path, wanted: list[str]) -> Columns:
+    """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
+    module, kind = READERS[path.suffix.lower()]
+    refuse_empty(path)
     found: Columns
     with needed_by(f"reading {kind}"):
         try:

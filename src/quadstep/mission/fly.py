@@ -17,6 +17,7 @@ from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
 from quadstep.control.rotation_backstepping import RotationMemory
 from quadstep.errors import UserError
 from quadstep.exit_codes import DIVERGED, UNMET
+from quadstep.flight.cause import reason
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
@@ -114,10 +115,11 @@ def fly_planned(
     required = named(required, metric_names(mission, plan))
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
-        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet)
+        why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why)
     diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged)
+    summary = summarise(mission.name, log, metrics, warnings, judged, why)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     return summary._replace(ending=f"{lost}. The log up to that point is kept.") if lost else summary
 
@@ -132,8 +134,11 @@ def write_results(
     beside: Path,
     told: Told = lambda *_: None,
     sheet: Sheet | None = None,
+    why: str = "",
 ) -> tuple[Metrics, tuple[str, ...]]:
-    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are."""
+    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
+    ended early, if known.
+    """
     metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     (out / "figures").mkdir()
@@ -153,7 +158,7 @@ def write_results(
         figure.result()
         told("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
-    write_report(out / REPORT, mission, log, metrics, warnings, captions)
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
     return metrics, warnings
 
 
@@ -206,8 +211,10 @@ def write_weights(path: Path, mission: Mission, log: FlightLog) -> None:
     write_json(path, {"neurons": nets["neurons"], "seed": nets["seed"], **weights})
 
 
-def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[Judged]) -> Summary:
-    """The table of errors, how close the vehicle came to its limits, and the closing line."""
+def summarise(
+    name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, ...], judged: list[Judged], why: str = ""
+) -> Summary:
+    """The table of errors, how close the vehicle came to its limits, and the closing line. why: it ended early, if known."""
     rows = [
         [f"{axis} [{unit}]", *(f"{values[f'{key}[{base}]'] * scale:.4g}" for key in ("rmse", "largest", "final"))]
         for kind, base, unit, scale in (("position", "m", "mm", 1e3), ("attitude", "rad", "mrad", 1e3))
@@ -226,5 +233,6 @@ def summarise(name: str, log: FlightLog, metrics: Metrics, warnings: tuple[str, 
     if completed:
         ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm."
     else:
-        ending = f"Diverged at {log.ended:g} s: {REASONS[log.outcome]}. The log up to that point is kept."
+        kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
+        ending = f"Diverged at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

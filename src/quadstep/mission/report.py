@@ -23,11 +23,19 @@ LIST = re.compile(r"\[[^\[\]{}]*\]")
 
 
 def write_report(
-    path: Path, mission: "Mission", log: FlightLog, metrics: Metrics, warnings: Sequence[str], figures: dict[str, str]
+    path: Path,
+    mission: "Mission",
+    log: FlightLog,
+    metrics: Metrics,
+    warnings: Sequence[str],
+    figures: dict[str, str],
+    why: str = "",
 ) -> None:
-    """Write it beside the flight's other files. figures: their captions by path from there, without ending."""
+    """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
+    early, if known.
+    """
     drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
-    body = [page.summary(answer(log, metrics), facts(metrics), drawn[:IN_SUMMARY])]
+    body = [page.summary(answer(log, metrics, why), facts(metrics), drawn[:IN_SUMMARY])]
     body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
     body.append(
         page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
@@ -44,10 +52,10 @@ def write_report(
     page.write_page(path, mission.name, body, "Flight")
 
 
-def answer(log: FlightLog, metrics: Metrics) -> str:
+def answer(log: FlightLog, metrics: Metrics, why: str = "") -> str:
     """How it went, in a sentence."""
     if log.outcome is not Outcome.COMPLETED:
-        return f"The flight diverged at {log.ended:.4g} s: {REASONS[log.outcome]}."
+        return f"The flight diverged at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
     off = metrics.get("position_rmse[m]")
     return f"The flight completed {log.ended:g} s" + (
         f" with a position RMSE of {units.quantity(cast(float, off), 'm')}." if off is not None else "."

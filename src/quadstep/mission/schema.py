@@ -22,7 +22,7 @@ from quadstep.flight.loop import Loop
 from quadstep.flight.own_metric import Metric, of_log
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
-from quadstep.flight.trial import try_out
+from quadstep.flight.trial import NotFiniteError, try_out
 from quadstep.guidance.reference import Reference
 from quadstep.linear.names import MARGINS, UNITS, is_margin
 from quadstep.metrics.effort import EFFORT
@@ -242,11 +242,11 @@ class Mission(Section):
             misplaced = of_another_plant(given, cls)
             raise UserError(f"Mission: {misplaced}") if misplaced else explained(cls, given, error, "Mission") from None
 
-    def plan(self, folder: Path | None = None, warn: bool = True) -> FlightPlan:
+    def plan(self, folder: Path | None = None, warn: bool = True, drawn: bool = False) -> FlightPlan:
         """The flight this mission describes, as laws and numbers. Raises UserError.
 
         folder: where to look for files that it names, if not in the mission's folder. warn: whether to look for
-        warnings.
+        warnings. drawn: whether this is one of many flights, which may end with its first command.
 
         >>> from quadstep import Mission
         >>> plan = Mission(path={"type": "minimum-jerk", "end": [1.0, 0.0, 2.0], "duration": 4.0}).plan()
@@ -266,14 +266,16 @@ class Mission(Section):
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
         if warn and self.controller.own:
-            self.try_controller(loop, parameters, start, ticks)
+            self.try_controller(loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
 
-    def try_controller(self, loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
+    def try_controller(self, loop: Loop, parameters: Any, start: Any, ticks: Ticks, drawn: bool) -> None:
         """One sample of a controller of the user's own. Raises UserError naming it."""
         try:
             try_out(loop, parameters, start, ticks)
         except UserError as error:
-            raise UserError(f"controller: {self.controller.type}: {error}") from None
+            if drawn and isinstance(error, NotFiniteError):
+                return
+            raise type(error)(f"controller: {self.controller.type}: {error}") from None

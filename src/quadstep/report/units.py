@@ -100,6 +100,15 @@ def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
     )
 
 
+def counted(number: int, noun: str) -> str:
+    """So many of what a noun with a regular plural names.
+
+    >>> counted(1, "flight"), counted(2, "flight")
+    ('1 flight', '2 flights')
+    """
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def metric(full: str) -> tuple[str, str]:
     """Words and unit of a metric's name: `position_rmse[m]` is position RMSE in m."""
     name, _, unit = full.partition("[")

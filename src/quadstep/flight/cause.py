@@ -1,0 +1,26 @@
+"""Which output of a law ended a flight whose numbers were no longer finite."""
+
+import math
+
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.eager import always
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import REASONS, FlightLog
+from quadstep.numbers import flatten, leaf_names
+
+
+def reason(plan: FlightPlan, log: FlightLog) -> str:
+    """Why a flight ended early, with the law's output if that was not finite first."""
+    text = REASONS[log.outcome]
+    if log.outcome is not Outcome.NOT_FINITE or plan.loop.controller.one_at_a_time:
+        return text
+    loop, numbers = plan.loop, plan.parameters
+    if not all(map(math.isfinite, flatten(log.final.state))):
+        return text
+    every = dict(zip((task.name for task in loop.tasks), plan.ticks.every, strict=True))["law"]
+    given = loop.told(log.final, numbers), loop.wanted(log.ended, numbers), numbers.gains, log.ended
+    command, _ = always(loop.controller.law)(log.final.memory, *given, every * plan.ticks.step)
+    for leaf, name in zip(flatten(command), leaf_names(command), strict=True):
+        if not (math.isfinite(leaf) or name.startswith("desired_attitude")):  # only logged, and NaN of a law without one
+            return f"{text}: the law's {name} was {leaf:g}"
+    return text
