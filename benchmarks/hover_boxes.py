@@ -11,10 +11,10 @@ from quadstep import Mission
 from quadstep.control.controller import Measured
 from quadstep.control.registry import names
 from quadstep.errors import UserError
-from quadstep.prove.hold import described, held
+from quadstep.prove.hold import Left, described, held
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.unknown import Unknown
-from quadstep.prove.verdict import down
+from quadstep.prove.verdict import down, up
 
 PLACE = [0.0, 0.0, 5.0]
 
@@ -43,8 +43,11 @@ def row(law: str) -> str:
     spent = f"{time.process_time() - begun:.0f} s"
     if isinstance(found, str):
         return f"| `{law}` | open | {found} | {spent} |"
-    reach = ", ".join(f"{1e3 * one:.3g}" for one in found.reach[:3])
-    rest = ", ".join(f"{name} {value}" for name, value in described(loop, found))
+    if isinstance(found, Left):
+        box = f"{1e3 * down(float(max(found.reach[:3])), 3):.3g} mm"
+        return f"| `{law}` | disproved | flights leave a box of {box} within {found.seconds:.3g} s | {spent} |"
+    reach = ", ".join(f"{up(1e3 * one, 3):.3g}" for one in found.reach[:3])
+    rest = ", ".join(f"{name} {value}" for name, value in described(loop, found.reach))
     start = "" if found.own else " (all else as at rest)"
     return f"| `{law}` | {down(1e3 * found.found.start, 3):.3g} mm{start} | {reach} mm; {rest} | {spent} |"
 

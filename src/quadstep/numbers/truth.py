@@ -23,13 +23,13 @@ class Truth:
         self.holds, self.fails, self.ordered = np.asarray(holds), np.asarray(fails), ordered
 
     def __and__(self, other: Truth) -> Truth:
-        return Truth(self.holds & other.holds, self.fails | other.fails)
+        return type(self)(self.holds & other.holds, self.fails | other.fails)
 
     def __or__(self, other: Truth) -> Truth:
-        return Truth(self.holds | other.holds, self.fails & other.fails)
+        return type(self)(self.holds | other.holds, self.fails & other.fails)
 
     def __invert__(self) -> Truth:
-        return Truth(self.fails, self.holds, self.ordered and self.ordered[::-1])
+        return type(self)(self.fails, self.holds, self.ordered and self.ordered[::-1])
 
     def __bool__(self) -> bool:
         raise TypeError("a law chooses with `where`, never with `if`")

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from quadstep.prove.check_set import check_set
-from quadstep.prove.hold import Hold, described
+from quadstep.prove.hold import Hold, Left, described
 from quadstep.prove.rest import LONGEST
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.set_certificate import SetCertificate, write_set
 from quadstep.prove.unknown import Unknown
-from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under
+from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
+
+NOTHING = 1e-15
+"""Lengths [m] that are not told from zero."""
 
 
 def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
@@ -28,7 +31,7 @@ def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: H
     enough = start >= unknown.start
     said = "proved" if enough else "open"
     rows = rows_of(axes, said, start, position)
-    rows += [[quantity, said, "-", reach] for quantity, reach in described(loop, kept)]
+    rows += [[quantity, said, "-", reach] for quantity, reach in described(loop, kept.reach)]
     begun = loop.at_rest(loop.like) if kept.own else at.state.tolist()
     says = [
         "proved: " + sentence(unknown, start, begun[: len(axes)], kept.own, loop.period),
@@ -39,9 +42,31 @@ def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: H
     return Verdict(name, Kind.PROVED if enough else Kind.OPEN, rows, says, out, COLUMNS)
 
 
+def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
+    """Hover that flights leave from a start close to it."""
+    axes, own = loop.loop.plant.axes, described(loop, found.begun)
+    rows = [
+        [axis, "disproved", above(float(one)), below(float(box)) if box else "0 mm"]
+        for axis, one, box in zip(axes, found.begun, found.reach, strict=False)
+    ]
+    box = dict(described(loop, found.reach, down))
+    rows += [[quantity, "disproved", value, box[quantity]] for quantity, value in own]
+    others = f", {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
+    says = (
+        f"disproved: hover is unstable{others}. A flight that begins this far from the loop's rest, along its fastest growing "
+        f"mode, leaves the box in the last column within {up(found.seconds, 3):g} s; the law as flown, rounding included."
+    )
+    return Verdict(name, Kind.DISPROVED, rows, [says], columns=("", "verdict", "begins at", "leaves"))
+
+
 def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:
     """A row for each axis."""
     return [[axis, said, below(start), f"{millimetres(float(one))} mm"] for axis, one in zip(axes, position, strict=True)]
+
+
+def above(metres: float) -> str:
+    """In millimetres, rounded up."""
+    return f"{millimetres(metres)} mm" if metres >= NOTHING else f"below {1e3 * NOTHING:g} mm"
 
 
 def below(metres: float) -> str:

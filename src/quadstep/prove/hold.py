@@ -10,14 +10,20 @@ import numpy as np
 from quadstep.errors import UserError
 from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import UndefinedError
+from quadstep.prove.escape import escape
 from quadstep.prove.invariant import Held, Set, largest
 from quadstep.prove.modes import Modes, modes
 from quadstep.prove.rest import Rest, rest
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import Unknown
+from quadstep.prove.verdict import up
 
 UNITS = {"velocity": (1.0, "m/s"), "rates": (np.degrees(1.0), "deg/s"), "speeds": (1.0, "rad/s")}
 """The quantities reported besides position and attitude, with their units."""
+
+
+MOST_STATES = 200
+"""A set is sought of loops with so many moving numbers at the most: its second-order terms are their cube."""
 
 
 class Hold(NamedTuple):
@@ -32,10 +38,22 @@ class Hold(NamedTuple):
     reach: Array
 
 
-def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | str:
-    """The largest set that is found, or the reason why there is none."""
+class Left(NamedTuple):
+    """Hover that is unstable. begun: how far a start is off the rest, reach: the box about the rest that its flight leaves,
+    of each state of the loop. seconds: in which it does [s].
+    """
+
+    begun: Array
+    reach: Array
+    seconds: float
+
+
+def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _: None) -> Hold | Left | str:
+    """The largest set that is found, or the proof that flights leave, or the reason why there is neither."""
     try:
         at = rest(loop)
+        if len(at.live) > MOST_STATES:
+            return f"{len(at.live)} numbers move from sample to sample, and sets are computed for {MOST_STATES} at the most"
         chosen = modes(at.slopes)
     except (UserError, UndefinedError) as error:
         return str(error)
@@ -44,7 +62,9 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
     fastest = int(np.argmax(np.abs(chosen.values)))
     if np.abs(chosen.values[fastest]) >= 1.0:
         rate = float(np.log(np.abs(chosen.values[fastest]))) / loop.period
-        return f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
+        return left(Set(loop, at, chosen, unknown, at.state), fastest) or (
+            f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
+        )
     why = ""
     for patient, own in ((False, True), (False, False), (True, True), (True, False)):
         begun = np.array(loop.at_rest(loop.like)) if own else at.state
@@ -54,32 +74,47 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
         except UndefinedError as error:
             found = str(error)
         if not isinstance(found, str):
-            reach = np.zeros(len(at.state))
-            reach[list(at.live)] = np.abs(chosen.spread @ arithmetic.parted) @ found.radii
-            for place, other in at.twins.items():
-                reach[place] = reach[other]
-            if at.unit >= 0:
-                turn = slice(at.unit + 1, at.unit + 4)
-                moved, away = float(np.linalg.norm(reach[turn])), float(np.linalg.norm(np.abs(at.state[turn]) + reach[turn]))
-                reach[at.unit] = away * moved / np.sqrt(1.0 - min(away, 0.9) ** 2)
-            return Hold(at, chosen, found, own, reach)
+            return Hold(at, chosen, found, own, everywhere(at, arithmetic.reach @ found.radii))
         why = why or found
     return why
 
 
-def described(loop: Sampled, one: Hold) -> list[tuple[str, str]]:
-    """The set's extent besides the position: quantity, and how far it may be from its rest."""
+def left(arithmetic: Set, mode: int) -> Left | None:
+    """The proof that flights leave along this mode, if there is one."""
+    found, at = escape(arithmetic, mode), arithmetic.at
+    if found is None:
+        return None
+    seconds = found.samples * arithmetic.loop.period
+    return Left(everywhere(at, np.abs(found.begun)), everywhere(at, found.box), seconds)
+
+
+def everywhere(at: Rest, live: Array) -> Array:
+    """How far each state of the loop may be from its rest, from how far those that move may be."""
+    reach = np.zeros(len(at.state))
+    reach[list(at.live)] = live
+    for place, other in at.twins.items():
+        reach[place] = reach[other]
+    if at.unit >= 0:
+        turn = slice(at.unit + 1, at.unit + 4)
+        moved, away = float(np.linalg.norm(reach[turn])), float(np.linalg.norm(np.abs(at.state[turn]) + reach[turn]))
+        reach[at.unit] = away * moved / np.sqrt(1.0 - min(away, 0.9) ** 2)
+    return reach
+
+
+def described(loop: Sampled, reach: Array, rounded: Callable[[float, int], float] = up) -> list[tuple[str, str]]:
+    """The extent of a set besides the position: quantity, and how far it may be from its rest.
+
+    reach: of the loop's numbers. rounded: up for a bound from above, down for one from below.
+    """
     groups: dict[str, list[float]] = {}
     moving = len(flatten(loop.like.state))
-    for place, name, reach in zip(loop.places, loop.names, one.reach, strict=True):
+    for place, name, far in zip(loop.places, loop.names, reach, strict=True):
         if place < moving:
-            groups.setdefault(name.partition(".")[0], []).append(float(reach))
-    rows = []
+            groups.setdefault(name.partition(".")[0], []).append(float(far))
+    found = []
     if "attitude" in groups:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
-        rows.append(("attitude", f"{np.degrees(turn) * 1.001:.3g} deg"))
-    rows += [
-        (name, f"{max(groups[name]) * size * 1.001:.3g} {unit}") for name, (size, unit) in UNITS.items() if name in groups
-    ]
-    return rows
+        found.append(("attitude", float(np.degrees(turn)), "deg"))
+    found += [(name, max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
+    return [(name, f"{rounded(value, 3) if value else 0.0:.3g} {unit}") for name, value, unit in found]

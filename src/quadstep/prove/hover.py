@@ -64,7 +64,7 @@ def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
     middle, radius = np.zeros((count, count)), np.zeros((count, count))
     for row, number in enumerate(loop.step(jets(at.state), at.tick)):
         if isinstance(number, Jet):
-            if number.kinked:
+            if number.kinked or not np.all(np.isfinite(number.slopes.tight)):
                 raise UndefinedError(f"{loop.names[row]} has no slope there")
             middle[row], radius[row] = number.slopes.centre[:, 0], number.slopes.tight[:, 0]
     return middle, radius

@@ -66,6 +66,7 @@ class Set:
         self.loop, self.at, self.modes, self.unknown, self.begun = loop, at, found, unknown, begun
         count = len(at.live)
         self.place = list(at.live)
+        self.axes = [self.place.index(axis) for axis in range(len(loop.loop.plant.axes))]
         self.joined = np.eye(count, dtype=complex)  # a pair (a, b) as a - i b and a + i b
         self.parted = np.eye(count, dtype=complex)
         for i in found.pairs:
@@ -105,10 +106,9 @@ class Set:
     def starts(self, side: float) -> tuple[Array, Array]:
         """|z| of the box of starts after the first sample: of its centre, and added by its sides. Raises UndefinedError."""
         count = len(self.place)
-        axes = len(self.loop.loop.plant.axes)
+        axes = len(self.axes)
         spread = np.zeros((count, axes))
-        for axis in range(axes):
-            spread[self.place.index(axis), axis] = side
+        spread[self.axes, range(axes)] = side
         also = PUSHES + CONSTANTS
         numbers = seeded(self.begun[self.place][:, None], spread, also)
         for one in numbers:

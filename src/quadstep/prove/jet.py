@@ -6,7 +6,7 @@ slope zero; any other use of it leaves the slopes unbounded.
 
 from __future__ import annotations
 
-from typing import NoReturn, TypeAlias, TypeVar, overload
+from typing import NoReturn, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
 
@@ -83,22 +83,42 @@ class Jet:
     def __abs__(self) -> Jet:
         return Jet.functions.where(self < 0.0, -self, self)
 
-    def __lt__(self, other: Operand) -> Truth:
-        return self.value < plain(other)
+    def __lt__(self, other: Operand) -> Decided:
+        return decided(self.value < plain(other))
 
-    def __le__(self, other: Operand) -> Truth:
-        return self.value <= plain(other)
+    def __le__(self, other: Operand) -> Decided:
+        return decided(self.value <= plain(other))
 
-    def __gt__(self, other: Operand) -> Truth:
-        return self.value > plain(other)
+    def __gt__(self, other: Operand) -> Decided:
+        return decided(self.value > plain(other))
 
-    def __ge__(self, other: Operand) -> Truth:
-        return self.value >= plain(other)
+    def __ge__(self, other: Operand) -> Decided:
+        return decided(self.value >= plain(other))
+
+
+class Decided(Truth):
+    """What comparing jets gives: a choice between jets."""
+
+    __slots__ = ()
+
+
+def decided(truth: Truth) -> Decided:
+    """The same, of jets."""
+    return Decided(truth.holds, truth.fails)
+
+
+UNBOUNDED = ball(np.zeros((1, 1)), np.inf)
+"""Slopes where there are none: no matter, if the number is used no further."""
 
 
 def plain(x: Operand) -> Enclosure | Plain:
     """Its value."""
     return x.value if isinstance(x, Jet) else x
+
+
+def whole(x: object) -> Enclosure:
+    """Its value as a ball."""
+    return x.value if isinstance(x, Jet) else ball([cast(float, x)])
 
 
 def zero(x: Enclosure) -> bool:
@@ -132,7 +152,7 @@ class Jets:
             return Jet(value, x.slopes * inverse(value).scaled(0.5), x.kinked)
         if zero(x.value) and x.value.floor is not None:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
-        raise UndefinedError(f"a square root that may be zero has no derivative ({place()})")
+        return Jet(value, UNBOUNDED)
 
     def atan2(self, y: Operand, x: Operand) -> Jet:
         b, a = plain(y), plain(x)
@@ -146,11 +166,14 @@ class Jets:
         return Jet(value, slopes, any(one.kinked for one in (y, x) if isinstance(one, Jet)))
 
     def where(self, condition: Truth | Choice | bool, yes: Yes, no: No) -> Yes | No:
-        if isinstance(condition, Truth):
-            if np.any(condition.holds & condition.fails):
-                raise UndefinedError(f"a `where` exactly on its boundary ({place()})")
-            condition = condition.holds
-        return yes if np.all(condition) else no
+        if not isinstance(condition, Truth):
+            return yes if np.all(condition) else no
+        if not np.any(condition.holds & condition.fails):
+            return yes if np.all(condition.holds) else no
+        if yes is no:
+            return yes
+        either = ENCLOSURES.where(Truth(condition.holds, condition.fails), whole(yes), whole(no))
+        return cast(Yes, Jet(either, UNBOUNDED))
 
     def word(self, x: Jet) -> NoReturn:
         raise UndefinedError(f"the law manipulates the bits of a number ({place()})")
@@ -159,7 +182,7 @@ class Jets:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
 
 
-Jet.functions = Jets()
+Jet.functions = Decided.functions = Jets()
 
 
 def jets(values: list[float]) -> list[Jet]:

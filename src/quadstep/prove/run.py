@@ -21,8 +21,8 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.plants.lagrange import Parameters
 from quadstep.prove.certificate import Certificate, write_certificate
 from quadstep.prove.check import check_certificate
-from quadstep.prove.for_ever import check_for_ever, held_for_ever
-from quadstep.prove.hold import held
+from quadstep.prove.for_ever import check_for_ever, held_for_ever, left_hover
+from quadstep.prove.hold import Left, held
 from quadstep.prove.hover import Hover, Instability, hover, instability
 from quadstep.prove.linear import Coordinates, block, coordinates
 from quadstep.prove.rest import holds
@@ -72,6 +72,8 @@ def prove_mission(
     if holds(loop):
         with bar("proving", "sets") as progress:
             kept = held(loop, unknown, progress.to)
+        if isinstance(kept, Left):
+            return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
             return held_for_ever(mission.name, text, loop, unknown, kept, out)
         why = kept

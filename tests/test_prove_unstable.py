@@ -1,0 +1,161 @@
+"""`quadstep prove`: hover that is unstable, on vehicles whose rest is no exact equilibrium and under laws with limits."""
+
+import numpy as np
+import pytest
+
+from quadstep import Mission, exit_codes
+from quadstep.prove.escape import escape, escaped, inner, narrow
+from quadstep.prove.hold import Left, held
+from quadstep.prove.invariant import Set
+from quadstep.prove.modes import modes
+from quadstep.prove.rest import rest
+from quadstep.prove.sampled import Sampled
+from quadstep.prove.unknown import Unknown
+from tests.commands import quadstep, write
+
+PLACE = [0.0, 0.0, 5.0]
+
+HOVER = """\
+[vehicle]
+preset = "research-2.6kg"
+[path]
+type = "step"
+start = [0.0, 0.0, 5.0]
+end = [0.0, 0.0, 5.0]
+duration = 4.0
+[controller]
+type = "pid"
+"""
+
+FAST = {"attitude": [60.0, 60.0, 20.0]}
+"""Attitude gains that rotors with lag do not allow."""
+
+
+def loop_of(controller, **more):
+    content = {
+        "vehicle": {"preset": "research-2.6kg"},
+        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": 4.0},
+        "controller": {"type": "pid", **controller},
+        **more,
+    }
+    return Sampled(Mission.model_validate(content).plan())
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The loop, its set's arithmetic, and the proof that flights leave."""
+    loop = loop_of(FAST)
+    at = rest(loop)
+    chosen = modes(at.slopes)
+    arithmetic = Set(loop, at, chosen, Unknown(), at.state)
+    return loop, arithmetic, escape(arithmetic, int(np.argmax(np.abs(chosen.values))))
+
+
+def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path):
+    run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
+    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert "disproved: hover is unstable." in run.out
+    assert "leaves the box in the last column within 0.3" in " ".join(run.out.split())
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_flight_from_the_start_named_leaves_the_box_in_time(found, way):
+    """As the law flies, sample by sample, in floats."""
+    loop, arithmetic, proof = found
+    at, live = arithmetic.at, list(arithmetic.at.live)
+    state = at.state.copy()
+    state[live] += way * proof.begun
+    turn = slice(at.unit, at.unit + 4)
+    state[turn] /= np.linalg.norm(state[turn])
+    inside = [True]
+    assert np.all(np.abs(state[live] - at.state[live]) <= proof.box)
+    for sample in range(1, proof.samples + 1):
+        state = np.array(loop.step(state.tolist(), float(sample * loop.span)))
+        inside.append(bool(np.all(np.abs(state[live] - at.state[live]) <= proof.box)))
+    assert not all(inside)
+    assert inside[1]
+
+
+def test_a_smaller_start_would_need_longer(found):
+    """The time is no idle bound: a hundredth of the start is still inside then."""
+    loop, arithmetic, proof = found
+    at, live = arithmetic.at, list(arithmetic.at.live)
+    state = at.state.copy()
+    state[live] += 0.01 * proof.begun
+    for sample in range(1, proof.samples // 2):
+        state = np.array(loop.step(state.tolist(), float(sample * loop.span)))
+    assert np.all(np.abs(state[live] - at.state[live]) <= proof.box)
+
+
+def test_a_set_of_a_stable_loop_shows_nothing():
+    loop = loop_of({})
+    at = rest(loop)
+    chosen = modes(at.slopes)
+    arithmetic = Set(loop, at, chosen, Unknown(), at.state)
+    mode, slowest = int(np.argmax(np.abs(chosen.values))), np.abs(chosen.values) >= np.abs(chosen.values).max()
+    radii, growth = narrow(arithmetic, slowest, arithmetic.even(1e-2 / np.abs(chosen.spread).max(axis=0)))
+    assert escaped(arithmetic, mode, slowest, radii, growth, inner(arithmetic, slowest, radii)) is None
+
+
+def test_a_mode_that_grows_in_the_closest_vicinity_only_disproves_nothing():
+    """Its observer's root acts from nanometres on."""
+    loop = loop_of({"type": "dynamic-linearisation"})
+    said = held(loop, Unknown())
+    assert not isinstance(said, Left)
+    assert said == "the loop does not return to its rest: a mode grows at 0.967 1/s"
+
+
+def test_a_loop_of_a_thousand_numbers_has_no_set():
+    """A latency is kept sample by sample."""
+    said = held(loop_of({"type": "lqr"}, sensors={"latency": 0.2}), Unknown())
+    assert said == "1019 numbers move from sample to sample, and sets are computed for 200 at the most"
+
+
+LIMITED = """\
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from quadstep.control.controller import Command, Controller
+from quadstep.control.gain import believed, gain, given
+from quadstep.control.inversion import invert_force
+from quadstep.numbers import Number, minimum, vector
+from quadstep.vehicle.state import State
+
+
+class Gains(NamedTuple):
+    mass: Number = believed("mass")
+    gravity: Number = given(lambda model: model.gravity)
+    k_w: Number = gain(300.0, "N m s", "angular rates")
+
+
+class Memory(NamedTuple):
+    pass
+
+
+@dataclass(frozen=True)
+class Limited(Controller):
+    name = "limited"
+    label = "limited"
+    Gains = Gains
+    measures = State
+
+    def start(self, measured, gains):
+        return Memory()
+
+    def law(self, memory, measured, reference, gains, t, period):
+        wanted = 2.0 * (reference.position - measured.position) - 3.0 * measured.velocity + vector(0.0, 0.0, gains.gravity)
+        thrust, theta_d, phi_d = invert_force(gains.mass * wanted)
+        desired = vector(reference.yaw, theta_d, phi_d)
+        torque = 400.0 * (desired - measured.attitude) - gains.k_w * measured.rates
+        return Command(minimum(thrust, 50.0), torque, desired), memory
+"""
+
+
+def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
+    (tmp_path / "limited.py").write_text(LIMITED)
+    place = "start = [0.0, 0.0, 5.0]\nend = [0.0, 0.0, 5.0]\n"
+    text = f'[path]\ntype = "step"\n{place}duration = 4.0\n[controller]\ntype = "limited.py:Limited"\nk_w = 0.01\n'
+    run = quadstep("prove", write(tmp_path, text))
+    assert (run.code, run.err) == (exit_codes.DIVERGED, "")
+    assert "6 of the 12 eigenvalues" in " ".join(run.out.split())
