@@ -58,7 +58,7 @@ def coverage(count: int, guidance: float) -> None:
 
 
 def split(fitted: list[Path], held: list[Path]) -> None:
-    """Print the mean of the ratios to "constant" of flights that were not fitted."""
+    """Print ratios to "constant" of flights that were not fitted: the flights' mean ratio / the ratio of their mean errors."""
     flights, unseen = ([read_log(path) for path in paths] for paths in (fitted, held))
     vehicle = start()
     found = identify(flights, vehicle, lambda what: print(f"fitting: {what}", file=sys.stderr))
@@ -67,10 +67,12 @@ def split(fitted: list[Path], held: list[Path]) -> None:
         knowing["setpoints too"] = found.numbers._replace(observer=found.guided)
     for knows, numbers in knowing.items():
         errors = compare(unseen, vehicle, numbers, guided=knows != "commands")
-        print(f"\n{knows + ', samples':26}" + "".join(f"{group:>10}" for group in GROUPS) + f"{'rates to zero rate':>20}")
+        print(f"\n{knows + ', samples':26}" + "".join(f"{group:>15}" for group in GROUPS) + f"{'rates to zero rate':>20}")
         for horizon in HORIZONS:
-            ratios = "".join(f"{errors.ratio(horizon, group).value:10.2f}" for group in GROUPS)
-            print(f"{horizon:<26}{ratios}{errors.ratio(horizon, 'rates', 'zero').value:20.2f}")
+            pairs = [(errors.ratio(horizon, group).value, *errors.means(horizon, group)) for group in GROUPS]
+            ratios = "".join(f"{ratio:8.2f} /{error / base:5.2f}" for ratio, error, base, _ in pairs)
+            error, _, zero = errors.means(horizon, "rates")
+            print(f"{horizon:<26}{ratios}{errors.ratio(horizon, 'rates', 'zero').value:13.2f} /{error / zero:5.2f}")
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ from quadstep.control.lqr import regulator, spectral_factor
 from quadstep.control.projection import project, project_weights
 from quadstep.control.rotation_backstepping import RotationBackstepping
 from quadstep.control.vectoring import vee_error
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
 from quadstep.flight.closed_loop import Outcome
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.of_log import flight_metrics
@@ -191,6 +191,33 @@ def test_the_pid_does_not_integrate_what_it_cannot_have():
     assert memory.force[2] == pytest.approx(0.95 * gains.most_thrust)
     assert memory.integral[2] < 0.0  # pulled back, where 2 s of this error would have made it bounded at 15
     assert integral(0.05, 200) > integral(0.05, 50) > 0.0
+
+
+def test_the_pid_keeps_to_the_largest_speed_along_an_axis_and_the_largest_tilt():
+    def force_and_speed(**keys):
+        plan = mission("pid", controller=keys).plan()
+        law, gains = plan.loop.controller, plan.parameters.gains
+        behind = Measured(vector(-0.8, 0.1, 0.0), ZERO, IDENTITY, ZERO, 26.0, ZERO)
+        memory = law.guide(law.start(behind, gains), behind, HERE, gains, 0.0, 0.01)
+        return memory.force, list(memory.velocity_error - HERE.velocity), list(gains.position)
+
+    force, speed, gain = force_and_speed(most_speed=100.0)
+    assert speed[:2] == pytest.approx([0.8 * gain[0], -0.1 * gain[1]])
+    assert math.hypot(force[0], force[1]) > 0.3 * force[2]
+    lower, slower, _ = force_and_speed(most_speed=100.0, axis_speed=0.6, most_tilt=0.2)
+    assert slower[:2] == pytest.approx([0.6, -0.1 * gain[1]])
+    assert math.atan(math.hypot(lower[0], lower[1]) / lower[2]) == pytest.approx(0.2)
+    assert lower[2] == force[2]
+    assert list(force_and_speed(most_speed=100.0, most_tilt=20.0)[0]) == list(force)  # no tilt is larger than a right angle
+
+
+def test_a_force_keeps_its_height_where_its_tilt_is_limited():
+    assert list(tilted_within(vector(3.0, 4.0, 10.0), 0.5)) == [3.0, 4.0, 10.0]
+    x, y, z = tilted_within(vector(30.0, -40.0, 10.0), math.atan(0.5))
+    assert z == 10.0
+    assert (x, y) == pytest.approx((3.0, -4.0))
+    steep = within(vector(500.0, 0.0, -5.0), 10.0)
+    assert list(tilted_within(steep, 1.5)) == list(steep)
 
 
 def test_the_error_of_lee_is_the_sine_of_a_turn_about_one_axis():

@@ -1,17 +1,21 @@
 """Identification: of flights whose every number is known, and through the commands."""
 
 import json
+import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from quadstep.airframe.motion import AirframeState
 from quadstep.identify.averages import blocks, forces, torques
+from quadstep.identify.closed_loop import as_flown
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
-from quadstep.identify.fit import EFFECTS, Fitted, Identified, identify
+from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
 from quadstep.identify.intervals import with_values
-from quadstep.identify.parameters import numbers_of
-from quadstep.identify.predictor import Predictor
+from quadstep.identify.parameters import LIMITS, numbers_of
+from quadstep.identify.predictor import Predictor, leaning
 from quadstep.identify.problem import Batch, as_states
 from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.report import write as write_report
@@ -118,6 +122,51 @@ def test_a_known_vehicle_is_found_again(flights):
     # 95 % of these intervals should hold the true number: `python -m tests.identified coverage 100`
     inside = [key for key, one in found.fitted.items() if one.low <= true_value(key) <= one.high]
     assert len(inside) >= len(found.fitted) - 2, set(found.fitted) - set(inside)
+
+
+def test_a_setpoint_pulls_and_tilts_no_more_than_the_limits(truth):
+    observer = truth.observer._replace(path=8.0, drift=4.0, reach=4.0, steepest=0.3)
+    state = AirframeState(*[Vector([0.0] * 3)] * 4, speeds=Vector([0.0] * 4), charge=0.0)
+
+    def lean(goal, speed, **limits):
+        moving = state._replace(velocity=Vector((speed, 0.0, 0.0)))
+        return leaning(moving, Vector((goal, 0.0, 1.0)), observer._replace(**limits), 10.0)[0]
+
+    assert lean(0.25, 0.0) == pytest.approx(0.2)
+    assert lean(9.0, 0.5) == pytest.approx(0.2)  # 4 m/s^2 at most, less 4 x 0.5
+    assert lean(9.0, 0.0) == pytest.approx(0.3)
+    assert lean(-9.0, 0.0, steepest=1.0) == pytest.approx(-0.4)
+
+
+class Limited:
+    """A problem whose error is least at one pair of limits, or does not depend on them."""
+
+    def __init__(self, best):
+        self.batch = SimpleNamespace(free=LIMITS)
+        self.best = best
+
+    def residuals(self, points):
+        off = [sum(abs(x - math.log(y)) for x, y in zip(point, self.best or np.exp(point), strict=True)) for point in points]
+        return np.array(off).reshape(-1, 1, 1, 1, 1) * np.ones((1, len(LONG_WEIGHTS.horizons), 4, 1, 3))
+
+
+def test_limits_are_those_that_predict_best_or_stay():
+    begun = np.log([1e3, 0.5])
+    assert limits_guess(Limited((4.8, 0.31)), begun, LONG_WEIGHTS) == pytest.approx(np.log([5.0, 0.3]))
+    assert list(limits_guess(Limited(None), begun, LONG_WEIGHTS)) == list(begun)
+
+
+def test_a_replayed_vehicle_flies_with_the_limits_of_its_flights(tmp_path, truth):
+    vehicle = read_vehicle(written(tmp_path, truth))
+    seen = vehicle.guided_prediction.model_copy(
+        update={"path": 8.0, "drift": 4.0, "spring": 120.0, "leak": (18.0, 5.0), "reach": 4.4, "steepest": 0.4}
+    )
+    gains = as_flown(vehicle.model_copy(update={"guided_prediction": seen}))
+    assert gains["axis_speed"] == pytest.approx(1.1)
+    assert math.tan(gains["most_tilt"]) == pytest.approx(0.4)
+    assert gains["attitude"][:2] == pytest.approx([120.0 / 18.0] * 2)
+    quick = as_flown(vehicle.model_copy(update={"guided_prediction": seen.model_copy(update={"spring": 1e4})}))
+    assert quick["attitude"][:2] == pytest.approx([0.3 * quick["rate"][0]] * 2)  # not faster than the rotors allow
 
 
 def written(folder, truth):

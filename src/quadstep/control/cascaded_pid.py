@@ -8,9 +8,9 @@ from typing import NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
-from quadstep.control.wanted_attitude import up_axis, wanted_attitude, within
+from quadstep.control.wanted_attitude import tilted_within, up_axis, wanted_attitude, within
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, exp, vector
+from quadstep.numbers import Number, Vector, clip, exp, vector
 from quadstep.numbers.rotations import conjugate, multiply, quaternion_of, rotation_matrix, rotation_vector, yaw_pitch_roll
 
 
@@ -23,6 +23,10 @@ class CascadedPidGains(NamedTuple):
     most_thrust: Number = given(lambda model: model.most_thrust)
     position: Vector = gain(usual(5.0, 1), "1/s", "P gain of position")
     most_speed: Number = gain(3.0, "m/s", "largest commanded speed towards the path")
+    axis_speed: Number = gain(
+        100.0, "m/s", "largest commanded speed towards the path along each axis", low=0.1, high=100.0, tunable=False
+    )
+    most_tilt: Number = gain(1.5, "rad", "largest commanded tilt", low=0.05, high=1.5, tunable=False)
     velocity: Vector = gain(usual(6.2, 1), "1/s", "P gain of velocity")
     velocity_integral: Vector = gain(usual(5.2, 2), "1/s^2", "I gain of velocity", zero=True)
     integral_bound: Number = gain(15.0, "m/s^2", "largest acceleration from the velocity integral")
@@ -73,14 +77,15 @@ class CascadedPid(Controller):
         period: Number,
     ) -> CascadedPidMemory:
         """Position P gives a velocity, velocity PI an acceleration, and that a force within the rotors' reach."""
-        back_on_path = project(gains.position * (reference.position - measured.position), gains.most_speed)
+        back = gains.position * (reference.position - measured.position)
+        back_on_path = project(Vector(clip(one, -gains.axis_speed, gains.axis_speed) for one in back), gains.most_speed)
         wanted_velocity = reference.velocity + back_on_path
         error = wanted_velocity - measured.velocity
         pull = reference.acceleration + gains.velocity * error + memory.integral
         asked = gains.mass * (pull + vector(0.0, 0.0, gains.gravity))
-        force = within(asked, gains.most_thrust)
-        back = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
-        integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * back)
+        force = tilted_within(within(asked, gains.most_thrust), gains.most_tilt)
+        lost = (force - asked) * (1.0 / gains.mass)  # anti-windup: what cannot be had is not integrated
+        integral = memory.integral + period * (gains.velocity_integral * error + 2.0 * lost)
         zero = vector(0.0, 0.0, 0.0)
         attitude = wanted_attitude(force, zero, zero, reference.yaw, 0.0).rotation
         return memory._replace(

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from quadstep.control.projection import shrink
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, clip, cos, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import cross
 
 
@@ -77,3 +77,13 @@ def within(force: Vector, most: Number) -> Vector:
     room = sqrt(most * most - lift * lift)
     sideways = shrink(sqrt(x * x + y * y), room)
     return vector(sideways * x, sideways * y, lift)
+
+
+def tilted_within(force: Vector, most: Number) -> Vector:
+    """A force that points up, tilted from the vertical by at most `most` [rad]; its height stays. 1.5 and more: no limit on
+    what `within` returns.
+    """
+    x, y, z = force
+    angle = minimum(most, 1.5)
+    sideways = shrink(sqrt(x * x + y * y), z * sin(angle) / cos(angle))
+    return vector(sideways * x, sideways * y, z)

@@ -1,5 +1,6 @@
 """Logged setpoints flown by a simulated vehicle under a controller, compared with the real flight."""
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -81,23 +82,28 @@ def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats
 def as_flown(vehicle: AirframeSection) -> dict[str, object]:
     """Gains of the cascaded PID for flying like the real vehicle.
 
-    The inner loops are as fast as the rotors allow. The outer ones are identified from the flights (`guided_prediction`):
-    there the acceleration for the setpoint acts after rotors and attitude, here before them, so the position loop makes
-    up for it.
+    The rate loop is as fast as the rotors allow. The others and their limits are identified from the flights
+    (`guided_prediction`): there the acceleration for the setpoint acts after rotors and attitude, here before them, so the
+    position loop makes up for it.
     """
     late = vehicle.rotor.rise_time + (vehicle.command.delay if vehicle.command else 0.0)
-    rate = 1.3 / late
+    rate = 1.5 / late
     gains: dict[str, object] = {
         "rate": [rate, rate, 0.4 * rate],
-        "rate_derivative": [rate * vehicle.rotor.rise_time] * 2 + [0.0],
+        "rate_derivative": [0.5 * rate * vehicle.rotor.rise_time] * 2 + [0.0],
         "rate_filter": 200.0,
         "rate_integral": 1.0,
-        "attitude": [0.36 * rate, 0.36 * rate, 0.16 * rate],
+        "attitude": [0.3 * rate, 0.3 * rate, 0.15 * rate],
     }
     seen = vehicle.guided_prediction
     if seen is not None and seen.path > 0.0 and seen.drift > 0.0:
+        if seen.spring > 0.0 and seen.leak[0] > 0.0:
+            attitude = min(seen.spring / seen.leak[0], 0.3 * rate)
+            gains["attitude"] = [attitude, attitude, 0.15 * rate]
         answer = seen.drift / seen.path
         gains["position"] = 1.0 / max(answer - 2.0 * late, 0.25 * answer)
+        gains["axis_speed"] = seen.reach / seen.drift
+        gains["most_tilt"] = math.atan(seen.steepest)
         gains["velocity"] = seen.drift
         gains["velocity_integral"] = [0.05 * seen.drift, 0.05 * seen.drift, 0.5 * seen.drift]
     return gains

@@ -14,6 +14,7 @@ from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
     GUIDANCE,
+    LIMITS,
     Free,
     numbers_of,
     point_of,
@@ -21,7 +22,7 @@ from quadstep.identify.parameters import (
 )
 from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
-from quadstep.identify.search import Prior, Weights, curvature, search
+from quadstep.identify.search import Prior, Weights, cost, curvature, search
 from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
@@ -151,6 +152,23 @@ def first_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
     return [point, *tries][int(np.argmin(costs))]
 
 
+def limits_guess(problem: Problem, point: Floats, weights: Weights) -> Floats:
+    """The point with the best of several limits of acceleration and tilt; with its own where the flights reach none.
+
+    A search alone does not find them: beyond the largest acceleration and tilt their derivatives are zero.
+    """
+    keys = [one.key for one in problem.batch.free]
+    tries = [point]
+    for reach in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0):
+        for steepest in (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0):
+            guess = point.copy()
+            guess[keys.index("prediction.reach")] = math.log(reach)
+            guess[keys.index("prediction.steepest")] = math.log(steepest)
+            tries.append(guess)
+    costs = [cost(residuals, weights) for residuals in problem.residuals(tries)]
+    return tries[int(np.argmin(costs))]
+
+
 def identify(
     flights: Sequence[FlightRecord],
     vehicle: AirframeSection,
@@ -196,9 +214,11 @@ def identify(
     if all(setpoint_of(flight)[flight.flying, 3].mean() > 0.9 for flight in flights):
         say("predictor with setpoints")
         begun = guided_start(p.observer) if start_guided is None else start_guided
-        guided = predictor(
-            flights, vehicle, p._replace(observer=begun), (*GAINS, *ANSWERS, *GUIDANCE), 10 if fresh else 3, True
-        ).observer
+        knowing = p._replace(observer=begun)
+        if fresh:
+            knowing = predictor(flights, vehicle, knowing, (*GAINS, *ANSWERS, *GUIDANCE), 8, True)
+        free = (*GAINS, *ANSWERS, *GUIDANCE, *LIMITS)
+        guided = predictor(flights, vehicle, knowing, free, 6 if fresh else 3, True).observer
     return Identified(p, guided, fitted, kept)
 
 
@@ -208,7 +228,10 @@ def predictor(
 ) -> PredictorParameters:  # fmt: skip
     """The parameters with an observer fitted to predictions of up to about half a second."""
     problem = problem_of(flights, vehicle, p, LONG, free, guided)
-    return problem.at(search(problem, point_of(p, free), LONG_WEIGHTS, rounds))
+    point = point_of(p, free)
+    if LIMITS[0] in free:
+        point = limits_guess(problem, point, LONG_WEIGHTS)
+    return problem.at(search(problem, point, LONG_WEIGHTS, rounds))
 
 
 def vehicle_alone(observer: Observer) -> Observer:

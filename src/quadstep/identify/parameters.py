@@ -91,10 +91,17 @@ GUIDANCE = (
 )
 """And how it uses setpoints."""
 
+LIMITS = (
+    Free("prediction.reach", ("observer.reach",), "m/s^2", low=0.1, high=1e3),
+    Free("prediction.steepest", ("observer.steepest",), "", low=0.02, high=2.0),
+)
+"""And how far it follows them."""
+
 USUAL_OBSERVER = Observer(
     rates=vector(0.8, 0.8), attitude=vector(0.5, 0.5), velocity=vector(0.8, 0.8), torque=vector(3.0, 1.0),
     torque_fade=vector(6.0, 6.0), trend=vector(0.1, 0.1), force=vector(1.0, 1.0), force_fade=vector(3.0, 3.0),
     authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0,
+    reach=1e3, steepest=0.5,
 )  # fmt: skip
 """Defaults for a vehicle that has none of its own."""
 

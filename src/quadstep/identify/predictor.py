@@ -23,9 +23,6 @@ from quadstep.numbers.functions import number, word
 from quadstep.numbers.rotations import conjugate, from_rotation_vector, multiply, rotation_matrix, rotation_vector
 
 STILL = vector(0.0, 0.0, 0.0)
-STEEPEST = 0.5
-"""Tangent of the largest tilt that a setpoint may command."""
-
 STANDING = 1e-3
 """Smaller commands count as this share."""
 
@@ -53,8 +50,8 @@ class Observer(NamedTuple):
 
     The commands of a vehicle under control respond to disturbances that a prediction cannot see, so their torque is trusted in
     only in part (authority) and later (delay [s]), the rates decay to zero (leak [1/s]) and the vehicle to the tilt of an
-    acceleration (spring [1/s^2]): path [1/s^2] times the distance to the logged setpoint less drift [1/s] times the
-    velocity. With 1, 0, 0, 0 a prediction is the vehicle alone.
+    acceleration (spring [1/s^2]): path [1/s^2] times the distance to the logged setpoint, at most reach [m/s^2], less drift
+    [1/s] times the velocity; its tangent is at most steepest. With 1, 0, 0, 0 a prediction is the vehicle alone.
     """
 
     rates: Vector
@@ -71,6 +68,8 @@ class Observer(NamedTuple):
     path: Number
     drift: Number
     delay: Number
+    reach: Number
+    steepest: Number
 
 
 class Rows(NamedTuple):
@@ -326,9 +325,11 @@ class Predictor:
 def leaning(state: AirframeState, goal: Vector, gains: Observer, gravity: Number) -> Vector:
     """World vector to which the vehicle's thrust returns: up, tilted towards the setpoint and against the velocity."""
     pulls = [
-        goal[2] * gains.path * (goal[axis] - state.position[axis]) - gains.drift * state.velocity[axis] for axis in (0, 1)
+        goal[2] * clip(gains.path * (goal[axis] - state.position[axis]), -gains.reach, gains.reach)
+        - gains.drift * state.velocity[axis]
+        for axis in (0, 1)
     ]
-    x, y = (clip(pull * (1.0 / gravity), -STEEPEST, STEEPEST) for pull in pulls)
+    x, y = (clip(pull * (1.0 / gravity), -gains.steepest, gains.steepest) for pull in pulls)
     return vector(x, y, 1.0)
 
 

@@ -202,11 +202,21 @@ class PredictionSection(Section):
     path: Annotated[Finite, Quantity("1/s^2", "acceleration per metre of distance from the setpoint")] = 0.0
     drift: Annotated[Finite, Quantity("1/s", "acceleration against the velocity")] = 0.0
     delay: Annotated[NonNegative, Quantity("s", "delay of the commands, in addition to the rotor lag")] = 0.0
+    reach: Annotated[Positive, Quantity("m/s^2", "largest acceleration towards the setpoint")] = 1e3
+    steepest: Annotated[Positive, Quantity("", "tangent of the largest tilt for the setpoint")] = 0.5
 
     def build(self) -> Observer:
         """The observer as numbers."""
         pairs = {name: Vector(value) for name, value in self.model_dump().items() if isinstance(value, tuple)}
-        return Observer(**pairs, spring=self.spring, path=self.path, drift=self.drift, delay=self.delay)
+        return Observer(
+            **pairs,
+            spring=self.spring,
+            path=self.path,
+            drift=self.drift,
+            delay=self.delay,
+            reach=self.reach,
+            steepest=self.steepest,
+        )
 
 
 def as_nested(value: object) -> object:
