@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from quadstep.airframe.motion import AirframeState
 from quadstep.identify.averages import blocks, forces, torques
-from quadstep.identify.closed_loop import as_flown
+from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
@@ -167,6 +168,20 @@ def test_a_replayed_vehicle_flies_with_the_limits_of_its_flights(tmp_path, truth
     assert gains["attitude"][:2] == pytest.approx([120.0 / 18.0] * 2)
     quick = as_flown(vehicle.model_copy(update={"guided_prediction": seen.model_copy(update={"spring": 1e4})}))
     assert quick["attitude"][:2] == pytest.approx([0.3 * quick["rate"][0]] * 2)  # not faster than the rotors allow
+
+
+def test_the_first_seconds_tell_a_flights_own_level_of_thrust(tmp_path, flights, truth):
+    vehicle = read_vehicle(written(tmp_path, truth))
+    weaker = flights[0]
+    weaker = replace(weaker, motors=0.97 * weaker.motors)
+    whole = [hover_ratio(flight, vehicle) for flight in (flights[0], weaker)]
+    assert whole[1] / whole[0] == pytest.approx(0.97 ** (2.0 * TRUTH["command.exponent"]), abs=2e-3)
+    assert later_ratio(weaker, vehicle) == pytest.approx(later_ratio(flights[0], vehicle), abs=2e-3)
+    assert later_ratio(weaker, vehicle) == pytest.approx(1.0, abs=0.01)
+    fading = replace(weaker, motors=weaker.motors * np.where(weaker.time - weaker.time[0] < 6.0, 1.0, 0.97)[:, None])
+    assert later_ratio(fading, vehicle) < 0.98
+    short = replace(weaker, lost=weaker.time - weaker.time[0] > 4.0)
+    assert math.isnan(later_ratio(short, vehicle))
 
 
 def written(folder, truth):

@@ -74,7 +74,7 @@ def replay(
         show_flown(flights, section, chosen, page, warnings)
     if estimator or controller:
         return
-    from quadstep.identify.closed_loop import hover_ratio
+    from quadstep.identify.closed_loop import hover_ratio, later_ratio
     from quadstep.identify.table import compare
 
     numbers, guided = ready(flights, section, commands_only)
@@ -86,12 +86,15 @@ def replay(
         effects = section.effects.model_copy(update={"residual": True})
         numbers, guided = ready(flights, section.model_copy(update={"effects": effects}), commands_only)
         show_compared(f"The same with the learned residual, from {knows}", compare(flights, section, numbers, guided))
-    ratios = [one for one in (hover_ratio(flight, section) for flight in flights) if math.isfinite(one)]
+    ratios, later = (
+        [one for one in (of(flight, section) for flight in flights) if math.isfinite(one)] for of in (hover_ratio, later_ratio)
+    )
     if ratios:
         mean = sum(ratios) / len(ratios)
         say(
             f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f} on average, "
             f"{min(ratios):.3f} to {max(ratios):.3f}"
+            + (f"; relative to that of a flight's first seconds {min(later):.3f} to {max(later):.3f}" if later else "")
         )
 
 

@@ -12,7 +12,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.setpoints import SetpointParameters, Setpoints
-from quadstep.identify.averages import blocks
+from quadstep.identify.averages import BLOCK, blocks
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.starts import laid_out, setpoint_of
 from quadstep.logs.flight import FlightRecord, Floats
@@ -24,6 +24,8 @@ SETTLING = 1.0
 """Time at the start that is not compared [s]."""
 
 LONGEST_LEAD = 1.2
+KNOWING = 3.0
+"""Beginning of a flight that tells its own level of thrust [s]."""
 
 
 class Tracking(NamedTuple):
@@ -178,17 +180,30 @@ def beside(flight: FlightRecord, part: slice, log: FlightLog) -> Beside:
 
 
 def hover_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
-    """Mean thrust from the logged commands along the vehicle's own axis over the thrust that the flight needed; NaN for too
-    little flight.
+    """Median thrust ratio of a flight; NaN for too little flight."""
+    found = thrust_ratios(flight, vehicle)
+    return float(np.median(found)) if len(found) else float("nan")
+
+
+def later_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
+    """Median thrust ratio of a flight over that of its first seconds (`KNOWING`): what is left of its own level once these
+    are known; NaN for too little flight.
     """
+    found, first = thrust_ratios(flight, vehicle), round(KNOWING / BLOCK)
+    return float(np.median(found[first:]) / np.median(found[:first])) if len(found) > 2 * first else float("nan")
+
+
+def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:
+    """(n,): thrust from the logged commands along the vehicle's own axis over the thrust needed, means of half seconds."""
     p = numbers_of(vehicle, laid_out([flight]).rows)
     block = blocks([flight], float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
-        return float("nan")
+        return np.empty(0)
     curve = p.curve
     shift = 1.0 if flight.speeds else (block.volts / curve.nominal) ** curve.voltage_exponent
     exponent = 1.0 if flight.speeds else curve.exponent
     speeds = curve.speed * np.maximum(block.commands, 1e-3) ** exponent * np.reshape(shift, (-1, 1, 1))
     lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
     made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
-    return float(np.median((made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)))
+    found: Floats = (made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)
+    return found
