@@ -48,7 +48,10 @@ def test_what_it_raises_is_raised_after_the_block_and_it_is_forgotten():
 
 
 def test_an_answer_of_the_wrong_shape_is_an_error():
-    with pytest.raises(ValueError, match="unpack"), flying(lambda t, m, r: (1.0, (2.0, 3.0))) as (law, gains):
+    with (
+        pytest.raises(ValueError, match="should return thrust and torque"),
+        flying(lambda t, m, r: (1.0, (2.0, 3.0))) as (law, gains),
+    ):
         law.law((), MEASURED, REFERENCE, gains, 0.0, 0.002)
 
 

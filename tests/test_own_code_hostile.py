@@ -323,3 +323,16 @@ def test_a_drawn_flight_that_is_not_finite_at_once_is_lost_and_no_error(tmp_path
     run = command(tmp_path, "fly", "many.toml", "--flight", number)
     assert (run.returncode, run.stderr) == (3, "")
     assert "the law's thrust was nan" in run.stdout
+
+
+@pytest.mark.parametrize(
+    "returned", ["None", "3.0", "(1.0, 2.0)", "(1.0, (0.0, 0.0))", "('a', (0.0, 0.0, 0.0))", "[1, 2, 3, 4]"]
+)
+def test_a_function_that_returns_no_thrust_and_torque_is_told_what_to_return(tmp_path, returned):
+    run = command(
+        tmp_path, "fly", mission(tmp_path, f"def f(t, measured, reference):\n    return {returned}\n", "law.py:f").name
+    )
+    assert (run.returncode, run.stdout, run.stderr.count("\n")) == (2, "", 1)
+    assert f"Error: should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned}" in run.stderr
+    assert "error: law.py:f: " in run.stderr
+    assert not (tmp_path / "out").exists()

@@ -222,6 +222,8 @@ def test_a_port_in_use_and_a_folder_that_is_none_are_one_line(root, port):
         server(root, port)
     with pytest.raises(UserError, match="not a folder"):
         server(root / "nowhere", 0)
+    with pytest.raises(UserError, match="is not a folder with results"):
+        server(root / ("x" * 300), 0)
     with pytest.raises(UserError, match="not a folder"):
         server(root / "report" / "report.html", 0)
 

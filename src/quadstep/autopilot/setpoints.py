@@ -3,6 +3,8 @@
 No command leaves here: neither arming nor a change of mode.
 """
 
+import contextlib
+import io
 import time
 from collections.abc import Callable, Iterable
 from enum import StrEnum
@@ -85,10 +87,10 @@ def serve(
     kind: Kind,
     rate: float,
     told: Callable[[float], None],
-    opened: Callable[[], None] = lambda: None,
+    heard: Callable[[], None] = lambda: None,
 ) -> int:
-    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each. opened: called
-    once the address is open.
+    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each. heard: called
+    once a vehicle was heard.
 
     Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
     """
@@ -96,17 +98,19 @@ def serve(
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
     mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
     try:
-        link = mavutil.mavlink_connection(connect, source_system=255)
+        with contextlib.redirect_stdout(io.StringIO()):  # pymavlink prints each failed try
+            link = mavutil.mavlink_connection(connect, source_system=255)
     except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
         allowed = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
         text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {allowed}"
         raise UserError(f"--connect {connect}: {text}") from None
     except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
-        raise UserError(f"--connect {connect}: cannot be opened: {error}") from None
-    opened()
+        said = (isinstance(error, OSError) and error.strerror) or error
+        raise UserError(f"--connect {connect}: cannot be opened: {said}") from None
     try:
         if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
             raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
+        heard()
         return stream(plan, link, kind, rate, told)
     finally:
         link.close()

@@ -39,8 +39,8 @@ def serve_setpoints(
             shown.doing("sending setpoints")
             shown.to(round(at), round(duration))
 
-        def opened() -> None:
+        def heard() -> None:
             complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
 
-        count = serve(plan, connect, Kind(kind), rate, told, opened)
+        count = serve(plan, connect, Kind(kind), rate, told, heard)
     say(f"Sent {count} setpoints over {duration:g} s.")

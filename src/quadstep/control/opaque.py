@@ -151,9 +151,14 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
         t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, 24, 25))
         measured = Known(inputs[2:5], inputs[5:8], inputs[8:12], inputs[12:15], period)
         reference = Wanted(inputs[15:18], inputs[18:21], inputs[21:24], yaw, yaw_rate)
-        thrust, torque = controller(t, measured, reference)
-        x, y, z = torque
-        asked, answer = question, [float(thrust), float(x), float(y), float(z)]
+        returned = controller(t, measured, reference)
+        try:
+            thrust, torque = returned
+            x, y, z = torque
+            asked, answer = question, [float(thrust), float(x), float(y), float(z)]
+        except (TypeError, ValueError) as error:
+            said = f"should return thrust and torque, like (9.8, (0.0, 0.0, 0.0)), not {returned!r:.60}"
+            raise type(error)(said) from None
         return answer
 
     return function

@@ -243,7 +243,7 @@ class SixServer(Server):
 
 def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noqa: B008 (frozen)
     """A server of the results under `folder`. Raises UserError where that is impossible."""
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # noqa: PTH112 (of a Path, names that no file can have are an error)
         raise UserError(f"{folder}: is not a folder with results; `quadstep fly` and `quadstep reproduce` write to out/")
     kind = type("FolderHandler", (Handler,), {"root": folder.resolve(), "access": access})
     try:
