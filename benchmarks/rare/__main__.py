@@ -1,8 +1,8 @@
 """Prints how often the intervals of `quadstep campaign --rare` hold the truth, and how many flights they save.
 
     python -m benchmarks.rare                                # the table of what is kept in measured/, for the default method
-    python -m benchmarks.rare cross-entropy                  # and for the other
-    python -m benchmarks.rare fly [cross-entropy] [CASE ...] # flies on: fifty estimates of each case, and crude flights
+    python -m benchmarks.rare subset                         # and for the other
+    python -m benchmarks.rare fly [subset] [CASE ...]        # flies on: fifty estimates of each case, and crude flights
 
 What has been flown is kept; of what is missing each case gets some in turn.
 """
@@ -32,8 +32,8 @@ FLOWN = ("tracking", "spin", "either", "choices", "gusts")
 
 CRUDE, PORTION, REPETITIONS = 10_000_000, 50_000, 50
 
-SIZE = {Method.SUBSET: RareSection().flights, Method.CROSS_ENTROPY: 300}
-"""Flights in a level or a fit."""
+REPLICATES = {Method.CROSS_ENTROPY: RareSection().replicates, Method.SUBSET: 10}
+"""Replicates of an estimate."""
 
 HERE = Path(__file__).parent
 
@@ -48,10 +48,10 @@ def read(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
-def campaign_of(case: str, seed: int, method: Method = Method.SUBSET) -> Campaign:
+def campaign_of(case: str, seed: int, method: Method = Method.CROSS_ENTROPY) -> Campaign:
     """A case, with other random numbers, by one of the methods."""
     campaign = read_campaign(HERE / "cases" / f"{case}.toml")
-    rare = campaign.file.rare.model_copy(update={"method": method, "flights": SIZE[method]})
+    rare = campaign.file.rare.model_copy(update={"method": method, "replicates": REPLICATES[method]})
     return campaign._replace(file=campaign.file.model_copy(update={"seed": seed, "rare": rare}))
 
 
@@ -116,7 +116,7 @@ def row(case: str, method: Method) -> str:
 def main() -> None:
     """Fly or print."""
     named = sys.argv[1:]
-    method = Method.CROSS_ENTROPY if Method.CROSS_ENTROPY in named else Method.SUBSET
+    method = Method.SUBSET if Method.SUBSET in named else Method.CROSS_ENTROPY
     cases = [name for name in named if name not in ("fly", *Method)] or [*KNOWN, *FLOWN]
     while "fly" in named and sum(part(case, method) for part in (estimate, crude) for case in cases):
         print(*(f"{case} {len(read(kept(method, case)))}" for case in cases), flush=True)

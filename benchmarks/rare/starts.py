@@ -1,6 +1,6 @@
 """The cases of known probability without their flights: their metrics are those of the start, which needs no flying."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class Starts(Flights):
         """Their only one. Its scale does not matter."""
         return [Event(Failure.ANY, {self.name: Scale(0.0, 1.0)})]
 
-    def evaluate(self, event: Event, told: Callable[[int], None]) -> Evaluate:
+    def evaluate(self, events: Sequence[Event], told: Callable[[int], None]) -> Evaluate:
         """As `Flights.evaluate`."""
 
         def judged(points: Points) -> Floats:
@@ -33,6 +33,6 @@ class Starts(Flights):
             drawn = values(self.campaign.file, points.latent)
             x, y, z = (numbers(drawn[f"start.position.{axis}"]) / UNIT for axis in range(3))
             score: Floats = METRICS[self.name].of(x, y, z)  # type: ignore[arg-type,assignment]  # arrays are numbers here
-            return np.where(score > self.limit, np.inf, score)
+            return np.array([np.where(score > self.limit, np.inf, score) for _ in events])
 
         return judged

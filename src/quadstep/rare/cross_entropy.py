@@ -1,93 +1,149 @@
-"""Importance sampling from a normal distribution fitted to the failures by cross-entropy (Rubinstein and Kroese 2004).
+"""Importance sampling from mixtures of normal distributions, fitted by cross-entropy (Rubinstein and Kroese 2004; mixtures:
+Geyer, Papaioannou and Straub 2019).
 
-The latent numbers are drawn from the fitted distribution, noise as in any flight, so each flight's weight is the ratio of
-the densities of its latent numbers, and the estimate is unbiased whatever the noise does.
+All flights that a replicate has flown are one sample, weighted by the ratio of the campaign's density to the mean of all
+densities from which they were drawn (deterministic mixture, Owen and Zhou 2000). A level is the highest threshold that
+enough of them reach, by effective size; a mixture fitted to these draws the next flights. The estimate is made from flights
+that no fit has seen. Noise is drawn as in any flight, so the weight of a flight is the ratio of the densities of its latent
+numbers, and the estimate is unbiased whatever the fits and the noise do.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.rare.mixture import Mixture, fitted, log_standard, standard, together
 from quadstep.rare.points import Evaluate, Floats, Points, Random
-from quadstep.rare.replicate import LEAST, MOST_KEPT, Level, Replicate, beyond
+from quadstep.rare.replicate import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate
 
-SHARE = 0.1
-"""Share of the flights that a distribution is fitted to."""
+SHARE = 0.2
+"""Effective size of what a mixture is fitted to, as a multiple of the flights of a fit."""
 
-MOST_FITS = 20
-LAST = 3
+FITS_TO_FAILURES = 2
+"""Fits to failures, the last of which the estimate draws from."""
+
+LAST = 6
 """Flights that the estimate is made from, as a multiple of those of a fit."""
 
-FLOOR, WIDER = 0.05, 1.3
-"""Variance added to a fit in every direction, and factor on the covariance that the estimate draws from."""
+STEP = 0.2
+"""Variance of the step from a fit to what is drawn from. With a fit equal to the failures' own distribution, the weight of a
+failure is the sought probability divided by the probability that such a step from it ends in failure: steady even where the
+fit's own weights grow without bound, far out.
+"""
 
 DEFENSIVE = 0.1
-"""Share of the last flights that are drawn as the campaign draws: no weight exceeds its inverse (Hesterberg 1995)."""
+"""Share of the flights that are drawn as the campaign draws: no weight exceeds its inverse (Hesterberg 1995)."""
+
+EARLIER = 0.2
+"""Share of the estimate's flights drawn from all earlier fits. These are wider: failures that the last fit misses are rare
+among flights drawn as the campaign draws, and a single one would outweigh all others.
+"""
+
+MOST_FITS = 30
+SLOW, GAINS = 3, 0.25
+"""Levels over which the probability must fall to this share: if it does not, the keys hardly decide, and steering ends."""
 
 
-class Fit(NamedTuple):
-    """A normal distribution. factor: lower triangular factor of its covariance."""
+class Drawing:
+    """What flights are drawn from: a fitted mixture after a step, and a share as the campaign draws."""
 
-    mean: Floats
-    factor: Floats
+    def __init__(self, fit: Mixture) -> None:
+        self.fit, self.wide = fit, fit.stepped(STEP)
 
-    def moved(self, latent: Floats) -> Floats:
-        """Standard normal numbers as draws of this distribution."""
-        return self.mean + latent @ self.factor.T
+    def points(self, random: Random, count: int) -> Points:
+        """New points."""
+        fresh = random.points(count)
+        uniform = random.uniform(fresh)
+        steered = self.wide.moved(fresh.latent, (uniform - DEFENSIVE) / (1.0 - DEFENSIVE))
+        return fresh._replace(latent=np.where((uniform < DEFENSIVE)[:, None], fresh.latent, steered))
 
     def log_density(self, latent: Floats) -> Floats:
-        """Logarithm of its density, up to the constant that standard normal numbers share."""
-        scaled = np.linalg.solve(self.factor, (latent - self.mean).T).T
-        return standard(np.asarray(scaled, dtype=np.float64)) - float(np.log(np.diag(self.factor)).sum())
+        """Logarithm of the density, up to the constant that standard normal numbers share."""
+        steered = math.log(1.0 - DEFENSIVE) + self.wide.log_density(latent)
+        density: Floats = np.logaddexp(math.log(DEFENSIVE) + log_standard(latent), steered)
+        return density
 
 
-def standard(latent: Floats) -> Floats:
-    """Logarithm of the density of standard normal numbers, up to that constant."""
-    density: Floats = -0.5 * (latent * latent).sum(axis=1)
-    return density
+class Sample:
+    """All flights of a replicate so far. scores: shape (events, flights)."""
+
+    def __init__(self, evaluate: Evaluate, random: Random, size: int) -> None:
+        self.evaluate, self.random, self.size = evaluate, random, size
+        first = random.points(size)
+        self.latent, self.scores = first.latent, evaluate(first)
+        self.drawings, self.log_total = list[Drawing](), log_standard(self.latent)
+
+    def add(self, drawing: Drawing) -> None:
+        """Fly more."""
+        points = drawing.points(self.random, self.size)
+        self.drawings.append(drawing)
+        mine = [log_standard(points.latent), *(one.log_density(points.latent) for one in self.drawings)]
+        theirs = np.logaddexp(self.log_total, drawing.log_density(self.latent))
+        self.log_total = np.concatenate([theirs, np.logaddexp.reduce(mine, axis=0)])
+        self.latent = np.concatenate([self.latent, points.latent])
+        self.scores = np.concatenate([self.scores, self.evaluate(points)], axis=1)
+
+    @property
+    def weights(self) -> Floats:
+        """Campaign's density over that of the sample, divided by their number: their sum over an event is its probability."""
+        weights: Floats = np.exp(log_standard(self.latent) - self.log_total) / self.size
+        return weights
+
+    def probability(self, event: int) -> float:
+        """Of failure of this kind. Slightly low: the fits have seen these flights."""
+        return float(self.weights @ np.isinf(self.scores[event]))
 
 
-def cross_entropy(evaluate: Evaluate, random: Random, size: int, least: float = LEAST) -> Replicate:
-    """One replicate with `size` flights in each fit. least: the probability below which it gives up."""
-    one = np.eye(random.dimensions)
-    fit, levels, flights, crude = Fit(np.zeros(random.dimensions), one), list[Level](), 0, 0
-    reached = False
-    for turn in range(MOST_FITS):
-        fresh = random.points(size)
-        points = Points(fit.moved(fresh.latent), fresh.noise)
-        scores = evaluate(points)
-        flights += size
-        failed = np.isinf(scores)
-        crude = int(failed.sum()) if turn == 0 else crude
-        weights = np.exp(standard(points.latent) - fit.log_density(points.latent))
-        enough = float(failed.mean()) >= SHARE
-        hit = failed if enough else scores >= beyond(scores, SHARE)
-        threshold = None if enough else float(scores[hit].min())
-        levels.append(Level(threshold, float((weights * hit).mean())))
-        if not enough and (hit.mean() > MOST_KEPT or levels[-1].probability < least):
-            return Replicate(0.0, flights, size, crude, tuple(levels), points.at(failed))
-        fit = fitted(points.latent[hit], weights[hit])
-        if enough and reached:
+def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) -> list[Replicate]:
+    """One replicate of each kind of failure, with `size` flights for each fit. If none was found, no estimate is made."""
+    sample = Sample(evaluate, random, size)
+    crude, fits, levels, shares = np.isinf(sample.scores).sum(axis=1), list[Mixture](), list[list[Level]](), list[float]()
+    for event in range(events):
+        fit, steps = steered(sample, event, max(LEAST, NEGLIGIBLE * sum(shares)))
+        fits.append(fit)
+        levels.append(steps)
+        shares.append(sample.probability(event))
+    found = np.zeros(events)
+    failed, points = np.zeros((events, 0), dtype=np.bool_), random.points(0)
+    if any(shares):
+        earlier = [one.fit for one in sample.drawings]
+        drawing = Drawing(
+            together([together(fits, shares), *earlier], [1.0 - EARLIER, *(EARLIER / len(earlier) for _ in earlier)])
+        )
+        points = drawing.points(random, LAST * size)
+        failed = np.isinf(evaluate(points))
+        found = failed @ np.exp(log_standard(points.latent) - drawing.log_density(points.latent)) / len(points.noise)
+    return [
+        Replicate(probability, size, int(few), (*steps, Level(None, probability)), points.at(own))
+        for probability, few, steps, own in zip(found.tolist(), crude, levels, failed, strict=True)
+    ]
+
+
+def steered(sample: Sample, event: int, least: float) -> tuple[Mixture, list[Level]]:
+    """A fit to failures of one kind, or to what comes closest, and the levels on the way. least: where it gives up."""
+    fit, levels, reached = standard(sample.latent.shape[1]), list[Level](), 0
+    for _ in range(MOST_FITS):
+        scores, weights = sample.scores[event], sample.weights
+        threshold = highest(scores, weights, SHARE * sample.size)
+        hit = scores >= threshold
+        probability = float(weights @ hit)
+        failing = math.isinf(threshold)
+        if probability > MOST_KEPT * weights.sum() or not (failing or probability >= least):
             break
-        reached = enough
-    wide = Fit(fit.mean, math.sqrt(WIDER) * fit.factor)
-    fresh = random.points(LAST * size)
-    latent = np.where((random.uniform(fresh) < DEFENSIVE)[:, None], fresh.latent, wide.moved(fresh.latent))
-    points = Points(latent, fresh.noise)
-    failed = np.isinf(evaluate(points))
-    natural = standard(latent)
-    mixed = np.logaddexp(math.log(DEFENSIVE) + natural, math.log(1.0 - DEFENSIVE) + wide.log_density(latent))
-    probability = float((np.exp(natural - mixed) * failed).mean())
-    return Replicate(probability, flights + len(latent), size, crude, (*levels, Level(None, probability)), points.at(failed))
+        levels.append(Level(None if failing else threshold, probability))
+        fit = fitted(sample.latent[hit], weights[hit])
+        reached += failing
+        slow = len(levels) > SLOW and probability > GAINS * levels[-1 - SLOW].probability
+        if reached == FITS_TO_FAILURES or (slow and not failing):
+            break
+        sample.add(Drawing(fit))
+    return fit, levels
 
 
-def fitted(latent: Floats, weights: Floats) -> Fit:
-    """The normal distribution with the least cross-entropy to the weighted points, its covariance shrunk if they are few."""
-    shares = weights / weights.sum()
-    mean = shares @ latent
-    apart = latent - mean
-    effective, dimensions = 1.0 / float((shares * shares).sum()), latent.shape[1]
-    trust = effective / (effective + 2.0 * dimensions)
-    covariance = trust * ((shares[:, None] * apart).T @ apart) + (1.0 - trust + FLOOR) * np.eye(dimensions)
-    return Fit(mean, np.linalg.cholesky(covariance))
+def highest(scores: Floats, weights: Floats, least: float) -> float:
+    """The highest threshold that flights of at least this effective size reach; the lowest score if there is none."""
+    order = np.argsort(-scores, kind="stable")
+    ranked, first, second = scores[order], np.cumsum(weights[order]), np.cumsum(weights[order] ** 2)
+    ends = np.append(ranked[1:] != ranked[:-1], True)
+    enough = np.flatnonzero(ends & (first * first >= least * second))
+    return float(ranked[enough[0]] if len(enough) else ranked[-1])

@@ -81,18 +81,22 @@ class Flights:
         """Scales of these metrics over typical flights: zero at the median, one at the 90 % quantile."""
         return {name: scale(self.typical[self.campaign.thresholds[name]].to_numpy()) for name in names}
 
-    def evaluate(self, event: Event, told: Callable[[int], None]) -> Evaluate:
-        """A function that flies points and scores how close each came to the event, infinite where it occurred."""
-        columns = [(self.campaign.thresholds[name], scale) for name, scale in event.scales.items()]
+    def evaluate(self, events: Sequence[Event], told: Callable[[int], None]) -> Evaluate:
+        """A function that flies points and scores how close each came to each event, infinite where it occurred."""
 
         def fly(points: Points) -> Floats:
             table = self.fly(points)
             told(table.num_rows)
-            parts = [(table[name].to_numpy().astype(np.float64) - zero) / unit for name, (zero, unit) in columns]
-            score = np.nan_to_num(np.max(parts, axis=0), nan=-1e300, posinf=1e300, neginf=-1e300)
-            return np.where(happened(table, event.failure), np.inf, score)
+            return np.array([self.scored(table, event) for event in events])
 
         return fly
+
+    def scored(self, table: pa.Table, event: Event) -> Floats:
+        """How close each flight of a table came to an event, infinite where it occurred."""
+        columns = [(self.campaign.thresholds[name], scale) for name, scale in event.scales.items()]
+        parts = [(table[name].to_numpy().astype(np.float64) - zero) / unit for name, (zero, unit) in columns]
+        score = np.nan_to_num(np.max(parts, axis=0), nan=-1e300, posinf=1e300, neginf=-1e300)
+        return np.where(happened(table, event.failure), np.inf, score)
 
     def fly(self, points: Points) -> pa.Table:
         """The flights of these points, one row each. Raises UserError for values that cannot be flown."""

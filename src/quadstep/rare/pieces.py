@@ -12,7 +12,7 @@ from quadstep.rare.cross_entropy import cross_entropy
 from quadstep.rare.done import Again, Done, DoneEvent, Nearest
 from quadstep.rare.flights import Event, Failure, Flights
 from quadstep.rare.points import A_REPLICATE, Points, Random, joined
-from quadstep.rare.replicate import LEAST, Replicate
+from quadstep.rare.replicate import Replicate
 from quadstep.rare.section import Method
 from quadstep.rare.space import values
 from quadstep.rare.subset import subset_simulation
@@ -21,9 +21,6 @@ METHODS = {Method.SUBSET: subset_simulation, Method.CROSS_ENTROPY: cross_entropy
 
 EVENTS = 2
 """Most failures kept of a piece."""
-
-NEGLIGIBLE = 0.01
-"""Share of the other events' probability below which an event need not be followed further."""
 
 AGAIN = 50
 """Number of failures that are flown again with different noise."""
@@ -55,20 +52,23 @@ def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Do
     """A piece's results. told: new flights. Raises UserError for values that cannot be flown."""
     file = flights.campaign.file
     name = file.rare.method if piece.kind is Kind.REPLICATE else file.rare.method.other
-    method = METHODS[name]
     events = other_events(flights) if piece.kind is Kind.SCORE else flights.events()
-    found: list[Replicate] = []
-    for place, event in enumerate(events):
-        random = Random(file.seed, EVENTS * piece.place + place, len(file.keys))
-        least = max(LEAST, NEGLIGIBLE * sum(one.probability for one in found))
-        found.append(method(flights.evaluate(event, told), random, file.rare.flights, least))
+    flown = 0
+
+    def counted(more: int) -> None:
+        nonlocal flown
+        flown += more
+        told(more)
+
+    random = Random(file.seed, EVENTS * piece.place, len(file.keys))
+    found: list[Replicate] = METHODS[name](flights.evaluate(events, counted), len(events), random, file.rare.flights)
     failures = joined([one.failures for one in found])
-    flown_again = again(flights, failures, told) if flights.noisy and len(failures.noise) else None
+    flown_again = again(flights, failures, counted) if flights.noisy and len(failures.noise) else None
     return Done(
         kind=piece.kind.value,
         method=name,
         probability=sum(one.probability for one in found),
-        flights=sum(one.flights for one in found) + (flown_again.flights if flown_again else 0),
+        flights=flown,
         events=[recorded(event, one) for event, one in zip(events, found, strict=True)],
         nearest=nearest(flights, failures) if len(failures.noise) else None,
         again=flown_again,

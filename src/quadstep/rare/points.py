@@ -39,15 +39,19 @@ def joined(some: list[Points]) -> Points:
 
 
 Evaluate: TypeAlias = Callable[[Points], Floats]
-"""How close to failure each flight came, infinite where it failed."""
+"""How close to each kind of failure each flight came, infinite where it failed so. Shape (events, flights)."""
 
 
 class Random:
     """The random numbers of one replicate: each flight that it requests has a number, which determines all of them."""
 
     def __init__(self, seed: int, replicate: int, dimensions: int) -> None:
-        self.seed, self.dimensions = seed, dimensions
+        self.seed, self.replicate, self.dimensions = seed, replicate, dimensions
         self.next = FIRST + replicate * A_REPLICATE
+
+    def after(self, places: int) -> "Random":
+        """Those of a later replicate."""
+        return Random(self.seed, self.replicate + places, self.dimensions)
 
     def points(self, count: int) -> Points:
         """New points."""

@@ -1,4 +1,4 @@
-"""One independent estimate of a probability of failure."""
+"""One independent estimate of the probability of one kind of failure."""
 
 from typing import NamedTuple
 
@@ -8,6 +8,9 @@ from quadstep.rare.points import Floats, Points
 
 LEAST = 1e-12
 """Probability below which a replicate gives up."""
+
+NEGLIGIBLE = 0.01
+"""Share of the other events' probability below which an event need not be followed further."""
 
 MOST_KEPT = 0.5
 """Share of flights beyond a threshold above which a score with few distinct values makes no progress."""
@@ -21,12 +24,11 @@ class Level(NamedTuple):
 
 
 class Replicate(NamedTuple):
-    """A replicate. probability: 0 if no failure was reached. flights: all flown; crude: drawn as the campaign draws, and how
-    many of them failed. failures: some flights that failed.
+    """A replicate. probability: 0 if no failure was reached. crude: flights drawn as the campaign draws, and how many of them
+    failed. failures: some flights that failed.
     """
 
     probability: float
-    flights: int
     crude: int
     crude_failures: int
     levels: tuple[Level, ...]

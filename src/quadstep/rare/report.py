@@ -19,9 +19,9 @@ REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
 
 READING = (
     "A replicate steers flights towards failure in steps: each keeps the flights with the highest scores and flies more like "
-    "them. Subset simulation multiplies the shares kept at each step; cross-entropy fits a distribution to the failures, "
-    "draws from it and weights each flight by its likelihood under the campaign. All replicates repeat this with "
-    "different random numbers, and the interval comes from their scatter.",
+    "them. Cross-entropy fits a mixture of normal distributions to the failures, draws new flights from it and weights each "
+    "by its likelihood under the campaign; subset simulation multiplies the shares kept at each step. All replicates repeat "
+    "this with different random numbers, and the interval comes from their scatter.",
     "The interval assumes log-normal replicates (Cox's interval for the mean, Student's quantile). It does not account for a "
     "failure mode that no replicate found: that is what the plain Monte Carlo flights and second opinions are for. Nor "
     "does it say whether the keys are distributed as in the campaign, and a small probability depends on the tails.",

@@ -41,14 +41,14 @@ class RareSection(Section):
     """How a small probability is estimated."""
 
     method: Annotated[Method, BeforeValidator(as_method), Quantity("", "how flights are steered towards failure")] = (
-        Method.SUBSET
+        Method.CROSS_ENTROPY
     )
     score: Annotated[
         Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)] | None,
         Quantity("", "metrics that predict failure; default: the largest ratio to a limit in failure, or input variations"),
     ] = None
     flights: Annotated[int, Field(ge=200, le=200_000), Quantity("", "flights per level or fit")] = 1000
-    replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 10
+    replicates: Annotated[int, Field(ge=5, le=50), Quantity("", "independent estimates")] = 5
     opinions: Annotated[
         int, Field(ge=0, le=10), Quantity("", "estimates by the other method, with other scores; they must agree")
     ] = 2

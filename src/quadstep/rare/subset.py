@@ -6,12 +6,13 @@ whose step size adapts to the acceptance rate (Papaioannou, Betz, Zwirglmaier an
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from quadstep.numbers import exp, log
 from quadstep.rare.points import Evaluate, Floats, Points, Random, joined
-from quadstep.rare.replicate import LEAST, MOST_KEPT, Level, Replicate, beyond
+from quadstep.rare.replicate import LEAST, MOST_KEPT, NEGLIGIBLE, Level, Replicate, beyond
 
 SHARE = 0.1
 """Share of the flights that each event keeps."""
@@ -23,33 +24,51 @@ NEW_NOISE = 0.5
 """Share of the candidates that get new noise; the others keep their predecessor's."""
 
 
-def subset_simulation(evaluate: Evaluate, random: Random, size: int, least: float = LEAST) -> Replicate:
-    """One replicate with `size` flights in each level. least: the probability below which it gives up."""
+def subset_simulation(evaluate: Evaluate, events: int, random: Random, size: int) -> list[Replicate]:
+    """One replicate of each kind of failure, with `size` flights in each level."""
+    found = list[Replicate]()
+    for event in range(events):
+
+        def scored(points: Points, event: int = event) -> Floats:
+            return np.asarray(evaluate(points)[event])
+
+        least = max(LEAST, NEGLIGIBLE * sum(one.probability for one in found))
+        found.append(followed(scored, random.after(event), size, least))
+    return found
+
+
+def followed(evaluate: Callable[[Points], Floats], random: Random, size: int, least: float) -> Replicate:
+    """A replicate of one kind of failure. evaluate: its row. least: the probability below which it gives up."""
     points = random.points(size)
     scores = evaluate(points)
-    crude, flights = int(np.isinf(scores).sum()), size
+    crude = int(np.isinf(scores).sum())
     probability, step, levels = 1.0, STEP, list[Level]()
     while probability > least:
         share = float(np.isinf(scores).mean())
         if share >= SHARE:
             failures = points.at(np.isinf(scores))
-            return Replicate(probability * share, flights, size, crude, (*levels, Level(None, probability * share)), failures)
+            return Replicate(probability * share, size, crude, (*levels, Level(None, probability * share)), failures)
         threshold = beyond(scores, SHARE)
         above = scores >= threshold
         if above.mean() > MOST_KEPT:
             break
         probability *= float(above.mean())
         levels.append(Level(threshold, probability))
-        points, scores, flown, step = chains(evaluate, random, points.at(above), scores[above], threshold, size, step)
-        flights += flown
+        points, scores, step = chains(evaluate, random, points.at(above), scores[above], threshold, size, step)
     failures = points.at(np.isinf(scores))
-    return Replicate(0.0, flights, size, crude, tuple(levels), failures)
+    return Replicate(0.0, size, crude, tuple(levels), failures)
 
 
 def chains(
-    evaluate: Evaluate, random: Random, points: Points, scores: Floats, threshold: float, size: int, step: float
-) -> tuple[Points, Floats, int, float]:
-    """About `size` flights whose score is at least the threshold, including those given; their scores, new flights, step."""
+    evaluate: Callable[[Points], Floats],
+    random: Random,
+    points: Points,
+    scores: Floats,
+    threshold: float,
+    size: int,
+    step: float,
+) -> tuple[Points, Floats, float]:
+    """About `size` flights whose score is at least the threshold, including those given; their scores, and the step."""
     all_points, all_scores = [points], [scores]
     count, turns = len(scores), -(-size // len(scores)) - 1
     drawn = random.points(turns * count)
@@ -66,4 +85,4 @@ def chains(
         step = min(1.0, exp(log(step) + (float(accepted.mean()) - WANTED) / math.sqrt(turn)))
         all_points.append(points)
         all_scores.append(scores)
-    return joined(all_points), np.concatenate(all_scores), len(drawn.noise), step
+    return joined(all_points), np.concatenate(all_scores), step

@@ -132,7 +132,7 @@ def warnings(found: Summary) -> list[str]:
     if found.again is not None and found.again < FEW_AGAIN:
         said.append(
             f"Noise decides: only {100 * found.again:.2g} % of the failures fail again with different noise, which is redrawn "
-            "and not steered towards failure. Expect an estimate no better than plain Monte Carlo flights."
+            "and not steered towards failure. Expect little saving over plain Monte Carlo flights."
         )
     return said
 
