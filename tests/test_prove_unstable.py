@@ -1,5 +1,7 @@
 """`quadstep prove`: hover that is unstable, on vehicles whose rest is no exact equilibrium and under laws with limits."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -159,3 +161,21 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     run = quadstep("prove", write(tmp_path, text))
     assert (run.code, run.err) == (exit_codes.DIVERGED, "")
     assert "6 of the 12 eigenvalues" in " ".join(run.out.split())
+
+
+BENT = """\
+        size = (reference.position - measured.position).norm()
+        lost = 0.001 * size * measured.position[0] * sqrt(2.0 * size + 1e-300)
+        return Command(thrust + lost"""
+
+
+def test_a_force_without_slopes_at_rest_is_no_warning(tmp_path):
+    law = LIMITED.replace("        return Command(minimum(thrust, 50.0)", BENT)
+    (tmp_path / "limited.py").write_text(law.replace("import Number, minimum, vector", "import Number, sqrt, vector"))
+    place = "start = [0.0, 0.0, 5.0]\nend = [0.0, 0.0, 5.0]\n"
+    text = f'[path]\ntype = "step"\n{place}duration = 4.0\n[controller]\ntype = "limited.py:Limited"\nk_w = 0.01\n'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run = quadstep("prove", write(tmp_path, text))
+    assert run.refused
+    assert "a square root of a number that may be negative (limited.py" in run.err

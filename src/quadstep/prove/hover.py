@@ -62,7 +62,9 @@ def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
     """Midpoint and radius of the Jacobian, (states, states), for the law in exact arithmetic. Raises UndefinedError."""
     count = len(at.state)
     middle, radius = np.zeros((count, count)), np.zeros((count, count))
-    for row, number in enumerate(loop.step(jets(at.state), at.tick)):
+    with np.errstate(all="ignore"):  # unbounded slopes of numbers that decide nothing
+        numbers = loop.step(jets(at.state), at.tick)
+    for row, number in enumerate(numbers):
         if isinstance(number, Jet):
             if number.kinked or not np.all(np.isfinite(number.slopes.tight)):
                 raise UndefinedError(f"{loop.names[row]} has no slope there")
