@@ -6,8 +6,8 @@ import fcntl
 import hashlib
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -40,15 +40,12 @@ def publishing(folder: Path, identity: str, overwrite: bool, name: str = MANIFES
     if `folder` cannot be written or holds something else.
     """
     made: list[Path] = []
+    temporary = folder / f"{WRITING}{secrets.token_hex(8)}"  # named before it is made: Ctrl-C may come at any moment
     try:
         files_to_replace(folder, identity, overwrite, name)
         made = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=WRITING, dir=folder))
-    except OSError as error:
-        discard(made)
-        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
-    try:
+        temporary.mkdir(mode=0o700)
         yield temporary
         manifest = temporary / name
         files = sorted(path.relative_to(temporary) for path in temporary.rglob("*") if path.is_file())
