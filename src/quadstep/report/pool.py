@@ -103,7 +103,8 @@ def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
     """
     start_server()
     others = multiprocessing.active_children()
-    pool = DrawingPool(workers)
+    with interrupts_held():  # or a semaphore stays that nobody knows of
+        pool = DrawingPool(workers)
     try:
         yield pool
         pool.shutdown()
