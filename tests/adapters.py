@@ -10,6 +10,7 @@ from quadstep.c99.subject import exported
 from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
 from tests.exports import real_mission
+from tests.patience import PATIENCE
 
 STUBS = Path(__file__).parent / "firmware"
 
@@ -46,7 +47,7 @@ def flown(folder, target, name, program, *units):
         assert built.returncode == 0, built.stderr
         objects.append(f"{unit}.o")
     subprocess.run(["g++", *objects, "-lm", "-o", "fly"], cwd=folder, check=True)
-    return subprocess.run([folder / "fly"], capture_output=True, text=True, check=True, timeout=60).stdout.splitlines()
+    return subprocess.run([folder / "fly"], capture_output=True, text=True, check=True, timeout=PATIENCE).stdout.splitlines()
 
 
 def numbers(lines, word):

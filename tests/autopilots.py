@@ -6,6 +6,8 @@ import socket
 import struct
 import threading
 
+from tests.patience import PATIENCE
+
 HOVERING = """
 [vehicle]
 preset = "x500"
@@ -136,7 +138,7 @@ class FakePx4(threading.Thread):
                     link.sendall(answer.pack(mav))
 
     def _connected(self):
-        for _ in range(2000):
+        for _ in range(round(PATIENCE / 0.05)):
             try:
                 return socket.create_connection(("127.0.0.1", self.port), timeout=5.0)
             except OSError:

@@ -3,9 +3,7 @@
 import pytest
 
 from tests.needs import CHROMIUM_PROGRAM
-
-PATIENCE = 180_000
-"""Milliseconds; on a busy machine drawing in software takes its time."""
+from tests.patience import PATIENCE
 
 
 def start_browser(playwright, *, webgl=True):
@@ -37,7 +35,7 @@ class Opened:
 
     def __init__(self, browser):
         self.context = browser.new_context(reduced_motion="reduce")
-        self.context.set_default_timeout(PATIENCE)
+        self.context.set_default_timeout(1000 * PATIENCE)
         self.first, self.others, self.free = self.context.new_page(), [], True
 
     def page(self):

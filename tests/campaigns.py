@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 from quadstep.campaign.schema import CampaignFile, read_campaign
 from quadstep.mission.check import check
 from tests.commands import quadstep
+from tests.patience import PATIENCE
 
 SHORT = """
 [path]
@@ -164,10 +165,10 @@ def started(path, out, *more, before=heeding_interrupts):
     )
 
 
-def ended(process, timeout=60):
+def ended(process):
     """(exit code, what it said, error stream) of a process that ends by itself."""
     try:
-        out, err = process.communicate(timeout=timeout)
+        out, err = process.communicate(timeout=PATIENCE)
     finally:
         if process.poll() is None:
             process.kill()
@@ -175,9 +176,9 @@ def ended(process, timeout=60):
     return process.returncode, out, err
 
 
-def soon(true, seconds=30.0):
+def soon(true):
     """Whether something comes true."""
-    deadline = time.monotonic() + seconds
+    deadline = time.monotonic() + PATIENCE
     while not true() and time.monotonic() < deadline:
         time.sleep(0.02)
     return true()

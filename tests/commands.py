@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep import cli
+from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
 
@@ -59,7 +60,7 @@ def quadstep_process(*arguments, cwd=None):
         cwd=cwd,
         env=environment,
         check=False,
-        timeout=60,
+        timeout=PATIENCE,
     )
 
 

@@ -16,6 +16,7 @@ from quadstep.c99.structs import Output, Stored
 from quadstep.c99.subject import exported
 from quadstep.c99.writing import Writer
 from quadstep.export.c99 import c99_files
+from tests.patience import PATIENCE
 
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
 LINE = {"type": "minimum-jerk", "end": [1.0, 0.5, 2.0], "duration": 6.0}
@@ -49,7 +50,7 @@ def run_compiled(folder, name, compiler, *flags):
     line = [compiler, "-std=c99", "-pedantic", *BITS, *WARNINGS, *flags, "-I.", *sources, "-lm", "-o", program]
     built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr
-    run = subprocess.run([program], capture_output=True, text=True, check=False, timeout=60)
+    run = subprocess.run([program], capture_output=True, text=True, check=False, timeout=PATIENCE)
     return run.stdout, run.returncode, built.stderr
 
 

@@ -17,9 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.needs import FIREFOX_PROGRAM
-
-PATIENCE = 180.0
-"""Seconds; on a busy machine Firefox takes its time."""
+from tests.patience import PATIENCE
 
 PREFERENCES = {
     "marionette.port": 0,  # one that is free, told in the profile

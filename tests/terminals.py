@@ -12,6 +12,8 @@ import termios
 from contextlib import ExitStack
 from typing import NamedTuple
 
+from tests.patience import PATIENCE
+
 COMMAND = (sys.executable, "-m", "quadstep.cli")
 PROGRAM = (sys.executable, "-c")
 """What runs a text of Python before the arguments."""
@@ -112,7 +114,7 @@ def with_streams(*arguments, out="pipe", err="pipe", cwd=None, **changes):
             first = process.stdout.readline()
             process.stdout.close()
             process.stdout = None
-            _, said = process.communicate(timeout=120)
+            _, said = process.communicate(timeout=PATIENCE)
             return Shown(process.returncode, first.decode(errors="replace"), (said or b"").decode(errors="replace"))
-        wrote, said = process.communicate(timeout=120)
+        wrote, said = process.communicate(timeout=PATIENCE)
     return Shown(process.returncode, (wrote or b"").decode(errors="replace"), (said or b"").decode(errors="replace"))

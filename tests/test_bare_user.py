@@ -15,6 +15,7 @@ from quadstep.flight import code_cache
 from quadstep.report import writable
 from quadstep.report.writable import provide_writable
 from tests.needs import MOUNTS, SUPERUSER, needs, without
+from tests.patience import PATIENCE
 
 SANDBOX = Path(__file__).parent / "sandbox.sh"
 BARE = 12345
@@ -40,7 +41,7 @@ def bare():
 
         def run(*arguments, **options):
             command = ["unshare", "--mount", "--propagation", "private", *box, f"/python/{python}", *arguments]
-            return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, **options)
+            return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE, **options)
 
         first = run("-c", "import os; print(os.getuid(), os.getgroups())")
         if "mount" in first.stderr or "unshare" in first.stderr:

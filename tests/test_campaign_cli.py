@@ -23,6 +23,7 @@ from tests.campaigns import (
     written,
 )
 from tests.commands import quadstep
+from tests.patience import PATIENCE
 
 UNIFORM = '{type="uniform", low=0.5, high=1.0}'
 
@@ -230,7 +231,7 @@ def without(package, *arguments):
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=PATIENCE,
     )
 
 

@@ -1,5 +1,6 @@
 """A campaign on a real cluster of several nodes, which are lost in mid-run: the same files as from one machine."""
 
+import contextlib
 import os
 import pickle
 import re
@@ -34,6 +35,7 @@ from tests.campaigns import (
     written,
 )
 from tests.needs import package
+from tests.patience import PATIENCE
 
 LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
 HEAD = "chunk = 600\nflights = 3600\n"
@@ -58,9 +60,33 @@ def whole(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def nodes():
-    """A head that flies nothing and two nodes of one core, at RAY_ADDRESS; nothing of it runs on afterwards."""
+def patient():
+    """Ray's module, whose nodes may take their time to start: its own 30 s are too few on a busy machine."""
     ray = package("ray")
+    from ray._private import services
+
+    find, wait = services.get_node, services.wait_for_node
+
+    def found(*asked):
+        """A node's entry, once there is one: Ray asks again for 30 s only."""
+        entries = []
+
+        def here():
+            with contextlib.suppress(RuntimeError):
+                entries.append(find(*asked))
+            return entries
+
+        return entries[0] if soon(here) else find(*asked)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(services, "get_node", found)
+        patch.setattr(services, "wait_for_node", lambda address, name, *_: wait(address, name, PATIENCE))
+        yield ray
+
+
+@pytest.fixture(scope="module")
+def nodes(patient):
+    """A head that flies nothing and two nodes of one core, at RAY_ADDRESS; nothing of it runs on afterwards."""
     from ray.cluster_utils import Cluster
 
     head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
@@ -71,7 +97,7 @@ def nodes():
     yield whole
     del os.environ["RAY_ADDRESS"]
     mark = whole.head_node.get_session_dir_path()  # in the command line of its servers
-    ray.shutdown()
+    patient.shutdown()
     whole.shutdown()
     assert soon(lambda: not any(mark in line for *_, line in processes())), "a server runs on"
 
@@ -109,7 +135,7 @@ def under_way(path, out, *more):
     """A process that flies on the cluster, and has finished one more file."""
     before = len(flights(out))
     process = started(path, out, "--engine", "ray", *more)
-    assert soon(lambda: len(flights(out)) > before or process.poll() is not None, 60.0)
+    assert soon(lambda: len(flights(out)) > before or process.poll() is not None)
     assert process.poll() is None, process.communicate()
     return process
 

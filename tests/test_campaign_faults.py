@@ -30,6 +30,7 @@ from tests.campaigns import (
     written,
 )  # fmt: skip
 from tests.needs import MOUNTS, without
+from tests.patience import PATIENCE
 
 LONG = SHORT.replace("duration = 0.4", "duration = 16.0")
 VARY = MASS + '"start.position.2" = {type="uniform", low=-0.1, high=0.1}\n'
@@ -45,9 +46,9 @@ def whole(tmp_path_factory):
     return path, folder / "out"
 
 
-def wait_for(process, found, seconds=30.0):
+def wait_for(process, found):
     """Until something is there, or the process is over."""
-    deadline = time.monotonic() + seconds
+    deadline = time.monotonic() + PATIENCE
     while not found() and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.002)
 
@@ -265,6 +266,6 @@ def test_the_reader_of_what_it_says_may_go_away(whole, tmp_path):
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     process.stdout.close()
     err = process.stderr.read()
-    process.wait(timeout=60)
+    process.wait(timeout=PATIENCE)
     assert "Traceback" not in err
     assert rows(tmp_path / "out").num_rows == 64

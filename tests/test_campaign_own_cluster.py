@@ -91,7 +91,7 @@ def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, temporary,
     path, out = written(tmp_path, MASS, LONG, "chunk = 500\n"), tmp_path / "out"
     driver = started(path, out, "--engine", "ray", "--flights", 10**7)
     try:
-        assert soon(lambda: flights(out) or driver.poll() is not None, 300.0)
+        assert soon(lambda: flights(out) or driver.poll() is not None)
         assert driver.poll() is None, driver.communicate()
         keeper = keeper_of(driver.pid)
         running = cluster_of(keeper)

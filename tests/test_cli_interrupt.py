@@ -9,6 +9,7 @@ import time
 import pytest
 
 from tests.commands import LINE, files, heeding_interrupts, quadstep, write
+from tests.patience import PATIENCE
 
 ENDLESS = '[path]\ntype = "circle"\nradius = 5.0\nperiod = 20.0\nturns = 100.0\n'
 LONG_ON_LANES = ENDLESS + "[simulation]\nduration = 100000.0\nlog_period = 1.0\n"
@@ -25,12 +26,12 @@ def interrupted(mission, out, number, whole_group, engine, wait=0.2):
         preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
     )
     try:
-        deadline = time.monotonic() + 30.0
+        deadline = time.monotonic() + PATIENCE
         while not list(out.glob(".writing-*")) and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.01)
         time.sleep(wait)
         (os.killpg if whole_group else os.kill)(process.pid, number)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=PATIENCE)
     finally:
         if process.poll() is None:
             process.kill()

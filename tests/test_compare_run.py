@@ -23,6 +23,7 @@ from quadstep.errors import MissingExtraError
 from quadstep.flight.engines import fly
 from tests.campaigns import soon
 from tests.commands import LINE, heeding_interrupts, quadstep, write
+from tests.patience import PATIENCE
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, metrics, rows, study, written
 
 MARGIN = """
@@ -453,9 +454,9 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_was_flown(tmp_path):
         preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
     )  # fmt: skip
     kept = tmp_path / "out" / RUNNING / "flights"
-    assert soon(lambda: any(kept.glob("*.parquet")), 120.0)
+    assert soon(lambda: any(kept.glob("*.parquet")))
     os.killpg(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, (out, err)
     assert "run the same command to continue" in err
     assert list(kept.glob("*.parquet"))

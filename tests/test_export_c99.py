@@ -22,6 +22,7 @@ from tests.commands import quadstep, write
 from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
 from tests.flights import through_lanes
 from tests.needs import ARM_COMPILER, C_COMPILER, CMAKE, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
+from tests.patience import PATIENCE
 from tests.single import Single
 
 REAL = ["geometric", "pid", "lqr", "rotation-backstepping", "backstepping"]
@@ -295,7 +296,7 @@ def test_arm_gives_the_same_bits(tmp_path, precise):
     sources = [f"{law.name}.c", f"{law.name}_params.c", f"test_{law.name}.c"]
     line = ["aarch64-linux-gnu-gcc", "-std=c99", "-O3", "-static", *BITS, "-I.", *sources, "-lm", "-o", "on_arm"]
     subprocess.run(line, cwd=tmp_path, check=True, capture_output=True)
-    run = subprocess.run(["qemu-aarch64", tmp_path / "on_arm"], capture_output=True, text=True, check=False, timeout=60)
+    run = subprocess.run(["qemu-aarch64", tmp_path / "on_arm"], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert run.stdout == "80 samples: the same bits\n"
 
 

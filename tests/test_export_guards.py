@@ -13,6 +13,7 @@ from quadstep.numbers import flatten
 from tests.adapters import STUBS
 from tests.exports import COMPILERS, real_mission, written
 from tests.needs import C_COMPILER, needs
+from tests.patience import PATIENCE
 
 FEW, MANY = "pid", "rotation-backstepping"
 """A law whose inputs are added where they are asked for, and one with a function for that."""
@@ -52,7 +53,7 @@ def tried(folder, name):
     """What the program finds broken."""
     line = [COMPILERS[0], "-std=c99", *BITS, "-O1", "-I.", f"{name}.c", f"{name}_params.c", "guards.c", "-lm", "-o", "guards"]
     subprocess.run(line, cwd=folder, check=True, capture_output=True)
-    run = subprocess.run([folder / "guards"], capture_output=True, text=True, check=False, timeout=60)
+    run = subprocess.run([folder / "guards"], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert (run.returncode == 0) == (run.stdout == "")
     return run.stdout
 

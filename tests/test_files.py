@@ -19,6 +19,7 @@ from quadstep.errors import LONGEST, UserError, one_line
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.recording import MOST_ROWS
 from quadstep.mission.vehicle_list import read_vehicle
+from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.0, 0.0]\nduration = 1.0\n'
 SMALL = files.Kind("a small file", 10)
@@ -285,7 +286,7 @@ def test_texts_of_a_vehicle_file_are_shown_as_text(tmp_path):
         [sys.executable, "-m", "quadstep.cli", "vehicles", str(tmp_path / "v.toml")],
         capture_output=True,
         check=False,
-        timeout=120,
+        timeout=PATIENCE,
     )
     assert run.returncode == 0
     assert r"\x1b[31mred" in run.stdout.decode()
@@ -352,7 +353,12 @@ def test_the_command_line_refuses_hostile_files_in_bounded_time_and_memory(tmp_p
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
     run = subprocess.run(
-        [sys.executable, "-c", BOUNDED, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=240
+        [sys.executable, "-c", BOUNDED, *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
     )
     assert run.returncode == 2
     assert re.fullmatch(r"quadstep: error: [^\n]+\n", run.stderr)

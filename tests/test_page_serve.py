@@ -29,6 +29,7 @@ from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
 from tests.commands import heeding_interrupts
 from tests.pages import STAND_IN, data_of
+from tests.patience import PATIENCE
 
 MISSION = """
 name = "A <b>bold</b> name & more"
@@ -90,7 +91,7 @@ def port(root):
 
 def get(port, path, host=None, method="GET", headers=None):
     """Status, headers and content of a request sent as it stands."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
     for name, value in {"Host": f"127.0.0.1:{port}" if host is None else host, **(headers or {})}.items():
         if value:
@@ -199,7 +200,7 @@ def test_another_host_gets_nothing(port, host):
 def test_localhost_is_this_host_and_two_hosts_are_none(port):
     assert get(port, "/", host=f"localhost:{port}")[0] == 200
     assert get(port, "/", host=f"LOCALHOST:{port}")[0] == 200
-    with socket.create_connection(("127.0.0.1", port), timeout=10) as line:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as line:
         line.sendall(f"GET / HTTP/1.0\r\nHost: 127.0.0.1:{port}\r\nHost: evil.example\r\n\r\n".encode())
         assert b" 421 " in line.recv(100)
 
@@ -370,7 +371,7 @@ def test_it_ends_cleanly_when_told_to(root, number):
     assert get(port, "/")[0] == 200
     time.sleep(0.1)
     running.send_signal(number)
-    out, errors = running.communicate(timeout=20)
+    out, errors = running.communicate(timeout=PATIENCE)
     assert (running.returncode, out, errors) == (0, "Stopped.\n", "")
 
 
@@ -391,7 +392,7 @@ def test_one_absurd_result_leaves_the_list_standing(tmp_path, text):
 
 @pytest.mark.parametrize("line", [b"GET http://[/ HTTP/1.1", b"GET //[ HTTP/1.1", b"GET http://[::1/ HTTP/1.0"])
 def test_an_address_that_is_none_is_answered(port, line, capfd):
-    with socket.create_connection(("127.0.0.1", port), timeout=20) as one:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as one:
         one.sendall(line + f"\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n".encode())
         assert one.makefile("rb").readline().startswith((b"HTTP/1.0 404", b"HTTP/1.1 404"))
     assert not capfd.readouterr().err
