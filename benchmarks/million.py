@@ -68,7 +68,7 @@ def campaign(folder: Path, flights: int, precision: str = "f32", seconds: float 
     file.write_text(CAMPAIGN.format(precision=precision), encoding="utf-8")
     command = ["campaign", str(file), "--flights", str(flights), "--out", str(out), "--overwrite"]
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-m", "quadstep.cli", *command], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "quadstep", *command], check=True, capture_output=True)
     took = time.perf_counter() - start
     memory = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss  # the largest child so far
     manifest = json.loads((out / "campaign.json").read_text(encoding="utf-8"))

@@ -58,7 +58,7 @@ def tree_memory(root: int) -> int:
 def one_mission(folder: Path) -> tuple[str, str, str, str, str]:
     """`quadstep fly` of Case 1 as a user waits for it: figures, tables and page included, compiled before or not."""
     results, cache = folder / "flown", folder / "cache"
-    command = ("-m", "quadstep.cli", "fly", "examples/case1.toml", "--out", str(results))
+    command = ("-m", "quadstep", "fly", "examples/case1.toml", "--out", str(results))
     with mock.patch.dict(os.environ, QUADSTEP_CACHE=str(cache)):
         cold = run(*command)
         warm = min(run(*command) for _ in range(5))
@@ -77,9 +77,7 @@ def reproduction(folder: Path) -> tuple[str, str, str, str, str]:
     """`quadstep reproduce` as a whole: time, memory of all its processes, and Case 1's largest error."""
     out = folder / "paper"
     start, peak = time.perf_counter(), 0
-    process = subprocess.Popen(
-        [sys.executable, "-m", "quadstep.cli", "reproduce", "--out", str(out)], stdout=subprocess.DEVNULL
-    )
+    process = subprocess.Popen([sys.executable, "-m", "quadstep", "reproduce", "--out", str(out)], stdout=subprocess.DEVNULL)
     done = threading.Event()
 
     def watch() -> None:

@@ -54,7 +54,7 @@ def quadstep_process(*arguments, cwd=None):
     """The command line of a process of its own."""
     environment = {**os.environ, "COLUMNS": "120"}
     return subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", *map(str, arguments)],
+        [sys.executable, "-m", "quadstep", *map(str, arguments)],
         capture_output=True,
         text=True,
         cwd=cwd,

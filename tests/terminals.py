@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from tests.patience import PATIENCE
 
-COMMAND = (sys.executable, "-m", "quadstep.cli")
+COMMAND = (sys.executable, "-m", "quadstep")
 PROGRAM = (sys.executable, "-c")
 """What runs a text of Python before the arguments."""
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")

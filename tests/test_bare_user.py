@@ -66,18 +66,18 @@ for what in (lambda: pathlib.Path.home(), tempfile.gettempdir, lambda: open("/ne
 def test_a_mission_is_flown_and_drawn_without_a_word_too_many(bare):
     run, out = bare
     (out / "mission.toml").write_text(MISSION)
-    done = run("-m", "quadstep.cli", "fly", "/out/mission.toml", "--out", "/out/flown")
+    done = run("-m", "quadstep", "fly", "/out/mission.toml", "--out", "/out/flown")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads((out / "flown" / "metrics.json").read_text())["name"] == "Up"
     assert (out / "flown" / "figures" / "position.png").stat().st_uid == BARE
-    again = run("-m", "quadstep.cli", "new", "/out/new.toml")
+    again = run("-m", "quadstep", "new", "/out/new.toml")
     assert (again.returncode, again.stderr) == (0, "")
 
 
 @needs(SUPERUSER)
 def test_a_results_folder_that_cannot_be_written_is_one_line(bare):
     run, _ = bare
-    done = run("-m", "quadstep.cli", "fly", "/out/mission.toml", "--out", "/usr/flown")
+    done = run("-m", "quadstep", "fly", "/out/mission.toml", "--out", "/usr/flown")
     assert done.returncode == 2
     assert done.stderr == "quadstep: error: /usr/flown: cannot be written: Read-only file system\n"
 

@@ -18,7 +18,7 @@ LONG_ON_LANES = ENDLESS + "[simulation]\nduration = 100000.0\nlog_period = 1.0\n
 def interrupted(mission, out, number, whole_group, engine, wait=0.2):
     """Start a flight, signal it once its folder is there, and give (exit code, error stream)."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "quadstep.cli", "fly", mission, "--out", out, "--engine", engine, "--overwrite"],
+        [sys.executable, "-m", "quadstep", "fly", mission, "--out", out, "--engine", engine, "--overwrite"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -63,3 +63,25 @@ def test_an_interrupted_flight_leaves_the_result_before_it(tmp_path, no_figures)
     assert code == 130
     assert files(out) == before
     assert not list(out.glob(".*"))
+
+
+INTERRUPTED_WHILE_LOADING = """
+import runpy, signal, sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == sys.argv[1]:
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts())
+runpy.run_module("quadstep", run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "quadstep.commands.fly", "quadstep.user_code.loading"])
+def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path, module):
+    run = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_WHILE_LOADING, module],
+        capture_output=True, text=True, cwd=tmp_path, check=False, timeout=PATIENCE, preexec_fn=heeding_interrupts,
+    )  # fmt: skip
+    assert (run.returncode, run.stdout, run.stderr) == (130, "", "quadstep: interrupted; nothing was written\n")

@@ -283,7 +283,7 @@ def test_texts_of_a_vehicle_file_are_shown_as_text(tmp_path):
         encoding="utf-8",
     )
     run = subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", "vehicles", str(tmp_path / "v.toml")],
+        [sys.executable, "-m", "quadstep", "vehicles", str(tmp_path / "v.toml")],
         capture_output=True,
         check=False,
         timeout=PATIENCE,

@@ -82,7 +82,7 @@ def command(folder, *arguments):
     """What the command line does with them."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", *arguments],
+        [sys.executable, "-m", "quadstep", *arguments],
         cwd=folder, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
 

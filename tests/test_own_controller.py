@@ -46,7 +46,7 @@ def flown(tmp_path_factory):
     (folder / "cascaded_pd.py").write_text(silent)
     (folder / "own.toml").write_text(MISSION)
     run = subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", "fly", "own.toml", "--out", "out"],
+        [sys.executable, "-m", "quadstep", "fly", "own.toml", "--out", "out"],
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr

@@ -17,7 +17,7 @@ MISSION = 'name = "{name}"\n[path]\ntype = "minimum-jerk"\nend = [0.0, 0.0, 1.0]
 
 def quadstep(*arguments, cwd):
     return subprocess.run(
-        [sys.executable, "-m", "quadstep.cli", *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "quadstep", *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=False
     )
 
 

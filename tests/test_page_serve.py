@@ -361,7 +361,7 @@ def test_names_of_folders_are_escaped_and_quoted(tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_cleanly_when_told_to(root, number):
     running = subprocess.Popen(
-        [sys.executable, "-m", "quadstep.cli", "serve", str(root), "--port", "0"],
+        [sys.executable, "-m", "quadstep", "serve", str(root), "--port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
         preexec_fn=heeding_interrupts,  # noqa: PLW1509 (set before any thread of the child)
     )  # fmt: skip

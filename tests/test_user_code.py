@@ -131,7 +131,7 @@ def test_missions_run_only_what_they_name_and_not_where_that_is_refused(folder, 
 def test_the_traceback_is_for_who_asks(folder):
     text = (folder / "law.py").read_text()
     (folder / "law.py").write_text(text.replace("9.81", "1 / 0"))
-    command = [sys.executable, "-m", "quadstep.cli", "fly", "mission.toml", "--traceback"]
+    command = [sys.executable, "-m", "quadstep", "fly", "mission.toml", "--traceback"]
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert run.returncode != 0
     assert "Traceback (most recent call last)" in run.stderr

@@ -1,6 +1,19 @@
-"""`python -m quadstep` is `quadstep`."""
+"""Where the command line starts, as `quadstep` and as `python -m quadstep`."""
 
-from quadstep.cli import main
+import sys
+from importlib import import_module
+
+from quadstep.exit_codes import INTERRUPTED
+
+
+def main() -> None:
+    """Load the command line and run it; Ctrl-C while it loads is one line, as it is later."""
+    try:
+        import_module("quadstep.cli").main()
+    except KeyboardInterrupt:
+        sys.stderr.write("quadstep: interrupted; nothing was written\n")
+        sys.exit(INTERRUPTED)
+
 
 if __name__ == "__main__":
     main()

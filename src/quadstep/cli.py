@@ -187,7 +187,3 @@ def theirs(error: BaseException) -> bool:
     """Whether an error came from code of the user's, or from what that gave."""
     known = (UserError, InterruptedRun, typer.Abort, TyperException, BrokenProcessPool, OutputError)
     return blamed(error) is not None or (bool(NAMED) and isinstance(error, Exception) and not isinstance(error, known))
-
-
-if __name__ == "__main__":
-    main()
