@@ -8,18 +8,6 @@ from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtur
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
 
-LONGEST = (
-    "test_terminal_commands.py",
-    "test_page_browser.py",
-    "test_campaign_own_cluster.py",
-    "test_airframe_loop.py",
-    "test_equal_bits.py",
-    "test_campaign_cluster.py",
-    "test_campaign_faults.py",
-    "test_compare_run.py",
-)
-"""Files that take half a minute of a core or more. They come first, so that no worker is at the end alone with one."""
-
 
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,8 +21,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest files come first. Cases of the learned policy need its weights, also in tests of all controllers."""
-    items.sort(key=lambda item: item.path.name not in LONGEST)
+    """Files with many slow tests come first, so that no worker is alone with one at the end. Cases of the learned policy need
+    its weights, also in tests of all controllers.
+    """
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    items.sort(key=lambda item: -slow[item.path])
     for item in items:
         parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
         said = [getattr(one, "name", one) for one in parameters]

@@ -238,6 +238,7 @@ def test_places_that_are_no_folders(tmp_path, place):
     refused(fly(written(tmp_path, MASS, head="flights = 5"), place), place)
 
 
+@pytest.mark.slow
 def test_a_reader_may_look_while_it_flies(whole, tmp_path):
     """Whatever is there under its name is whole."""
     path, straight = whole

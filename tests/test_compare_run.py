@@ -249,6 +249,7 @@ def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
     assert f"{damaged}: cannot be read" in result.err
 
 
+@pytest.mark.slow
 def test_processes_of_their_own_give_the_same_bytes(done, tmp_path, monkeypatch):
     monkeypatch.undo()
     file = written(tmp_path)

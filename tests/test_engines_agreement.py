@@ -83,6 +83,7 @@ FLIGHTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_engines_agree_on_other_laws_and_paths(name):
     loop, numbers, start = FLIGHTS[name]
@@ -93,6 +94,7 @@ def test_engines_agree_on_other_laws_and_paths(name):
     agree(fly_arrays(loop, [numbers, numbers], [start, start], ticks)[1], fly_floats(loop, numbers, start, ticks))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ticks", [Ticks(0.002, (2,), 10, 300), Ticks(0.002, (5,), 3, 100), Ticks(0.001, (1,), 7, 50)])
 def test_engines_agree_whatever_the_clock(ticks):
     start = TILTED

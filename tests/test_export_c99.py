@@ -238,6 +238,7 @@ def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
     np.testing.assert_array_equal(lanes.rows, c.rows)
 
 
+@pytest.mark.slow
 @needs(C_COMPILER)
 @pytest.mark.parametrize("kind", ["indi", "planned-lqr", "mpc"])
 def test_compiled_code_is_given_what_its_law_measures_and_sees_ahead(kind):
@@ -274,6 +275,7 @@ def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
 # Measured
 
 
+@pytest.mark.slow
 @needs(C_COMPILER, CORTEX_M, CPPCHECK)
 def test_the_data_sheet_is_measured(tmp_path):
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')

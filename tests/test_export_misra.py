@@ -21,6 +21,7 @@ def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
     assert {"8.7", "12.1", "21.15"} <= rules.keys() <= misra.REASONS.keys()
 
 
+@pytest.mark.slow
 @needs(CPPCHECK)
 def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch):
     rules = found(tmp_path, "pid")

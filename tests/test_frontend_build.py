@@ -31,6 +31,7 @@ def sources(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @needs(NPM)
 def test_types_are_strict(sources):
     done = subprocess.run(["npm", "run", "--silent", "check"], cwd=sources, capture_output=True, text=True, check=False)

@@ -12,6 +12,7 @@ from tests.fuzz.run import KINDS, SHARES, some
 CASES = 5000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SHARES)
 def test_whatever_a_file_holds_it_is_read_or_refused_with_one_clean_line(kind):
     found = some(kind, 0, round(CASES * SHARES[kind]))

@@ -305,6 +305,7 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 # The table of docs/prove.md
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping", "state-space-backstepping"])
 def test_rows_of_the_table_are_those_of_the_page(law):
     page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))

@@ -53,6 +53,7 @@ def found():
     return loop, arithmetic, escape(arithmetic, int(np.argmax(np.abs(chosen.values))))
 
 
+@pytest.mark.slow
 def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path):
     run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
     assert (run.code, run.err) == (exit_codes.DIVERGED, "")
@@ -100,6 +101,7 @@ def test_a_set_of_a_stable_loop_shows_nothing():
     assert escaped(arithmetic, mode, slowest, radii, growth, inner(arithmetic, slowest, radii)) is None
 
 
+@pytest.mark.slow
 def test_a_mode_that_grows_in_the_closest_vicinity_only_disproves_nothing():
     """Its observer's root acts from nanometres on."""
     loop = loop_of({"type": "dynamic-linearisation"})
