@@ -77,7 +77,8 @@ def test_a_mission_is_flown_and_drawn_without_a_word_too_many(bare):
 
 @needs(SUPERUSER)
 def test_a_results_folder_that_cannot_be_written_is_one_line(bare):
-    run, _ = bare
+    run, out = bare
+    (out / "mission.toml").write_text(MISSION)
     done = run("-m", "quadstep", "fly", "/out/mission.toml", "--out", "/usr/flown")
     assert done.returncode == 2
     assert done.stderr == "quadstep: error: /usr/flown: cannot be written: Read-only file system\n"

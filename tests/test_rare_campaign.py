@@ -111,7 +111,15 @@ def test_it_says_a_known_probability_and_the_most_likely_failure(tmp_path):
     assert quadstep("campaign", path, "--rare", "--out", out, "--resume", "--require", "0.9999").code == 0
 
 
-def test_an_interrupted_run_goes_on_to_the_same_result(tmp_path, monkeypatch):
+@pytest.fixture
+def heeded():
+    """Interrupts are heeded, though a shell's background job would ignore them."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupted_run_goes_on_to_the_same_result(tmp_path, monkeypatch, heeded):
     path = written(tmp_path)
     whole = run.estimate(path, tmp_path / "whole")
     fly = run.fly_piece
