@@ -230,7 +230,7 @@ def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str,
                 run.met(Problem((cell.situation.vehicle, cell.controller), str(error)))
     raises(study, run, everybody)
     left = [cell for cell in wanted if not run.out(cell.situation.vehicle, cell.controller)]
-    return reported(study.source, study.file.metrics, left or wanted)
+    return reported(study.source, study.reported(), left or wanted)
 
 
 def raises(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Bear]:

@@ -168,7 +168,7 @@ class StudyFile(Section):
     """A study: which vehicles fly which paths in which scenarios, under which controllers."""
 
     name: Annotated[Name, Quantity("", "name of the study, shown in its report")] = "Study"
-    vehicles: Annotated[Names, Quantity("", "presets, or vehicle files")]
+    vehicles: Annotated[Names, Quantity("", "presets, plants, vehicle files, or FILE.py:NAME of your own")]
     common: Annotated[Keys, Quantity("", "mission keys common to all flights")] = Field(default_factory=dict)
     paths: Annotated[dict[str, PathEntry], BeforeValidator(named), Quantity("", "by name")]
     scenarios: Annotated[dict[str, ScenarioEntry], BeforeValidator(named), Quantity("", "by name")]
@@ -179,7 +179,7 @@ class StudyFile(Section):
     seed: Annotated[int, Field(ge=0, lt=2**63), Quantity("", "seed of all draws")] = 1
     precision: Annotated[Literal["f32", "f64"], Quantity("", "floating-point precision of the flights")] = "f64"
     score_period: Annotated[Positive | None, Quantity("s", "sampling period of the metrics; default: the log period")] = None
-    metrics: Annotated[Names, Quantity("", "metrics to report; the first one ranks")] = (
+    metrics: Annotated[Names, Quantity("", "metrics to report, also FILE.py:NAME of your own; the first one ranks")] = (
         "position_rmse",
         "largest_error",
     )

@@ -15,12 +15,16 @@ from quadstep.control.controller import Controller
 from quadstep.documents import parse_toml, read_toml
 from quadstep.errors import UserError
 from quadstep.mission.check import check
+from quadstep.mission.declared import PLANTS, is_plant
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.own_metrics import own_metric
 from quadstep.mission.presets import is_airframe, preset_names
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.tuning.gains import filled_in, learning_rates, with_numbers
 from quadstep.tuning.ground import UNSEEN
+from quadstep.user_code.installed import METRICS, own_place
+from quadstep.user_code.places import place
 
 MOST_CELLS = 20_000
 """Of one study: each needs some seconds."""
@@ -97,21 +101,32 @@ class Study(NamedTuple):
 
     # Missions
 
+    def vehicle(self, name: str) -> Content:
+        """What its missions say of a vehicle."""
+        return vehicle_table(name, self.folder)
+
     def content(self, situation: Situation, controller: Content) -> Content:
         """The mission of a controller in a situation."""
-        file, named = self.file, {"vehicle": vehicle_table(situation.vehicle)}
+        file, named = self.file, {"vehicle": self.vehicle(situation.vehicle)}
         path, scenario = file.paths[situation.path].mission, file.scenarios[situation.scenario].mission
         mission = together(file.common, path, scenario, named)
         return {**mission, "name": situation.label, "controller": controller, "metrics": self.summed(mission)}
 
     def summed(self, mission: Content) -> list[str]:
-        """The metrics that a mission has to name: effort, where its vehicle has rotors of its own."""
-        return list(EFFORTS) if is_airframe(mission["vehicle"]) else []
+        """The metrics that a mission has to name: effort, where its vehicle has rotors of its own, and the user's."""
+        return [*(EFFORTS if is_airframe(mission["vehicle"]) else ()), *filter(is_own, self.file.metrics)]
+
+    def reported(self) -> list[str]:
+        """The metrics that are reported, by their names in results. Raises UserError."""
+        try:
+            return [own_metric(one, self.folder).name if is_own(one) else one for one in self.file.metrics]
+        except UserError as error:
+            raise UserError(f"{self.source}: metrics: {error}") from error
 
     def nominal(self, vehicle: str, controller: Content) -> Mission:
         """The mission of a vehicle as its makers know it, on its first path in no scenario."""
         path = next(one.mission for one in self.file.paths.values() if one.suits(vehicle))
-        mission = together(self.file.common, path, {"vehicle": vehicle_table(vehicle)})
+        mission = together(self.file.common, path, {"vehicle": self.vehicle(vehicle)})
         return check_mission({**mission, "controller": controller}, self.source, self.folder)
 
     def knowing(self, vehicle: str, controller: Content) -> Content:
@@ -171,9 +186,21 @@ FIRST = UNSEEN
 """The number of the first flight that is reported: none of these was used to find a gain."""
 
 
-def vehicle_table(name: str) -> Content:
-    """What a mission says of a vehicle: a preset, or a file."""
-    return {"preset": name} if name in preset_names() else {"file": name}
+def vehicle_table(name: str, folder: Path) -> Content:
+    """What a mission says of a vehicle: a preset, a plant that declares itself, a vehicle in a Python file, or a file.
+
+    Raises UserError for Python that cannot be run.
+    """
+    if name in preset_names():
+        return {"preset": name}
+    if is_plant(name, folder):
+        return {"type": name}
+    return {"preset" if place(name) else "file": name}
+
+
+def is_own(metric: str) -> bool:
+    """Whether this names a metric of the user's own, not one that flights have."""
+    return own_place(metric, METRICS) is not None
 
 
 def together(*tables: Mapping[str, object]) -> Content:
@@ -211,11 +238,15 @@ def study_of(text: str, source: str, folder: Path) -> Study:
 def check_vehicles(study: Study) -> None:
     """Refuses vehicles that are not there, or of which nothing is known. Raises UserError."""
     for vehicle in study.file.vehicles:
-        if vehicle not in preset_names() and not (study.folder / vehicle).exists():
+        try:
+            table = study.vehicle(vehicle)
+        except UserError as error:
+            raise UserError(f"{study.source}: vehicles: {error}") from error
+        if "file" in table and not (study.folder / vehicle).exists():
             raise UserError(
-                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; presets: "
-                f"{', '.join(preset_names())}"
+                f"{study.source}: vehicles: {vehicle!r:.60} is neither a preset nor a file; allowed: "
+                f"{', '.join((*preset_names(), *PLANTS))}, a vehicle's file, or your own FILE.py:NAME"
             )
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
-        kind_of({"vehicle": vehicle_table(vehicle)}, study.folder)
+        kind_of({"vehicle": table}, study.folder)

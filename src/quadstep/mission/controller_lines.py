@@ -25,7 +25,7 @@ def controller_lines(section: type[ControllerSection], model: Model, others: Seq
     """Tables `[controller]` and `[controller.nets]`. others: what its `type` may be too."""
     controller, (kind,) = section.controller, get_args(section.model_fields["type"].annotation)
     yield "[controller]"
-    yield commented(f'type = "{kind}"', f"{controller.label or kind}; or {', '.join(others)}")
+    yield commented(f'type = "{kind}"', "; or ".join(filter(None, (controller.label or kind, ", ".join(others)))))
     yield "# A gain in x, y, z or about three axes is one number or a list of three; default gains suit the vehicle."
     gains = controller.gains(model)
     for key, (name, gain) in controller.by_key().items():

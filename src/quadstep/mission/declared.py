@@ -26,6 +26,9 @@ from quadstep.mission.tune import TuneSection
 from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
 from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
+from quadstep.user_code.installed import installed
+from quadstep.user_code.loading import load
+from quadstep.user_code.places import place
 
 PLANTS = {Planar.name: Planar}
 """Those of the package, by their `type` in [vehicle]."""
@@ -106,6 +109,15 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
     made.measures = plant.measures
     found: type[Mission] = made
     return found
+
+
+def is_plant(name: str, folder: Path) -> bool:
+    """Whether a plant that declares itself has this name, and no preset. Raises UserError for a file that cannot be read."""
+    if name in PLANTS or name in installed(PLANTS_OF_OTHERS):
+        return True
+    found = place(name)
+    thing = load(found, folder) if found else None
+    return isinstance(thing, type) and issubclass(thing, DeclaredPlant)
 
 
 def declared_kind(kind: str, folder: Path) -> type[Mission]:

@@ -112,7 +112,8 @@ class Mission(Section):
     def _at_the_controllers_rates(cls, content: object, info: ValidationInfo) -> object:
         if not isinstance(content, dict):
             return content
-        table = content.get("controller", {"type": cls.model_fields["controller"].default.type})
+        usual = cls.model_fields["controller"].default  # none for a plant whose controllers are all the user's own
+        table = content.get("controller", {"type": getattr(usual, "type", None)})
         name = table.get("type") if isinstance(table, dict) else None
         folder = (info.context or {}).get("folder", Path())
         law = law_named(name, cls.measures, folder) if isinstance(name, str) else None

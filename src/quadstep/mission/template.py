@@ -9,7 +9,7 @@ from quadstep.control.registry import controllers
 from quadstep.errors import UserError
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.controller_lines import controller_lines, number_lines
-from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind
+from quadstep.mission.declared import PLANTS, OwnVehicleSection, declared_kind, is_plant
 from quadstep.mission.derived import section_of
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission
@@ -19,10 +19,6 @@ from quadstep.mission.presets import preset_names
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicle_list import load_preset
 from quadstep.mission.vehicles import VehicleSection
-from quadstep.plants.declared import DeclaredPlant
-from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
-from quadstep.user_code.installed import installed
-from quadstep.user_code.loading import load
 from quadstep.user_code.places import place
 from quadstep.vehicle.state import State
 
@@ -205,15 +201,6 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     except OSError as error:  # a name too long
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
     write_beside(path, text)
-
-
-def is_plant(name: str, folder: Path) -> bool:
-    """Whether a plant that declares itself has this name, and no preset. Raises UserError for a file that cannot be read."""
-    if name in PLANTS or name in installed(PLANTS_OF_OTHERS):
-        return True
-    found = place(name)
-    thing = load(found, folder) if found else None
-    return isinstance(thing, type) and issubclass(thing, DeclaredPlant)
 
 
 def plant_template(kind: str, controller: str | None, folder: Path) -> str:

@@ -206,7 +206,8 @@ def check_certificate(path: Path) -> Checked:
         failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
     time = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
-    off = [np.abs(found.flown[:, i] - wanted[i]) + found.position[i] for i in range(axes)]
+    along = ["xyz".index(axis) for axis in plan.loop.plant.axes]
+    off = [np.abs(found.flown[:, i] - wanted[along[i]]) + found.position[i] for i in range(axes)]
     return Checked(
         mission.name,
         tuple(plan.loop.plant.axes),

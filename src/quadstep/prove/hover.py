@@ -46,7 +46,8 @@ def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
     reference = loop.loop.path.reference(tick * loop.ticks.step, loop.parameters.path)
     if not resting(reference):
         return None
-    still = mission.model_copy(update={"start": type(mission.start)()})  # type: ignore[attr-defined]
+    start = getattr(mission, "start", None)  # where it begins on the path, there is no such table
+    still = mission.model_copy(update={"start": type(start)()}) if start else mission
     start = still.build(mission.path.build(mission.folder)).start(reference)
     position: Vector = reference.position
     return Hover(loop.at_rest(loop.loop.start(start, plan.parameters)), tick, tuple(map(float, position)))

@@ -153,7 +153,8 @@ def wanted(loop: Sampled, count: int) -> Array:
     """The path at every sample, (samples, axes) [m]."""
     time = np.arange(count) * float(loop.span) * loop.ticks.step
     position = loop.loop.path.reference(time, loop.parameters.path).position  # type: ignore[arg-type]
-    return np.stack([np.broadcast_to(one, count) for one in position], axis=1)
+    along = ["xyz".index(axis) for axis in loop.loop.plant.axes]
+    return np.stack([np.broadcast_to(position[i], count) for i in along], axis=1)
 
 
 def not_for_ever(why: str) -> list[str]:

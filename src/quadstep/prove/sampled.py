@@ -71,6 +71,7 @@ class Sampled:
         self.places = self.relevant()
         names = short(leaf_names(self.like))
         self.names = [names[place] for place in self.places]
+        refuse_displaced(self.loop.plant.axes, self.names)
 
     def relevant(self) -> list[int]:
         """The leaves that the vehicle's motion depends on, however many samples later."""
@@ -152,6 +153,15 @@ def refuse_unprovable(plan: FlightPlan) -> None:
         raise UserError("wind: nothing can be proved with turbulence; leave it out")
     if max(plan.ticks.every) > plan.ticks.last:
         raise UserError("simulation: a loop of the controller is slower than the whole flight")
+
+
+def refuse_displaced(axes: Sequence[str], names: Sequence[str]) -> None:
+    """Raises UserError if the state of a plant does not begin with the position along its axes."""
+    if [*names[: len(axes)]] != [f"position.{i}" for i in range(len(axes))] or set(axes) - {*"xyz"}:
+        raise UserError(
+            "vehicle: nothing can be proved about this plant: the first entry of its state should be `position`, a Vector "
+            f"along {', '.join(axes)}, and its axes should be among x, y, z"
+        )
 
 
 def refuse_ended(code: object) -> None:
