@@ -94,6 +94,34 @@ def on_a_real_vehicle(engine):
     return fly(plan._replace(ticks=plan.ticks._replace(last=200)), engine)
 
 
+FUNCTION = """
+from quadstep.control.inversion import invert_force
+from quadstep.numbers import vector
+
+
+def controller(t, measured, reference):
+    offset, drift = reference.position - measured.position, reference.velocity - measured.velocity
+    wanted = 1.0 * (reference.acceleration + 2.0 * offset + 3.0 * drift + [0.0, 0.0, 9.81])
+    thrust, theta_d, phi_d = invert_force(vector(*map(float, wanted)))
+    return thrust, 5000.0 * ([reference.yaw, theta_d, phi_d] - measured.attitude) - 300.0 * measured.rates
+"""
+
+
+@pytest.mark.parametrize("engine", [Engine.LANES, Engine.PYTHON])
+def test_a_function_flies_the_papers_plant_as_the_law_that_it_repeats(tmp_path, engine):
+    (tmp_path / "function.py").write_text(FUNCTION)
+    (tmp_path / "cascaded_pd.py").write_text((ROOT / "examples" / "own_controller.py").read_text())
+    function = MISSION.replace("cascaded_pd.py:CascadedPD", "function.py:controller").replace("k_r = 5000.0", "")
+    logs = []
+    for name, text in (("law", MISSION), ("function", function)):
+        (tmp_path / f"{name}.toml").write_text(text)
+        logs.append(fly(read_mission(tmp_path / f"{name}.toml"), engine=engine))
+    law, own = logs
+    same = [name for name in own.columns if name in law.columns]
+    assert {"x", "psi", "theta", "phi", "u"} <= set(same)
+    np.testing.assert_array_equal(own.table(*same), law.table(*same))
+
+
 @pytest.mark.parametrize("engine", [Engine.LANES, Engine.PYTHON])
 def test_nor_on_a_real_vehicle(engine):
     log = on_a_real_vehicle(engine)

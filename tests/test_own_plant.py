@@ -9,6 +9,7 @@ import pytest
 
 from quadstep import fly, read_mission
 from quadstep.flight.engine import Engine
+from quadstep.user_code import loading
 from tests.commands import quadstep, write
 
 PLANT = '''
@@ -269,3 +270,20 @@ def test_a_mission_for_it_is_written_and_needs_a_controller(mission):
     run = quadstep("fly", write(mission.parent, without, "none.toml"))
     assert run.refused, run
     assert "controller: missing; it is needed" in run.err
+
+
+def test_a_function_cannot_fly_it(mission):
+    with mission.with_name("rail.py").open("a") as file:
+        file.write("\n\ndef function(t, measured, reference):\n    return 0.0, (0.0, 0.0, 0.0)\n")
+    text = MISSION.replace(":Lift", ":function").replace("pole = 4.0\n", "")
+    run = quadstep("fly", write(mission.parent, text, "function.toml"))
+    assert run.refused, run
+    assert "rail.py:function: a function flies a real vehicle or the paper's plant; this vehicle needs a Controller" in run.err
+
+
+def test_a_study_runs_no_code_of_users_where_that_was_said(mission, monkeypatch):
+    monkeypatch.setattr(loading, "refused", "")
+    study = write(mission.parent, STUDY.replace("VEHICLE", "rail.py:Rail") + LAWS, "study.toml")
+    run = quadstep("--no-user-code", "compare", study)
+    assert run.refused, run
+    assert "study.toml: vehicles: " in run.err

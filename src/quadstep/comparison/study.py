@@ -240,6 +240,7 @@ def check_vehicles(study: Study) -> None:
     for vehicle in study.file.vehicles:
         try:
             table = study.vehicle(vehicle)
+            kind_of({"vehicle": table}, study.folder)
         except UserError as error:
             raise UserError(f"{study.source}: vehicles: {error}") from error
         if "file" in table and not (study.folder / vehicle).exists():
@@ -249,4 +250,3 @@ def check_vehicles(study: Study) -> None:
             )
         if not study.controllers(vehicle):
             raise UserError(f"{study.source}: vehicles: no controller flies {vehicle}")
-        kind_of({"vehicle": table}, study.folder)

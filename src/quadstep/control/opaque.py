@@ -35,7 +35,8 @@ class Known(NamedTuple):
     """The measurements passed to an opaque controller.
 
     position (3,) [m], velocity (3,) [m/s]: world, z up. attitude (4,): unit quaternion (w, x, y, z), body to world.
-    rates (3,): about the body's axes [rad/s]. period: until the next call [s].
+    rates (3,): about the body's axes [rad/s]. period: until the next call [s]. On the paper's plant attitude (3,): psi, theta,
+    phi [rad], and rates (3,): of these angles.
     """
 
     position: Array
@@ -101,22 +102,23 @@ class Opaque(Law[tuple[()], Measured, G, U]):
         return cast(U, Command(thrust, Vector(torque))), memory
 
 
-LAWS: dict[tuple[int, str], type[Law]] = {}
-"""By the callable's id, for it need not be hashable, and name."""
+LAWS: dict[tuple[int, str, type], type[Law]] = {}
+"""By the callable's id, for it need not be hashable, name, and what it is told."""
 
 
-def opaque_law(function: Controller, name: str) -> type[Law]:
+def opaque_law(function: Controller, name: str, told: type = Measured) -> type[Law]:
     """A controller that calls this callable, for missions: the same class each time, so that flights can be batched.
 
-    It has no gains; any state of the callable is shared by all flights.
+    It has no gains; any state of the callable is shared by all flights. told: what the vehicle tells its controllers,
+    `Measured` or the `State` of the paper's plant.
     """
-    key = id(function), name
+    key = id(function), name, told
     if key not in LAWS:
-        LAWS[key] = new_opaque_law(function, name)
+        LAWS[key] = new_opaque_law(function, name, told)
     return LAWS[key]
 
 
-def new_opaque_law(function: Controller, name: str) -> type[Law]:
+def new_opaque_law(function: Controller, name: str, told: type) -> type[Law]:
     """The same, made. It is never released."""
     handle = cache(lambda: register(friendly(function)))
 
@@ -132,11 +134,12 @@ def new_opaque_law(function: Controller, name: str) -> type[Law]:
             raise_pending(int(gains.handle))
 
     Own.name = Own.label = Own.__name__ = name
+    Own.measures = told
     return Own
 
 
 def friendly(controller: Controller) -> Callable[[Array], list[float]]:
-    """The controller as a function from an array of 26 numbers to four.
+    """The controller as a function from an array of 26 numbers to four; 25 where the attitude is three angles.
 
     Called again with equal inputs, it repeats its output: lanes that fill a block repeat a flight, and a controller with
     state must see each of its samples once.
@@ -148,9 +151,9 @@ def friendly(controller: Controller) -> Callable[[Array], list[float]]:
         question = inputs.tobytes()
         if question == asked:
             return answer
-        t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, 24, 25))
-        measured = Known(inputs[2:5], inputs[5:8], inputs[8:12], inputs[12:15], period)
-        reference = Wanted(inputs[15:18], inputs[18:21], inputs[21:24], yaw, yaw_rate)
+        t, period, yaw, yaw_rate = (float(inputs[i]) for i in (0, 1, -2, -1))
+        measured = Known(inputs[2:5], inputs[5:8], inputs[8:-14], inputs[-14:-11], period)
+        reference = Wanted(inputs[-11:-8], inputs[-8:-5], inputs[-5:-2], yaw, yaw_rate)
         returned = controller(t, measured, reference)
         try:
             thrust, torque = returned

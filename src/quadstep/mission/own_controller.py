@@ -27,6 +27,7 @@ from quadstep.user_code.blame import blamed, user_error
 from quadstep.user_code.installed import CONTROLLERS, own_place
 from quadstep.user_code.loading import load
 from quadstep.user_code.places import Place
+from quadstep.vehicle.state import State
 
 KEY = re.compile(r"[^\W_]\w*")
 """Of a gain."""
@@ -60,7 +61,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
     found = own_place(kind, CONTROLLERS)
     if found is None:
         return None
-    law = as_controller(load(found, folder), found)
+    law = as_controller(load(found, folder), found, measures)
     if not isinstance(law.measures, type):
         raise UserError(f"{kind}: measures: should be a class, such as Measured or State, not {law.measures!r:.60}")
     if law.measures is not measures:
@@ -77,7 +78,7 @@ def own_section(kind: str, measures: type, folder: Path) -> type[ControllerSecti
         raise UserError(f"{kind}: {error}") from error
 
 
-def as_controller(thing: object, found: Place) -> type[Controller]:
+def as_controller(thing: object, found: Place, measures: type) -> type[Controller]:
     """A class of controllers; a function of time, measurement and reference becomes one. Raises UserError."""
     if inspect.isclass(thing) and issubclass(thing, Controller):
         if thing.law is Controller.law:
@@ -86,7 +87,10 @@ def as_controller(thing: object, found: Place) -> type[Controller]:
             raise UserError(f"{found.text}: has no `Gains`, the NamedTuple of its declared gains")
         return thing
     if callable(thing) and not inspect.isclass(thing):
-        return opaque_law(thing, found.name)
+        if measures not in (Measured, State):
+            said = "a function flies a real vehicle or the paper's plant; this vehicle needs a Controller"
+            raise UserError(f"{found.text}: {said}")
+        return opaque_law(thing, found.name, measures)
     raise UserError(f"{found.text}: should be a subclass of quadstep.control.controller.Controller, or a function")
 
 
