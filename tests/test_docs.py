@@ -212,6 +212,11 @@ def test_the_index_of_equations_has_each_with_file_and_test():
     assert equations.numbers("Eq. 5, Eqs 9 and 10, Eqs 68-70") == {5, 9, 10, 68, 69, 70}
 
 
+def test_a_search_for_any_equation_finds_it():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "src").rglob("*.py"))
+    assert [number for number in range(1, 76) if not re.search(rf"\bEq\. {number}\b", text)] == []
+
+
 def test_the_page_of_the_interface_has_its_names():
     text = python_page()
     for name in ("fly", "fly_all", "Mission", "Flight", "read_mission", "invert_force", "sqrt"):

@@ -69,6 +69,7 @@ def equation_28() -> Evidence:
     return Evidence([same("r2 of the law", loop.sample().command.r2, E2_DOT + LAMBDA_2 * E2)])
 
 
+# Eq. 29
 @row(ROWS, "29", "rate of r2", "J r2_dot = J e2_dot + J Lambda_2 e2_dot = J eta_d_dd - {tau - C eta_dot + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, Verdict.CORRECTED, "slip: J e2_dd, not J e2_dot; the second line is "
      "right")  # fmt: skip
@@ -98,6 +99,7 @@ def equation_30() -> Evidence:
     )
 
 
+# Eq. 31
 @row(ROWS, "31", "rate of r2 with Eq. 30", "J r2_dot = J eta_d_dd - {tau - C (-r2 + eta_d_dot + Lambda_2 e2) + A_eta} + "
      "J Lambda_2 (r2 - Lambda_2 e2)", ERRORS, Verdict.AS_PRINTED)  # fmt: skip
 def equation_31() -> Evidence:
@@ -106,6 +108,7 @@ def equation_31() -> Evidence:
     return Evidence([same("J r2_dot", j_r2_dot(), j * ETA_D_DD - inside + j * LAMBDA_2 * (R2 - LAMBDA_2 * E2))])
 
 
+# Eq. 32
 @row(ROWS, "32", "rate of r2, ordered", "J r2_dot = -tau - C r2 + {J eta_d_dd - A_eta + C (eta_d_dot + Lambda_2 e2) - "
      "J Lambda_2^2 e2} + J Lambda_2 r2", ERRORS, Verdict.AS_PRINTED)  # fmt: skip
 def equation_32() -> Evidence:
@@ -174,6 +177,7 @@ def rest() -> Expression:
     return inertia_matrix() * LAMBDA_2 * R2 - coriolis_matrix() * R2 - K_R2 * R2 - K_I2 * INTEGRAL
 
 
+# Eq. 37
 @row(ROWS, "37", "closed loop of the attitude", "J r2_dot = v_tilde_NN2 + J Lambda_2 r2 - C r2 - K_r2 r2 - K_i2 int r2",
      TORQUE_LAW, Verdict.AS_PRINTED)  # fmt: skip
 def equation_37() -> Evidence:
@@ -182,6 +186,7 @@ def equation_37() -> Evidence:
     return Evidence([same("J r2_dot under tau of Eq. 35", j_r2_dot(torque), target() - array(estimate) + rest())])
 
 
+# Eq. 38
 @row(ROWS, "38", "closed loop of the attitude with the net",
      "J r2_dot = W_tilde_2^T mu_2 - {K_r2 + C - J Lambda_2} r2 - K_i2 int r2 + eps_2", LAW, Verdict.AS_PRINTED)  # fmt: skip
 def equation_38() -> Evidence:
@@ -191,6 +196,7 @@ def equation_38() -> Evidence:
                           net_error()[1] + rest())])  # fmt: skip
 
 
+# Eq. 39
 @row(ROWS, "39", "error of the second net, again", V_TILDE, "control.networks:output", Verdict.DEFINITION, "Eq. 36 repeated")
 def equation_39() -> Evidence:
     spoken = array(loop.sample().command.torque) - K_R2 * R2 - K_I2 * INTEGRAL

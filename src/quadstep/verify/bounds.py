@@ -80,6 +80,7 @@ def cross_check() -> tuple[Check, str]:
             f"{short(real)}, J_M r2^T Lambda_2 r2 = {short(bound)}")  # fmt: skip
 
 
+# Eq. 58
 @row(ROWS, "58", "L_dot with the tuning law", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J_dot - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T W_hat}", TUNING, Verdict.CORRECTED,
      "r2 instead of r in the third term; the step needs J_M max(Lambda_2) in K_v; from Eq. 56, not 55; -r1^T delta as in "
@@ -106,6 +107,7 @@ def equation_59() -> Evidence:
                      check_and_numbers[0]], check_and_numbers[1])  # fmt: skip
 
 
+# Eq. 60
 @row(ROWS, "60", "L_dot with W_hat = W - W_tilde", "L_dot <= -r^T K_v r + r^T eps_v + r^T (J - 2C) r / 2 + kappa |r| "
      "tr{W_tilde^T (W - W_tilde)}, third term 0", LAW, Verdict.CORRECTED,
      "slips: J_dot instead of J, r2 instead of r; the third term is 0 for Christoffel's C")  # fmt: skip

@@ -50,6 +50,7 @@ def equation_20() -> Evidence:
     ], f"hover, m = 1 kg, theta 0.1 rad off: m r1_dot is off by |delta| = {short(off_by(0.1))} N")  # fmt: skip
 
 
+# Eq. 26
 @row(ROWS, "26", "closed loop of the position with the net", "m r1_dot = -(K_r1 - m Lambda_1) r1 + W_tilde_1^T mu_1 - "
      "K_i1 int r1 + eps_1", LAW, Verdict.CORRECTED, "add -delta, as in Eq. 20")  # fmt: skip
 def equation_26() -> Evidence:

@@ -95,14 +95,18 @@ plain("41", "intermediate variables", "a = u_d s_thd, b = u_d c_thd", Verdict.DE
 plain("42", "the force in a and b", "(-a, b s_phd, b c_phd) = (f_x, f_y, f_z)", Verdict.AS_PRINTED,
       lambda s: ([-s.a, s.b * sympy.sin(s.phi), s.b * sympy.cos(s.phi)], FORCE))  # fmt: skip
 plain("43", "a", "a = -f_x", Verdict.AS_PRINTED, lambda s: (s.a, -F_X))
+# Eq. 44
 plain("44", "b squared", "b^2 s_phd^2 + b^2 c_phd^2 = f_y^2 + f_z^2", Verdict.AS_PRINTED,
       lambda s: ((s.b * sympy.sin(s.phi)) ** 2 + (s.b * sympy.cos(s.phi)) ** 2, F_Y**2 + F_Z**2))  # fmt: skip
 plain("45", "b", "b = sqrt(f_y^2 + f_z^2)", Verdict.AS_PRINTED, lambda s: (s.b, B),
       "the root with cos theta_d >= 0")  # fmt: skip
+# Eq. 46
 plain("46", "thrust squared in a and b", "(u_d s_thd)^2 + (u_d c_thd)^2 = a^2 + b^2", Verdict.AS_PRINTED,
       lambda s: (s.a**2 + s.b**2, A**2 + B**2), "from Eq. 41, not Eq. 42 as the text says")  # fmt: skip
+# Eq. 47
 plain("47", "thrust squared", "u_d^2 = a^2 + b^2", Verdict.AS_PRINTED, lambda s: (s.u**2, A**2 + B**2))
 plain("48", "thrust", "u_d = sqrt(a^2 + b^2)", Verdict.AS_PRINTED, lambda s: (s.u, sympy.sqrt(A**2 + B**2)))
+# Eq. 49
 plain("49", "tangent of pitch", "tan theta_d = a / b", Verdict.AS_PRINTED, lambda s: (sympy.tan(s.theta), A / B), "for b > 0")
 
 
@@ -114,6 +118,7 @@ def equation_50() -> Evidence:
                      near("theta_d for a force along +x, b = 0", along_x, -math.pi / 2, 1e-15)])  # fmt: skip
 
 
+# Eq. 51
 plain(
     "51",
     "tangent of roll",

@@ -51,6 +51,7 @@ def equation_12() -> Evidence:
     return Evidence([same("r1 of the law", loop.sample().command.r1, E1_DOT + LAMBDA_1 * E1)])
 
 
+# Eq. 13
 @row(ROWS, "13", "e1 is bounded by r1", "|e1| <= |r1| / sigma_min(Lambda_1), |e1_dot| <= |r1|", LAW, Verdict.CORRECTED,
      "both fail at an instant; for e1(0) = 0 the suprema over time obey |e1| <= sup|r1| / sigma_min and "
      "|e1_dot| <= (1 + sigma_max / sigma_min) sup|r1|")  # fmt: skip
@@ -86,6 +87,7 @@ def in_errors(thing: Vector) -> Expression:
     return array(thing).xreplace(still)
 
 
+# Eq. 14
 @row(ROWS, "14", "sliding", "e1(t) = exp(-Lambda_1 t) e1(0)", LAW, Verdict.AS_PRINTED, "while r1 = 0")
 def equation_14() -> Evidence:
     t, start = symbol("t"), symbols("e1_0")
@@ -98,12 +100,14 @@ def equation_14() -> Evidence:
                      same("its start", [e.subs(t, 0) for e in slide], start)])  # fmt: skip
 
 
+# Eq. 15
 @row(ROWS, "15", "rate of r1", "m r1_dot = m e1_dd + m Lambda_1 e1_dot", LAW, Verdict.AS_PRINTED)
 def equation_15() -> Evidence:
     e1_dd = XI_D_DD - array(loop.plant().velocity)
     return Evidence([same("m r1_dot", MASS * r1_dot(), MASS * e1_dd + MASS * LAMBDA_1 * E1_DOT)])
 
 
+# Eq. 16
 @row(ROWS, "16", "rate of r1 in terms of r1 and e1", "m r1_dot = m xi_d_dd - m xi_dd + m Lambda_1 (r1 - Lambda_1 e1)", LAW,
      Verdict.AS_PRINTED)  # fmt: skip
 def equation_16() -> Evidence:
@@ -116,6 +120,7 @@ def driven(force: Expression) -> Expression:
     return MASS * XI_D_DD + MASS * LAMBDA_1 * R1 - MASS * LAMBDA_1**2 * E1 - force - M_G - array(FORCE)
 
 
+# Eq. 17
 @row(ROWS, "17", "rate of r1 under thrust", "m r1_dot = m xi_d_dd - u (-s_th, c_th s_ph, c_th c_ph) - (0, 0, -m g) - A_xyz "
      "+ m Lambda_1 (r1 - Lambda_1 e1)", LAW, Verdict.AS_PRINTED)  # fmt: skip
 def equation_17() -> Evidence:
@@ -123,6 +128,7 @@ def equation_17() -> Evidence:
     return Evidence([same("m r1_dot", MASS * r1_dot(), printed)])
 
 
+# Eq. 18
 @row(ROWS, "18", "rate of r1 under F_d", "m r1_dot = m xi_d_dd + m Lambda_1 r1 - m Lambda_1^2 e1 - F_d - m_g - A_xyz", LAW,
      Verdict.AS_PRINTED)  # fmt: skip
 def equation_18() -> Evidence:
@@ -172,6 +178,7 @@ def ideal_1() -> Expression:
     return array(W_1).T * loop.mu(loop.NET_1, CHI_1) + array(EPS_1)
 
 
+# Eq. 25
 @row(ROWS, "25", "error of the first net", "-A_tilde = W_1^T mu_1 - W_hat_1^T mu_1 + eps_1 = W_tilde_1^T mu_1 + eps_1",
      "control.networks:output", Verdict.DEFINITION)  # fmt: skip
 def equation_25() -> Evidence:

@@ -31,6 +31,7 @@ def largest(sizes: ArrayLike) -> float:
     return float(np.max(np.abs(sizes)))
 
 
+# Eq. 53
 @row(ROWS, "53", "e1 and e2 are bounded by r1 and r2", "|e_i| <= |s + Lambda_i|^-1 |r_i| <= |r_i| / sigma_min(Lambda_i)", LAW,
      Verdict.CORRECTED, "the norm of the inverse is meant, |(s + Lambda)^-1| <= 1 / sigma_min; the inverse of the "
          "norm is smaller "
@@ -178,6 +179,7 @@ def equation_56() -> Evidence:
     ], f"in {wrong} of 4000 random moments L grows where the printed L_dot is negative")  # fmt: skip
 
 
+# Eq. 57
 @row(ROWS, "57", "rate of the weights' error", "W_tilde_dot = -F mu_r + kappa |r| F W_hat", TUNING, Verdict.AS_PRINTED,
      "with constant ideal weights; Eq. 54 stacked")  # fmt: skip
 def equation_57() -> Evidence:
