@@ -1,4 +1,4 @@
-"""Checks that a user's controller returns what a flight needs: one sample on floats, before anything is compiled."""
+"""Checks that a user's controller or plant returns what a flight needs: one sample on floats, before anything is compiled."""
 
 import math
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.eager import always
 from quadstep.flight.loop import Cycle, Loop, Numbers
-from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
+from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
 from quadstep.user_code.blame import blamed
 
 if TYPE_CHECKING:
@@ -58,6 +58,26 @@ def try_out(loop: Loop, parameters: Any, start: Any, ticks: Ticks) -> None:
     check_command(loop, cycle, parameters, answer[0])
     check_memory(answer[1], cycle.memory, "law")
     check_finite(loop, cycle, parameters, answer[0])
+
+
+def try_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+    """The methods of a plant, once each. Raises UserError if one returns something of the wrong shape."""
+    cycle, plant = loop.start(start, parameters), loop.plant
+    check_numbers(cycle.state, "begin: the state")
+    check_same(always(plant.actuate)(parameters, cycle.command), cycle.held, "actuate: what the actuators are told")
+    check_same(always(loop.rate)(cycle, parameters, 0.0, cycle.state), cycle.state, "rate: the rates")
+    for method, given, key, wanted in (
+        ("row", always(loop.row)(cycle, parameters, 0.0), "columns", plant.columns),
+        ("error", always(plant.error)(cycle.state, loop.wanted(0.0, parameters)), "axes", plant.axes),
+        ("inputs", always(plant.inputs)(cycle.held), "efforts", plant.efforts),
+    ):
+        entries = tuple(given) if isinstance(given, list | Vector) else ()
+        check_numbers(entries, method)
+        if len(entries) != len(wanted):
+            kind = "list" if method == "row" else "Vector"
+            raise UserError(
+                f"{method}: should be a {kind} of {len(wanted)} numbers, one for each of `{key}`, not {given!r:.60}"
+            )
 
 
 def sampled(sample: Callable[..., T], memory: object, *given: object) -> T:

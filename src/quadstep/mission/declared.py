@@ -11,6 +11,8 @@ from quadstep.control.model import Model
 from quadstep.control.registry import controller, names
 from quadstep.errors import UserError
 from quadstep.flight.log import FlightLog
+from quadstep.flight.loop import Loop, Numbers
+from quadstep.flight.trial import try_plant
 from quadstep.metrics.of_log import Metrics, flight_metrics
 from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
@@ -23,6 +25,7 @@ from quadstep.mission.own_thing import own_class, the_only
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
 from quadstep.mission.tune import TuneSection
+from quadstep.numbers import Structure
 from quadstep.plants.declared import DeclaredPlant, PlantParameters
 from quadstep.plants.planar import Planar
 from quadstep.user_code.installed import PLANTS as PLANTS_OF_OTHERS
@@ -79,6 +82,29 @@ class DeclaredMission(Mission):
             guided=True,
         )
 
+    def try_plant(self, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+        if self.vehicle.type in PLANTS:
+            return
+        try:
+            try_plant(loop, parameters, start)
+        except UserError as error:
+            raise UserError(f"vehicle: {self.vehicle.type}: {error}") from None
+
+
+def check_plant(plant: type[DeclaredPlant]) -> None:
+    """Refuses declarations that contradict each other. Raises TypeError."""
+    lacking = [name for name in ("Numbers", "Limits", "measures", "columns", "axes", "efforts") if not hasattr(plant, name)]
+    if lacking:
+        raise TypeError(f"has no {' and no '.join(f'`{name}`' for name in lacking)}")
+    if not isinstance(plant.axes, tuple) or not plant.axes or set(plant.axes) - {*"xyz"}:
+        raise TypeError(f"axes: should be a tuple of x, y, z or some of them, not {plant.axes!r:.60}")
+    needed = ["t", *plant.axes, *(f"{axis}_d" for axis in plant.axes), *plant.efforts]
+    missing = [name for name in needed if name not in plant.columns]
+    if missing:
+        raise TypeError(
+            f"columns: {', '.join(missing)} missing: t, axes, the wanted position along them (_d) and efforts are needed"
+        )
+
 
 @kept
 def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
@@ -131,6 +157,7 @@ def declared_kind(kind: str, folder: Path) -> type[Mission]:
     if plant is None:
         raise UserError(f"vehicle.type: {shorten(kind)} is not known; allowed: {', '.join(PLANTS)}, or your own FILE.py:NAME")
     try:
+        check_plant(plant)
         return mission_of(plant, kind)
     except TypeError as error:
         raise UserError(f"vehicle.type: {kind}: {error}") from error

@@ -18,7 +18,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
-from quadstep.flight.loop import Loop
+from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.own_metric import Metric, of_log
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
@@ -37,6 +37,7 @@ from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_metrics import own_metrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.tune import TuneSection
+from quadstep.numbers import Structure
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panels import flight_jobs
 from quadstep.sensing.suite import Suite
@@ -266,11 +267,16 @@ class Mission(Section):
             raise UserError(f"score_from: {self.scored_from:g} s is not before the last row of the log at {last:g} s")
         parameters = built.numbers(path=path.parameters, gains=controller.gains)
         start = built.start(path.law.reference(0.0, path.parameters))
+        if warn:
+            self.try_plant(loop, parameters, start)
         if warn and self.controller.own:
             self.try_controller(loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))
         warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
+
+    def try_plant(self, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:
+        """Where the plant is the user's own, its methods once. Raises UserError naming it."""
 
     def try_controller(self, loop: Loop, parameters: Any, start: Any, ticks: Ticks, drawn: bool) -> None:
         """One sample of a controller of the user's own. Raises UserError naming it."""
