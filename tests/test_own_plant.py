@@ -11,6 +11,7 @@ from quadstep import fly, read_mission
 from quadstep.flight.engine import Engine
 from quadstep.user_code import loading
 from tests.commands import quadstep, write
+from tests.pages import fly_page, needs_node
 
 PLANT = '''
 from typing import ClassVar, NamedTuple
@@ -230,6 +231,29 @@ def test_a_study_compares_its_laws_by_a_metric_of_ones_own(mission):
     assert cells.num_rows == 2
     assert any(name.startswith("sink") for name in cells.column_names)
     assert json.loads(mission.with_name("out").joinpath("metrics.json").read_text())
+
+
+def test_a_law_with_a_mistake_is_one_line_and_the_others_go_on(mission):
+    mission.with_name("rail.py").write_text(PLANT.replace("law(vector(0.0),", "law(nothing,"))
+    study = write(mission.parent, STUDY.replace("VEHICLE", "rail.py:Rail") + LAWS, "study.toml")
+    run = quadstep("compare", study, "--out", "out")
+    assert run.refused, run
+    assert re.search(
+        r"plain cannot fly rail.py:Rail: .*rail.py:\d+: NameError: name 'nothing' is not defined; the line: ", run.err
+    )
+    run = quadstep("compare", study, "--keep-going", "--out", "out")
+    assert run.code == 2
+    assert "lift has the smallest median" in run.out
+    assert "NameError" in run.err
+
+
+@needs_node
+def test_its_page_flies_it_as_python_floats_do(mission):
+    assert quadstep("page", mission, "--out", "page.html").code == 0
+    (answer,) = fly_page(mission.with_name("page.html"), {"flight": "rail"})
+    log = fly(read_mission(mission), engine=Engine.PYTHON)
+    assert [name for name, _ in answer["columns"]] == list(log.columns)
+    np.testing.assert_array_equal(answer["values"], log.rows)
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller
 from quadstep.documents import read_json
 from quadstep.errors import MissingExtraError, UserError
+from quadstep.user_code.blame import in_one_line
 
 FROM_FILE = "from {}"
 
@@ -83,7 +84,8 @@ def entrants(study: Study, kept: Kept, again: bool, local: bool) -> Entry:
     for vehicle in study.file.vehicles:
         for name, entry in study.controllers(vehicle).items():
             try:
-                found.append(entrant(study, kept, vehicle, name, entry, given, local))
+                with in_one_line():
+                    found.append(entrant(study, kept, vehicle, name, entry, given, local))
             except UserError as error:
                 if entry.optional and isinstance(error, MissingExtraError):
                     absent[name] = f"{name} is left out: {error}"

@@ -23,6 +23,7 @@ from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.tuning.gains import filled_in, learning_rates, with_numbers
 from quadstep.tuning.ground import UNSEEN
+from quadstep.user_code.blame import in_one_line
 from quadstep.user_code.installed import METRICS, own_place
 from quadstep.user_code.places import place
 
@@ -162,7 +163,8 @@ class Study(NamedTuple):
         """Refuses a cell whose first flight cannot be built. Raises UserError."""
         first = {name: one.at(0) for name, one in draw(cell.campaign.file, np.array([FIRST])).items()}
         try:
-            planner(cell.campaign).plan(first)
+            with in_one_line():
+                planner(cell.campaign).plan(first)
         except UserError as error:
             said = str(error).removeprefix(f"{self.source}: ")
             raise UserError(f"{self.source}: {cell.controller} cannot fly {cell.situation.label}: {said}") from None

@@ -4,6 +4,7 @@ import linecache
 import sys
 import traceback
 from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 from quadstep.errors import UserError, cut
@@ -41,6 +42,17 @@ def user_error(error: BaseException, named: str = "") -> UserError:
     file, line, said = found
     text = linecache.getline(file, line).strip()
     return UserError(f"{file}:{line}: {said}" + (f"; the line: {cut(text, 200)}" if text else ""))
+
+
+@contextmanager
+def in_one_line() -> Iterator[None]:
+    """A block in which an error in a user's file is a UserError."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, UserError) or blamed(error) is None:
+            raise
+        raise user_error(error) from error
 
 
 def blamed(error: BaseException) -> tuple[str, int, str] | None:
