@@ -1,5 +1,7 @@
 """Chromium for tests: fixtures that open a page from disk, on a machine whose network is closed."""
 
+import io
+
 import pytest
 
 from tests.needs import CHROMIUM_PROGRAM
@@ -93,3 +95,10 @@ def open_page(browsers, page_file):
         page.remove_listener(event, hear)
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
     assert errors == []
+
+
+def picture(page, selector):
+    """What is drawn there, as an array of colours."""
+    from matplotlib.image import imread
+
+    return imread(io.BytesIO(page.locator(selector).screenshot()))[..., :3]

@@ -2,14 +2,12 @@
 
 import json
 import math
-import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quadstep.flight.airframe_columns import airframe_columns
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import fly_floats
 from quadstep.flight.engines import FlightPlan
@@ -17,7 +15,7 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_names
 from quadstep.mission.read import check_mission
 from quadstep.numbers import flatten
-from tests.commands import columns, files, quadstep, strict_json, without_figures, write
+from tests.commands import files, quadstep, write
 from tests.missions import accepted_or_refused, garbage, places, refusal, replaced
 
 PRESETS = ("crazyflie", "hummingbird", "paper", "research-2.6kg", "x500")
@@ -409,159 +407,6 @@ def test_a_mission_survives_its_own_form(place):
 def test_a_mission_with_a_preset_survives_its_own_form(preset):
     mission = check_mission({"vehicle": {"preset": preset, "ground": 0.0}, "path": EVERY_KEY["path"]}, "mission.toml")
     assert check_mission(json.loads(mission.model_dump_json()), "json") == mission
-
-
-# Flying
-
-FLIGHT = """\
-name = "In the wind"
-seed = 7
-score_from = 0.3
-[vehicle]
-preset = "research-2.6kg"
-ground = 0.0
-[path]
-type = "figure-eight"
-length = 2.0
-width = 1.0
-period = 6.0
-ramp = 1.0
-centre = [0.0, 0.0, 1.0]
-[wind]
-mean = [4.0, 0.0, 0.0]
-turbulence = { intensity = "light" }
-[sensors]
-position_noise = 0.002
-latency = 0.02
-[simulation]
-duration = 0.6
-[controller]
-"""
-NETS = FLIGHT + 'type = "rotation-backstepping"\nnets.neurons = 4\n'
-PICTURES = {"position", "attitude", "inputs", "vehicle"}
-
-
-def without_airframe_figures(patch):
-    without_figures(patch)
-    patch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
-    patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
-
-
-@pytest.fixture
-def plain(monkeypatch):
-    """Without figures and page, where these are not the point."""
-    without_airframe_figures(monkeypatch)
-
-
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory):
-    """A flight with figures."""
-    folder = tmp_path_factory.mktemp("flown")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("quadstep.page.missions.write_mission_page", lambda *_: None)
-        run = quadstep("fly", write(folder, NETS), "--out", folder / "out", "--figures", "png,svg")
-        return run, folder / "out"
-
-
-def test_it_writes_log_figures_metrics_and_weights(flown):
-    run, folder = flown
-    assert (run.code, run.err) == (0, "")
-    pictures = {f"figures/{name}.{kind}" for name in PICTURES for kind in ("png", "svg")}
-    assert set(files(folder)) == {"flight.csv", "metrics.json", "report.html", "weights.json"} | pictures
-    assert all(files(folder).values())
-    assert "Completed 0.6 s" in run.out
-    for axis in "xyz":
-        assert f"{axis} [mm]" in run.out
-
-
-def test_the_log_has_the_columns_of_an_airframe_with_units(flown):
-    log = columns(flown[1])
-    assert list(log) == [f"{name}[{unit}]" for name, unit in airframe_columns(4).items()]
-    assert log["t[s]"] == pytest.approx(np.arange(61) / 100)
-    assert np.isfinite(list(log.values())).all()
-
-
-def test_the_metrics_are_those_of_the_log_from_the_score_on(flown):
-    metrics, log = strict_json(flown[1] / "metrics.json"), columns(flown[1])
-    errors = np.array([log[f"{axis}_d[m]"] - log[f"{axis}[m]"] for axis in "xyz"])
-    scored = np.linalg.norm(errors, axis=0)[log["t[s]"] >= 0.3]
-    assert len(scored) == 31
-    assert metrics["position_rmse[m]"] == pytest.approx(math.sqrt(np.mean(scored**2)))
-    assert metrics["largest_error[m]"] == pytest.approx(scored.max())
-    assert (metrics["outcome"], metrics["ended[s]"], metrics["warnings"]) == ("completed", 0.6, [])
-    assert metrics["mission"]["vehicle"]["mass"] == 2.644
-    assert set(metrics["files"]) == set(files(flown[1]))
-
-
-def test_the_pictures_show_rotors_and_wind(flown):
-    picture = (flown[1] / "figures" / "vehicle.svg").read_text(encoding="utf-8")
-    for words in ("rotor thrust", "wind", "m/s"):
-        assert words in picture
-    texts = "".join(ET.fromstring(picture).itertext())
-    assert "f4" in "".join(texts.split())
-
-
-def test_the_mission_in_the_metrics_is_the_one_that_was_flown(flown):
-    content = strict_json(flown[1] / "metrics.json")["mission"]
-    read = check_mission(content, "metrics.json")
-    written = check_mission_file(flown[1].parent / "mission.toml")
-    assert read == written
-
-
-def check_mission_file(path):
-    from quadstep.mission.read import read_mission
-
-    return read_mission(path)
-
-
-@pytest.mark.parametrize("name", ["W1", "W2"])
-def test_a_warm_start_begins_with_the_weights_of_the_flight_before(flown, plain, tmp_path, name):
-    saved = strict_json(flown[1] / "weights.json")
-    assert (saved["neurons"], saved["seed"], np.shape(saved[name])) == (4, 1, (4, 3))
-    end = columns(flown[1])[f"norm_{name}[-]"][-1]
-    assert np.linalg.norm(saved[name]) == pytest.approx(end, rel=0.1)
-    mission = write(tmp_path, NETS + f"nets.weights = '{flown[1] / 'weights.json'}'\n")
-    assert quadstep("fly", mission, "--out", tmp_path / "out").code == 0
-    warm = columns(tmp_path / "out")
-    assert columns(flown[1])[f"norm_{name}[-]"][0] == 0.0
-    assert warm[f"norm_{name}[-]"][0] == pytest.approx(np.linalg.norm(saved[name]), rel=1e-12)
-    assert not np.array_equal(warm["x[m]"], columns(flown[1])["x[m]"])
-
-
-@pytest.mark.parametrize(("kind", "learns"), [("backstepping", True), ("geometric", False)])
-def test_only_a_controller_with_nets_writes_weights(plain, tmp_path, kind, learns):
-    mission = write(tmp_path, FLIGHT.replace("0.6", "0.35") + f'type = "{kind}"\n')
-    assert quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python").code == 0
-    assert (tmp_path / "out" / "weights.json").exists() == learns
-
-
-def test_the_python_engine_flies_the_same_flight(flown, plain, tmp_path):
-    assert quadstep("fly", write(tmp_path, NETS), "--out", tmp_path / "out", "--engine", "python").code == 0
-    python = columns(tmp_path / "out")
-    for name, values in columns(flown[1]).items():
-        assert (values == python[name]).all(), name
-
-
-def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
-    heavy = '[[events]]\ntype = "payload"\ntime = 0.1\nmass = 30.0\n'
-    mission = write(tmp_path, FLIGHT.replace("0.6", "2.0") + 'type = "geometric"\n' + heavy)
-    run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python")
-    metrics, log = strict_json(tmp_path / "out" / "metrics.json"), columns(tmp_path / "out")
-    assert run.code == 3
-    assert metrics["outcome"] == "crashed"
-    assert f"Diverged at {metrics['ended[s]']:g} s: it hit the ground" in run.out
-    assert 0.3 < metrics["ended[s]"] < 1.0
-    assert 0.0 < log["z[m]"][-1] < 0.1
-    assert "the rotor limits reduced the command" in run.err
-    assert not (tmp_path / "out" / "weights.json").exists()
-
-
-def test_a_weight_that_no_rotor_lifts_is_warned_of(plain, tmp_path):
-    mission = write(tmp_path, FLIGHT.replace("ground = 0.0", "mass = 9.0") + 'type = "geometric"\n')
-    run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python")
-    assert run.code == 0
-    assert "vehicle.rotor.fastest: the rotors lift at most 56.99" in run.err
-    assert all(line.startswith(f"quadstep: warning: {mission}: ") for line in run.err.splitlines())
 
 
 # Start
