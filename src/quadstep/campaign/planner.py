@@ -13,19 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.columns import corners, groups, numbers, option, same, shown, without
+from quadstep.campaign.columns import corners, groups, numbers, option, same, without
 from quadstep.campaign.distributions import Grid
-from quadstep.campaign.draws import Drawn, Values, draw, noise_keys
-from quadstep.campaign.keys import overridden, with_value
+from quadstep.campaign.draws import Drawn, Values, draw
 from quadstep.campaign.schema import Campaign
+from quadstep.campaign.variants import Variants
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.scored import Scored, scored
-from quadstep.flight.trial import NotFiniteError
 from quadstep.mission.read import check_mission
-from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 
 TYPICAL = 256
@@ -64,11 +61,10 @@ class Batch(NamedTuple):
         return start, parameters
 
 
-class Planner:
+class Planner(Variants):
     """Builds flights of one mission in which some keys vary.
 
-    content, defaults: the mission as written, and with every default. typical: values of the varying keys; the trial of what
-    can be built in one go uses them. seed: of the noise; each flight has its own. score_period: [s], None for the
+    typical: values of the varying keys; the trial of what can be built in one go uses them. score_period: [s], None for the
     mission's log period.
     """
 
@@ -76,59 +72,14 @@ class Planner:
         self, content: dict[str, object], defaults: dict[str, object], source: str, folder: Path, typical: Mapping[str, Drawn],
         seed: int, score_period: float | None = None,
     ) -> None:  # fmt: skip
-        self.content, self.defaults, self.source, self.folder = content, defaults, source, folder
-        self.typical, self.seed, self.score_period = typical, seed, score_period
+        super().__init__(content, defaults, source, folder, seed)
+        self.typical, self.score_period = typical, score_period
         mission = check_mission(content, source, folder)
         self.refuse_lost_at_once(mission)
         self.begin, self.own = mission.scored_from, mission.own_metrics
         self.direct: dict[object, list[str]] = {}
         self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[object] = set()
-
-    def refuse_lost_at_once(self, mission: Mission) -> None:
-        """Refuses a user's law whose first command is not finite in the mission as written. Raises UserError."""
-        if mission.controller.own:
-            try:
-                mission.plan(self.folder)
-            except NotFiniteError as error:
-                raise UserError(f"{self.source}: {error}") from None
-            except UserError:  # the values that vary may mend it
-                return
-
-    # One flight
-
-    def mission(self, values: Mapping[str, object], flight: int | None = None) -> Mission:
-        """The mission with these values. Raises UserError naming the key, and the flight if given."""
-        content = self.content
-        said = "" if flight is None else f"flight {flight} ({shown(values)}): "
-        try:
-            for name, value in values.items():
-                content = with_value(content, name, value, self.defaults)
-            return check_mission(content, self.source, self.folder)
-        except UserError as error:
-            text = str(error).removeprefix(f"{self.source}: ")
-            raise UserError(f"{self.source}: {said}{text}") from None
-
-    def plan(self, values: Mapping[str, object], flight: int | None = None) -> FlightPlan:
-        """The flight with these values, its noise that of `flight`. Raises UserError."""
-        mission = self.mission(values, flight)
-        try:
-            plan = mission.plan(self.folder, drawn=bool(values))
-        except UserError as error:
-            said = "" if flight is None else f"flight {flight} ({shown(values)}): "
-            raise UserError(f"{self.source}: {said}{error}") from None
-        return plan if flight is None else self.with_noise(plan, np.array([flight]), one=True)
-
-    def with_noise(self, plan: FlightPlan, flights: NDArray[np.int64], one: bool = False) -> FlightPlan:
-        """A plan with the noise of these flights, where it has any."""
-        if not hasattr(plan.parameters, "key"):
-            return plan
-        keys = noise_keys(self.seed, flights)
-        if one:
-            keys = rebuild(keys, iter([float(part[0]) for part in flatten(keys)]))
-        return plan._replace(parameters=plan.parameters._replace(key=keys))
-
-    # Many
 
     def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, Drawn]) -> Iterator[Batch]:
         """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
@@ -219,26 +170,6 @@ class Planner:
     def is_numeric(self, drawn: Drawn) -> bool:
         """Whether a column holds numbers for a key that takes any number."""
         return drawn.options is None or all(type(one) is float for one in drawn.options)
-
-    def array_plan(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> FlightPlan:
-        """A plan with arrays among its leaves. Raises whatever arithmetic on them may raise."""
-        first = {name: column[0].item() for name, column in columns.items()}
-        with np.errstate(all="ignore"):
-            plan = self.built({**fixed, **first}, {name: np.ascontiguousarray(column) for name, column in columns.items()})
-        count = len(next(iter(columns.values()))) if columns else 0
-        for leaf in flatten((plan.start, plan.parameters)):
-            if isinstance(leaf, np.ndarray) and leaf.shape != (count,):
-                raise ValueError("an array of another shape")
-            if not isinstance(leaf, np.ndarray | Table | float | int):
-                raise TypeError(f"neither number nor table: {type(leaf)}")
-        return plan
-
-    def built(self, values: dict[str, object], numbers: Mapping[str, object]) -> FlightPlan:
-        """The plan of a mission with these values, some of which are other kinds of numbers."""
-        mission = self.mission(values)
-        for name, number in numbers.items():
-            mission = overridden(mission, name, number)
-        return mission.plan(self.folder, warn=False)
 
     def find_direct(self, fixed: dict[str, object], columns: Mapping[str, NDArray[np.float64]]) -> list[str]:
         """The keys that arrays can stand for, alone and together, giving exactly the numbers of flights built one by one."""
