@@ -192,6 +192,16 @@ def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
     assert "No single key" in text
 
 
+def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
+    for count, said in ((1, False), (8, True)):
+        text, _ = reported(
+            tmp_path / str(count), "", count, metrics=lambda _, flights: np.full((len(flights), len(METRICS)), 0.5)
+        )
+        assert text.count(f"Its {count} flights do not differ, so nothing is statistical.") == 2 * said
+        assert ("Nothing varies from flight to flight." in text) == said
+    assert "do not differ" not in reported(tmp_path / "noisy", "", 8)[0]
+
+
 def test_numbers_that_overflow_or_are_missing_reach_no_statistic(tmp_path, unflown):
     def made(_, flights):
         metrics = np.exp(np.random.default_rng(1).normal(size=(len(flights), len(METRICS))))

@@ -171,3 +171,13 @@ def test_the_manifest_has_the_same_numbers():
     assert written["outcomes"] == found.outcomes
     assert written["quantiles"][RMSE]["0.5"]["value"] == found.spreads[0].quantiles[0.5].value
     assert [one["flight"] for one in written["worst"]] == [6, 8, 5, 3, 1]
+
+
+@pytest.mark.parametrize("chunks", [1, 2])
+@pytest.mark.parametrize("one", [through(0.1), through(0.1, success=False), lost(2.0, 0.5, 1.0), lost(0.0)])
+def test_flights_that_do_not_differ_are_said_to_be_copies(one, chunks):
+    said = "Its 3 flights do not differ, so nothing is statistical."
+    assert said in sentences(summarise(Made([one] * 3, chunks=chunks)))
+    for other in (through(0.2), lost(1.0, 0.5, 1.0)):
+        assert not summarise(Made([one, one, other], chunks=chunks)).copies
+    assert not summarise(Made([one])).copies

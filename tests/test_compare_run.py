@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -325,6 +326,10 @@ def test_flights_that_do_not_differ_are_said_to_decide_nothing(tmp_path):
     assert "decided" not in result.out
     (pair,) = rows(out, "pairs.csv")
     assert pair["better"] == ""
+    report = (out / "report.html").read_text(encoding="utf-8")
+    answer = re.search(r'<p class="answer">(.*?)</p>', report)[1]
+    assert re.match("(pid|geometric) has the smallest median position RMSE, .* 6 flights do not differ", answer)
+    assert "pairs decided" not in report
 
 
 # What goes wrong

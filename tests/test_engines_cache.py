@@ -137,6 +137,13 @@ def test_the_folder_is_the_chosen_one_or_lies_in_the_users_cache(monkeypatch, tm
     assert code_cache.folder() == tmp_path / "quadstep"
 
 
+def test_a_relative_cache_folder_is_ignored(monkeypatch, tmp_path):
+    monkeypatch.delenv("QUADSTEP_CACHE", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", "caches")
+    assert code_cache.folder() == tmp_path / ".cache" / "quadstep"
+
+
 def test_without_a_home_nothing_is_kept_and_nothing_said(fly, monkeypatch, caplog):
     def homeless(_path):
         raise RuntimeError("Could not determine home directory.")

@@ -27,6 +27,7 @@ def test_what_it_writes_and_says(tmp_path):
     assert (done.code, done.err) == (0, "")
     assert "The tuned gains are better." in done.out
     assert "controller.Lambda1" in done.out
+    assert "<p>1 flight with each set of gains" in (out / "report.html").read_text(encoding="utf-8")
     assert lasting(out) == ["convergence.png", "convergence.svg", "history.csv", "metrics.json", "report.html", "tuned.toml"]
     before, after = tomllib.loads(QUICK), tuned(out)
     gains = after["controller"].pop("Lambda1")

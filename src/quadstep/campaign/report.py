@@ -113,7 +113,7 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
     rmse = np.where(through, number(flown[RMSE]), np.nan)
     evidence = [
         *distribution_section(store, campaign, summary, flown, through, folder, sheet),
-        *key_sections(store, campaign, rmse, success, folder, sheet),
+        *key_sections(store, campaign, rmse, success, summary.copies, folder, sheet),
         *worst_section(store, campaign, summary, path, folder, sheet),
     ]
     drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
@@ -164,12 +164,14 @@ def over_as(flown: pa.Table, name: str) -> NDArray[np.bool_]:
 
 
 def key_sections(
-    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], folder: Path, sheet: Sheet
-) -> list[str]:
-    """What the result depends on: the ranking, then key by key."""
+    store: Store, campaign: Campaign, rmse: NDArray[np.float64], success: NDArray[np.bool_], copies: bool, folder: Path,
+    sheet: Sheet,
+) -> list[str]:  # fmt: skip
+    """What the result depends on: the ranking, then key by key. copies: whether the flights do not differ."""
     keys = campaign.file.keys
     if not keys:
-        return [page.heading("Sensitivity", "ranking"), page.paragraph("Only the noise varies from flight to flight.")]
+        what = "Nothing" if copies else "Only the noise"
+        return [page.heading("Sensitivity", "ranking"), page.paragraph(f"{what} varies from flight to flight.")]
     columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
     mission = check_mission(campaign.content, campaign.source, campaign.folder)
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}

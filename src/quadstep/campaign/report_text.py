@@ -11,7 +11,7 @@ from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import QUANTILES, Summary, Worst, sentences
+from quadstep.campaign.summary import COPIES, QUANTILES, Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
@@ -29,6 +29,8 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
     answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
+    if summary.copies:
+        answer += f" {COPIES.format(summary.flights)}"
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)

@@ -19,6 +19,10 @@ FEWEST = 20
 """Fewest flights beyond a quantile for its interval to mean anything."""
 
 
+COPIES = "Its {} flights do not differ, so nothing is statistical."
+"""Of a campaign of copies of one flight."""
+
+
 class Spread(NamedTuple):
     """Quantiles of a metric over completed flights. quantiles: by share."""
 
@@ -38,13 +42,16 @@ class Worst(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """The results. success: share of flights. outcomes: number of flights by outcome."""
+    """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
+    differ, as where nothing varies and nothing is random.
+    """
 
     flights: int
     success: Estimate
     outcomes: dict[str, int]
     spreads: list[Spread]
     worst: list[Worst]
+    copies: bool = False
 
 
 def summarise(store: Store) -> Summary:
@@ -60,7 +67,13 @@ def summarise(store: Store) -> Summary:
         if len(values):
             known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
             spreads.append(Spread(metric, len(values), known))
-    return Summary(count, share(good, count), counted, spreads, worst(flown))
+    return Summary(count, share(good, count), counted, spreads, worst(flown), alike(flown))
+
+
+def alike(flown: pa.Table) -> bool:
+    """Whether several flights do not differ."""
+    results = flown.drop_columns([FLIGHT]).combine_chunks()
+    return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
 
 
 def beyond(count: int, q: float) -> float:
@@ -87,6 +100,8 @@ def sentences(summary: Summary) -> list[str]:
     digits = max(6, len(str(summary.flights)) + 1)  # so that a single flight shows
     value, low, high = (f"{100.0 * part:.{digits}g}" for part in summary.success)
     lines = [f"{units.counted(summary.flights, 'flight')}: {value} % succeed; 95 % interval {low} to {high} %."]
+    if summary.copies:
+        lines.append(COPIES.format(summary.flights))
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")

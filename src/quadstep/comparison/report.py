@@ -53,6 +53,8 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     """The body of report.html."""
     metric = words.title(found.metrics[found.metric])
     first, *others = words.sentences(found)
+    if len(found.ranked) == 1 and len(found.controllers) > 1:  # who is best there is the answer
+        first, others = others[0].removeprefix(f"{words.MISSIONS}: "), [first, *others[1:]]
     figures = {
         vehicle: page.figure(
             out / name,
@@ -145,7 +147,7 @@ def facts(found: Comparison) -> list[page.Fact]:
     decided = sum(pair.winner is not None for one in found.ranked.values() for pair in one.pairs)
     first = page.Fact("best mean rank", best, f"{rank:.2f}, from 0 (best) to 1", page.Span("", rank, rank, rank))
     pairs = page.Fact("pairs decided", f"{decided} of {found.pairs}", "with 95 % confidence in all of them jointly")
-    return [first, pairs, flown]
+    return [first, pairs, flown] if found.pairs else [first, flown]
 
 
 def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:

@@ -12,6 +12,9 @@ from quadstep.report.units import counted
 
 LOST, NOTHING = "lost", "-"
 
+MISSIONS = "the missions"
+"""What the situation of a comparison of missions is called."""
+
 METHOD = (
     "All controllers fly the same flights in a situation: the same path, wind, noise and draws. A lost flight counts as "
     "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
@@ -104,7 +107,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     """Who is best in a situation, against whom that is decided, and who loses flights."""
     results = {one.controller: one for one in found.of(situation)}
     best = min(results, key=lambda name: (results[name].spreads[found.metric].median.value, ranked.ranks[name]))
-    where, full = situation.label or "the missions", found.metrics[found.metric]
+    where, full = situation.label or MISSIONS, found.metrics[found.metric]
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):

@@ -28,10 +28,12 @@ def folder() -> Path | None:
     if chosen:
         return Path(chosen)
     try:
-        home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+        home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not home.is_absolute():  # unset, or to be ignored by the XDG Base Directory Specification
+            home = Path("~/.cache").expanduser()
     except RuntimeError:  # neither $HOME nor an entry in the list of users, as in a container with a bare user id
         return None
-    return Path(home) / "quadstep"
+    return home / "quadstep"
 
 
 def key(*parts: str) -> str:

@@ -28,8 +28,8 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
         page.table(("gain", "present", "tuned"), gains, escape),
         page.heading("On unseen flights", "unseen"),
         page.paragraph(
-            f"{compared.flights} flights with each set of gains, the same for both; 95 % intervals. Differences are paired by "
-            "flight."
+            f"{units.counted(compared.flights, 'flight')} with each set of gains, the same for both; 95 % intervals. "
+            "Differences are paired by flight."
         ),
         page.table(("", "present", "tuned", "tuned - present"), measured),
         page.heading("The search", "search"),
