@@ -55,7 +55,7 @@ $(CORE): requirements/core.lock pyproject.toml
 
 # And what tests, types and benchmarks need besides.
 $(READY): $(CORE) requirements/dev.lock
-	@echo "Installing what tests and benchmarks need besides into $(VENV)/: Ray, MuJoCo, SciPy, PyArrow, Playwright and others, 365 MB to download, 1.05 GB on disk, a minute on a fast network"
+	@echo "Installing what tests and benchmarks need besides into $(VENV)/: Ray, MuJoCo, SciPy, PyArrow, Playwright and others, 375 MB to download, 1.1 GB on disk, a minute on a fast network"
 	$(call install,requirements/dev.lock)
 	@touch $@
 
