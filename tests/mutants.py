@@ -42,8 +42,8 @@ def mutants(source: str) -> list[Change]:
     return [change for function in functions for change in changes_of(function, changed)]
 
 
-def caught(module: types.ModuleType, tree: ast.Module, test: str) -> bool:
-    """Whether the tests fail where the module is this, in a process of its own."""
+def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
+    """Whether the tests fail where the module is this, in a process of its own. tests: as pytest takes them."""
     child = os.fork()
     if child == 0:
         signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
@@ -53,21 +53,29 @@ def caught(module: types.ModuleType, tree: ast.Module, test: str) -> bool:
         code = 1
         try:
             exec(compile(tree, module.__file__ or "", "exec"), module.__dict__)
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", test]))
+            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]))
         finally:
             os._exit(code)
-    return os.waitpid(child, 0)[1] != 0
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    assert code not in (pytest.ExitCode.NO_TESTS_COLLECTED, pytest.ExitCode.USAGE_ERROR), f"no tests: {tests}"
+    return code != 0
+
+
+def outcomes(module: types.ModuleType, chosen: slice, *tests: str) -> Iterator[tuple[Change, bool]]:
+    """These mutants of a module, each with whether it is caught."""
+    source = Path(str(module.__file__)).read_text(encoding="utf-8")
+    for change in mutants(source)[chosen]:
+        yield change, caught(module, change.tree(source), *tests)
 
 
 def main(name: str, test: str, every: int = 1) -> None:
     """Count them."""
     module = importlib.import_module(name)
-    source = Path(str(module.__file__)).read_text(encoding="utf-8")
-    assert not caught(module, ast.parse(source), test), "the tests fail without any change"
+    assert not caught(module, ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")), test), "the tests fail anyway"
     tried, survived = 0, 0
-    for change in mutants(source)[::every]:
+    for change, seen in outcomes(module, slice(None, None, every), test):
         tried += 1
-        if not caught(module, change.tree(source), test):
+        if not seen:
             survived += 1
             say(f"survived: {change.function}: {change.was} -> {change.now}")
         sys.stdout.flush()

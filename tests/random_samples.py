@@ -89,6 +89,16 @@ def turning(attitude, h=2e-3):
     return rates(0.0), central(lambda d: rates(d) - rates(-d))
 
 
+def attitude_errors(attitude, rotation, rates, h=2e-3):
+    """An attitude now, Lee's errors of attitude and rates to it, and the angular acceleration that follows it over time."""
+    wanted = attitude(0.0)
+    wanted_rates, change = turning(attitude, h)
+    across = rotation.T @ wanted
+    skew = 0.5 * (wanted.T @ rotation - rotation.T @ wanted)
+    e_r = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+    return wanted, e_r, rates - across @ wanted_rates, across @ change - np.cross(rates, across @ wanted_rates)
+
+
 def reachable(force, most):
     """A force within the rotors' reach: height first."""
     up = np.clip(force[2], 0.1 * most, 0.95 * most)

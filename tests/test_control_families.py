@@ -22,12 +22,12 @@ from tests.random_samples import (
     any_measured,
     any_reference,
     arrays,
+    attitude_errors,
     frame,
     law_of,
     reachable,
     rotation_of,
     shaken,
-    turning,
 )
 
 ZERO = vector(0.0, 0.0, 0.0)
@@ -63,13 +63,7 @@ class Numpy:
             force = self.force + self.mass * (d["jerk"] * t + d["snap"] * t**2 / 2.0)
             return frame(force, d["yaw"] + d["yaw_rate"] * t)
 
-        wanted = attitude(0.0)
-        rates, change = turning(attitude)
-        self.wanted, across = wanted, self.rotation.T @ wanted
-        skew = 0.5 * (wanted.T @ self.rotation - self.rotation.T @ wanted)
-        self.e_r = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
-        self.e_w = self.m["rates"] - across @ rates
-        self.forward = -np.cross(self.m["rates"], across @ rates) + across @ change
+        self.wanted, self.e_r, self.e_w, self.forward = attitude_errors(attitude, self.rotation, self.m["rates"])
 
     def torque(self, angular):
         return self.inertia * angular + np.cross(self.m["rates"], self.inertia * self.m["rates"])

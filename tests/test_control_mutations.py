@@ -1,0 +1,73 @@
+"""The tests of every controller notice when its law is changed: most of three mutants spread over its file make them fail.
+
+`python -m tests.mutants` tries all mutants of a file, which takes long.
+"""
+
+import importlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from quadstep.control.registry import BUILT_IN
+from tests import mutants
+from tests.needs import POLICY, needs
+from tests.patience import PATIENCE
+
+FAMILIES = ("tests/test_control_families.py",)
+AIRFRAME = ("tests/test_control_real_vehicles.py", "-k", "not any_attitude and not small_and_large")
+CLASSICS = ("tests/test_control_classics.py",)
+LINEARISED = ("tests/test_control_h_infinity.py",)
+EXTENDED = ("tests/test_control_thrust_extension.py",)
+PLANAR = ("tests/test_planar.py",)
+ELSEWHERE = {
+    "adrc": FAMILIES,
+    "cascaded_pid": CLASSICS,
+    "completed_backstepping": ("tests/test_theory.py",),
+    "dynamic_linearisation": EXTENDED,
+    "geometric": CLASSICS,
+    "geometric_adaptive": FAMILIES,
+    "geometric_l1": FAMILIES,
+    "h_infinity_linearisation": LINEARISED,
+    "indi": FAMILIES,
+    "loop_shaping": LINEARISED,
+    "lqr": AIRFRAME,
+    "paper_on_airframe": ("tests/test_paper_on_airframe.py",),
+    "planar_linearisation": PLANAR,
+    "planar_pd": PLANAR,
+    "rotation_backstepping": AIRFRAME,
+    "state_space_backstepping": ("tests/test_control_state_space.py",),
+    "super_twisting": FAMILIES,
+    "thrust_extended_backstepping": EXTENDED,
+}
+"""Where the tests of a law are not in a file of its name."""
+
+TRIES = 3
+
+TRIED = """
+import importlib, json, sys
+from tests.mutants import outcomes
+name, first, every, *tests = sys.argv[1:]
+tried = outcomes(importlib.import_module(name), slice(int(first), None, int(every)), *tests)
+print(json.dumps([f"{one.function}: {one.was} -> {one.now}" for one, seen in tried if not seen]))
+"""
+
+
+MODULES = sorted({place.partition(".")[0] for laws in BUILT_IN.values() for place in laws.values()})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [pytest.param(one, marks=needs(POLICY) if one == "raptor" else ()) for one in MODULES])
+def test_most_changes_of_a_law_are_noticed(name):
+    module = importlib.import_module(f"quadstep.control.{name}")
+    count = len(mutants.mutants(Path(module.__file__).read_text(encoding="utf-8")))
+    every = -(-count // TRIES)
+    tests = ELSEWHERE.get(name, (f"tests/test_control_{name}.py",))
+    run = subprocess.run(
+        [sys.executable, "-c", TRIED, module.__name__, str(every // 2), str(every), *tests],
+        capture_output=True, text=True, check=True, timeout=PATIENCE, cwd=Path(__file__).parents[1],
+    )  # fmt: skip
+    survived = json.loads(run.stdout)
+    assert len(survived) <= 1, survived
