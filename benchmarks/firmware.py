@@ -3,15 +3,11 @@
 Of the Crazyflie on a circle, in f32: exact numbers, which no busy machine can blur. Needs `arm-none-eabi-gcc` and QEMU.
 """
 
-import tempfile
-from pathlib import Path
 from typing import NamedTuple
 
-from quadstep.c99.interface import loops
-from quadstep.c99.subject import exported
 from quadstep.errors import UserError
-from quadstep.export.arm import measured, section
-from quadstep.export.c99 import c99_files
+from quadstep.export.alone import measured_alone
+from quadstep.export.arm import section
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.multirotor import MultirotorMission
 
@@ -56,20 +52,10 @@ class Cells(NamedTuple):
 def cells(law: str) -> Cells:
     """Measure a law. Raises UserError where a tool fails."""
     flight = plan(law)
-    one = exported(flight, precise=False)
-    with tempfile.TemporaryDirectory() as place:
-        folder, work = Path(place) / "c99", Path(place) / "build"
-        folder.mkdir()
-        work.mkdir()
-        for name, text in c99_files(one, flight).items():
-            (folder / name).write_text(text, encoding="utf-8")
-        found = measured(one, folder, work)["Cortex-M4F"]
-        alone = section(work / "CortexM4F" / f"{one.name}.o", APART)
-    if not found.counted or not found.counted.same_bits:
-        raise UserError("QEMU did not give the same bits")
-    worst = {name: found.counted.worst[name] for name in ("law", *loops(one))}
+    with measured_alone(flight, "Cortex-M4F") as found:
+        alone = section(found.folder / f"{found.law.name}.o", APART)
     periods = {task.name: every * flight.ticks.step for task, every in zip(flight.loop.tasks, flight.ticks.every, strict=True)}
-    shares = {name: (count, count / (PER_CYCLE * CLOCK * periods[name])) for name, count in worst.items()}
+    shares = {name: (count, count / (PER_CYCLE * CLOCK * periods[name])) for name, count in found.worst.items()}
     return Cells(found.sizes.state, found.sizes.code, alone, max(found.sizes.stack.values()), shares)
 
 

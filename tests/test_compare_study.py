@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from quadstep import UserError
+from quadstep.c99.subject import exported
 from quadstep.campaign.draws import draw
 from quadstep.campaign.planner import planner
 from quadstep.comparison import cost, margins, schema, training
@@ -15,9 +16,13 @@ from quadstep.control.cascaded_pid import CascadedPid
 from quadstep.control.controller import Measured
 from quadstep.control.registry import names
 from quadstep.documents import read_json
+from quadstep.export import arm
+from quadstep.export.c99 import c99_files
+from quadstep.export.datasheet import CLOCKS, instructions
 from quadstep.flight.closed_loop import Clock
 from quadstep.numbers import flatten
 from tests.commands import LINE, write
+from tests.needs import CORTEX_M, needs
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, TUNING, study
 
 VEHICLE = "research-2.6kg"
@@ -218,3 +223,28 @@ def test_what_surrounds_a_law_costs_nothing_of_the_law(monkeypatch):
 def test_a_cost_that_cannot_be_is_shown_and_not_called_nothing(monkeypatch):
     monkeypatch.setattr(cost, "nanoseconds", lambda *_: [44.0, 62.0])
     assert cost.cost(study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan()).nanoseconds == -18.0
+
+
+@needs(CORTEX_M)
+def test_instructions_are_those_of_the_data_sheet(tmp_path, monkeypatch):
+    monkeypatch.setattr(cost, "nanoseconds", lambda *_: [62.0, 44.0])
+    plan = study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan()
+    found, law = cost.cost(plan), exported(plan, precise=False)
+    for name, text in c99_files(law, plan).items():
+        (tmp_path / name).write_text(text)
+    work = tmp_path / "work"
+    work.mkdir()
+    counted = arm.measured(law, tmp_path, work)["Cortex-M4F"]
+    assert ("all but made due at once", f"{found.instructions} instructions") in [
+        (name, said.partition(",")[0]) for name, said in instructions(law, counted, *CLOCKS["Cortex-M4F"])
+    ]
+    assert found.instructions == counted.counted.worst["law"] + counted.counted.worst["guide"]
+    assert cost.from_json(cost.as_json(found)) == found
+
+
+def test_where_instructions_cannot_be_counted_it_says_why(monkeypatch):
+    monkeypatch.setattr(cost, "nanoseconds", lambda *_: [62.0, 44.0])
+    monkeypatch.setattr(cost, "missing", lambda: ["arm-none-eabi-gcc"])
+    found = cost.cost(study(SMALL).nominal(VEHICLE, {"type": "pid"}).plan())
+    assert (found.nanoseconds, found.instructions, found.uncounted) == (18.0, None, "arm-none-eabi-gcc not found")
+    assert cost.from_json(cost.as_json(found)) == found

@@ -109,6 +109,8 @@ def show(done: "Finished") -> None:
     if found.margins:
         show_table("Margins, 95 % intervals", tables.MARGIN_HEADER, tables.margin_rows(found))
     show_table("Gains and cost", tables.WHO_HEADER, tables.who_rows(found))
+    for line in words.uncounted(found):
+        say(line)
     problems = [one.line for one in found.problems]
     for sentence in words.sentences(found):
         if sentence not in problems:

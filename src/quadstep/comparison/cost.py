@@ -1,4 +1,4 @@
-"""What a controller costs to compute: time for a sample of its laws alone, as scalar code on one core, and memory."""
+"""What a controller costs to compute: time of its laws alone on one core, instructions on a flight controller, and memory."""
 
 import math
 import time
@@ -11,6 +11,9 @@ from quadstep.comparison.schema import Content
 from quadstep.comparison.study import Cell
 from quadstep.control.controller import Measured
 from quadstep.control.opaque import Opaque
+from quadstep.errors import UserError
+from quadstep.export.alone import measured_alone
+from quadstep.export.arm import missing
 from quadstep.flight.closed_loop import Clock, Task, Ticks
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Cycle, Loop, Numbers, Sensed
@@ -26,18 +29,24 @@ SAMPLES, REPEATS = 50_000, 12
 A_NUMBER = 8
 """Bytes of a number in f64."""
 
+BOARD = "Cortex-M4F"
+"""The processor of most flight controllers."""
+
 SHIFT = 1e-9
 """By how much everything measured changes from sample to sample, so that nothing is worked out once and for all."""
 
 
 class Cost(NamedTuple):
     """nanoseconds: of a sample of the law, its position loop at its own rate included; NaN of a Python function. memory: bytes
-    that live from sample to sample; numbers: bytes of gains.
+    that live from sample to sample; numbers: bytes of gains. instructions: of the worst sample in f32 on `BOARD`, all loops
+    due; None where they cannot be counted, and uncounted says why.
     """
 
     nanoseconds: float
     memory: int
     numbers: int
+    instructions: int | None = None
+    uncounted: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,8 +109,9 @@ class LawAlone(Loop):
         return cycle._replace(state=state, air=reference)
 
 
-EDITION = "a law with its reference given"
-"""How it is measured: a cost measured in another way is no longer the one that is kept."""
+def edition() -> str:
+    """How it is measured: a cost measured in another way, or without tools that are there now, is not the one that is kept."""
+    return f"a law with its reference given, counted on {BOARD} without {missing()}"
 
 
 def cost(plan: FlightPlan) -> Cost:
@@ -110,10 +120,22 @@ def cost(plan: FlightPlan) -> Cost:
     loop, parameters = plan.loop, plan.parameters
     memory = loop.start(plan.start, parameters).memory
     sizes = [sum(leaf.size if isinstance(leaf, Table) else 1 for leaf in flatten(one)) for one in (memory, parameters.gains)]
+    found = Cost(math.nan, A_NUMBER * sizes[0], A_NUMBER * sizes[1], *counted(plan))
     if isinstance(loop.controller, Opaque):
-        return Cost(math.nan, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+        return found
     alone, idle = nanoseconds(law_alone(plan, idle=False), law_alone(plan, idle=True))
-    return Cost(alone - idle, A_NUMBER * sizes[0], A_NUMBER * sizes[1])
+    return found._replace(nanoseconds=alone - idle)
+
+
+def counted(plan: FlightPlan) -> tuple[int | None, str]:
+    """Instructions of a flight's law, or why there are none."""
+    if lacking := missing():
+        return None, f"{' and '.join(lacking)} not found"
+    try:
+        with measured_alone(plan, BOARD) as law:
+            return sum(law.worst.values()), ""
+    except UserError as error:
+        return None, str(error)
 
 
 def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:
@@ -162,9 +184,12 @@ class Kept(TypedDict):
     nanoseconds: float | None
     memory: int
     numbers: int
+    instructions: int | None
+    uncounted: str
 
 
 def from_json(content: Kept) -> Cost:
     """Back again."""
     taken = content["nanoseconds"]
-    return Cost(math.nan if taken is None else taken, content["memory"], content["numbers"])
+    size = content["memory"], content["numbers"]
+    return Cost(math.nan if taken is None else taken, *size, content["instructions"], content["uncounted"])

@@ -168,7 +168,7 @@ class OfLaw(NamedTuple):
     @property
     def key(self) -> str:
         """What decides it."""
-        return key(self.kind, self.cell.campaign.fingerprint, (host().name, cost.EDITION) if self.kind == COSTS else "")
+        return key(self.kind, self.cell.campaign.fingerprint, (host().name, cost.edition()) if self.kind == COSTS else "")
 
     @property
     def label(self) -> str:

@@ -33,7 +33,7 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
         parts += ["## Mean ranks", table(("controller", "from 0 (best) to 1"), ranked)]
-    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found))]
+    parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found)), *words.uncounted(found)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from quadstep.campaign.store import parquet
+from quadstep.comparison.cost import BOARD
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
 from quadstep.report.tables import write_csv
@@ -144,6 +145,7 @@ WHO_HEADER = (
     "flights",
     "flights per gain",
     "ns per sample",
+    f"instructions ({BOARD})",
     "memory [B]",
     "numbers [B]",
 )
@@ -159,10 +161,11 @@ def who_rows(found: Comparison) -> list[list[str]]:
         tuned = [NOTHING] * 3
         if trained:
             tuned = [str(trained.tuned), str(trained.flights), f"{trained.flights / trained.tuned:.0f}"]
-        costs = [NOTHING] * 3
+        costs = [NOTHING] * 4
         if cost:
             time = f"{cost.nanoseconds:.0f}" if math.isfinite(cost.nanoseconds) else "a Python function"
-            costs = [time, str(cost.memory), str(cost.numbers)]
+            instructions = NOTHING if cost.instructions is None else str(cost.instructions)
+            costs = [time, instructions, str(cost.memory), str(cost.numbers)]
         rows.append([one.vehicle or NOTHING, one.name, one.origin, *tuned, *costs])
     return rows
 

@@ -87,6 +87,19 @@ def sentences(found: Comparison) -> list[str]:
     return lines
 
 
+def uncounted(found: Comparison) -> list[str]:
+    """For whom instructions could not be counted, and why."""
+    why: dict[str, dict[str, None]] = {}
+    for (_, name), one in found.costs.items():
+        if one.uncounted:
+            why.setdefault(one.uncounted, {})[name] = None
+    everybody = {name for _, name in found.costs}
+    return [
+        f"Instructions were not counted{'' if set(names) == everybody else ' for ' + ', '.join(names)}: {reason}."
+        for reason, names in why.items()
+    ]
+
+
 def of_all(found: Comparison) -> str:
     """How much is decided, and who ranks first."""
     pairs = [pair for one in found.ranked.values() if not one.copies for pair in one.pairs]

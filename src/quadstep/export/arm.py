@@ -7,6 +7,7 @@ instructions. A call is therefore timed many times over and the counts are divid
 import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -60,10 +61,11 @@ def missing() -> list[str]:
     return [program for program in (COMPILER, MACHINE) if shutil.which(program) is None]
 
 
-def measured(exported: Exported, folder: Path, work: Path) -> dict[str, OnArm]:
+def measured(exported: Exported, folder: Path, work: Path, processors: Sequence[str] = tuple(PROCESSORS)) -> dict[str, OnArm]:
     """By processor. folder: with the exported files; work: a folder to build in. Raises UserError where a tool fails."""
     results = {}
-    for processor, (flags, board) in PROCESSORS.items():
+    for processor in processors:
+        flags, board = PROCESSORS[processor]
         build = work / re.sub(r"\W", "", processor)
         build.mkdir()
         for file in folder.iterdir():
