@@ -206,10 +206,10 @@ def test_every_command_takes_it(mission, command):
 
 @pytest.mark.parametrize("start", ["0.0", "0.001"])
 def test_its_flights_are_proved_and_that_is_checked(mission, start):
-    run = quadstep("prove", mission, "--start", start, "--out", "proof.json")
+    run = quadstep("prove", mission, "--start", start, "--out", "proofs/lift.json")
     assert run.code == 0, run
     assert "z     proved" in run.out
-    run = quadstep("prove", "--check", "proof.json")
+    run = quadstep("prove", "--check", "proofs/lift.json")
     assert run.code == 0, run
     assert "confirmed" in run.out
 

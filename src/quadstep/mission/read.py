@@ -26,10 +26,13 @@ def read_mission(path: Path | str) -> Mission:
     return check_mission(read_toml(path), str(path), path.parent)
 
 
-def plan_mission(mission: Mission, path: Path) -> FlightPlan:
-    """The flight that the mission in file `path` describes. Raises UserError naming the file."""
+def plan_mission(mission: Mission, path: Path, folder: Path | None = None) -> FlightPlan:
+    """The flight that the mission in file `path` describes. folder: of files that it names, if not the file's own.
+
+    Raises UserError naming the file.
+    """
     try:
-        return mission.plan(path.parent)
+        return mission.plan(path.parent if folder is None else folder)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
 

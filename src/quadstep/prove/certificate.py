@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import os
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,6 +28,7 @@ LARGEST = 2**28
 class Certificate(NamedTuple):
     """mission: text of its file. states: names. flown: (samples + 1, states), the centre line. block: samples of each.
     spread: the coordinates in which `boxes` (blocks, states) are half widths. position: the claimed bound of each axis [m].
+    folder: the mission's, seen from the certificate's.
     """
 
     mission: str
@@ -37,6 +39,12 @@ class Certificate(NamedTuple):
     spread: Array
     boxes: Array
     position: Array
+    folder: str = ""
+
+
+def seen_from(certificate: Path, mission: Path) -> str:
+    """The folder of a mission's file, in which the files that it names are, relative to that of a certificate."""
+    return Path(os.path.relpath(mission.absolute().parent, certificate.absolute().parent)).as_posix()
 
 
 def write_certificate(path: Path, found: Certificate) -> None:
@@ -45,6 +53,7 @@ def write_certificate(path: Path, found: Certificate) -> None:
         "format": FORMAT,
         "quadstep": __version__,
         "mission": found.mission,
+        "folder": found.folder,
         "unknown": written(found.unknown),
         "states": list(found.states),
         "samples_per_block": found.block,
@@ -105,4 +114,4 @@ def read_certificate(path: Path) -> Certificate:
     numbers = (flown, spread, boxes, position, np.array(unknown))
     if not shapes or blocks < 1 or not all(np.isfinite(one).all() for one in numbers):
         raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
-    return Certificate(mission, unknown, states, flown, size, spread, boxes, position)
+    return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))

@@ -161,8 +161,9 @@ def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
 def check_certificate(path: Path) -> Checked:
     """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
     found = read_certificate(path)
-    mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
-    plan = plan_mission(mission, path)
+    folder = path.parent / found.folder
+    mission = check_mission(parse_toml(found.mission, str(path)), str(path), folder)
+    plan = plan_mission(mission, path, folder)
     try:
         loop = Loop(plan, found.states)
     except UserError as error:

@@ -178,8 +178,9 @@ def failing(loop: Loop, found: SetCertificate) -> str:
 def check_set(path: Path) -> CheckedSet:
     """Whether the claim of the certificate in `path` holds. Raises UserError if it contains nothing that can be checked."""
     found = read_set(path)
-    mission = check_mission(parse_toml(found.mission, str(path)), str(path), path.parent)
-    plan = plan_mission(mission, path)
+    folder = path.parent / found.folder
+    mission = check_mission(parse_toml(found.mission, str(path)), str(path), folder)
+    plan = plan_mission(mission, path, folder)
     axes = plan.loop.plant.axes
     try:
         if found.states[: len(axes)] != tuple(f"position.{i}" for i in range(len(axes))) or len(found.position) != len(axes):

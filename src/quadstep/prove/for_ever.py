@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from quadstep.prove.certificate import seen_from
 from quadstep.prove.check_set import check_set
 from quadstep.prove.hold import Hold, Left, described
 from quadstep.prove.rest import LONGEST
@@ -19,15 +20,15 @@ NOTHING = 1e-15
 """Lengths [m] that are not told from zero."""
 
 
-def held_for_ever(name: str, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
-    """Hover in a set that no flight leaves."""
+def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unknown, kept: Hold, out: Path | None) -> Verdict:
+    """Hover in a set that no flight leaves. path, text: the mission's file and what it says."""
     axes, start = loop.loop.plant.axes, kept.found.start
     position = kept.reach[: len(axes)] * 1.001
     at = kept.at
     if out is not None:
         names, found = tuple(loop.names), kept.found
         content = text, unknown, names, at.state, at.live, at.twins, at.unit, kept.modes.spread, kept.modes.pairs, found.radii
-        write_set(out, SetCertificate(*content, kept.own, start, position))
+        write_set(out, SetCertificate(*content, kept.own, start, position, seen_from(out, path)))
     enough = start >= unknown.start
     said = "proved" if enough else "open"
     rows = rows_of(axes, said, start, position)

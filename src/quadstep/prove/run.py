@@ -19,7 +19,7 @@ from quadstep.linear.equilibrium import check_equilibrium
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.plants.lagrange import Parameters
-from quadstep.prove.certificate import Certificate, write_certificate
+from quadstep.prove.certificate import Certificate, seen_from, write_certificate
 from quadstep.prove.check import check_certificate
 from quadstep.prove.for_ever import check_for_ever, held_for_ever, left_hover
 from quadstep.prove.hold import Left, held
@@ -75,7 +75,7 @@ def prove_mission(
         if isinstance(kept, Left):
             return left_hover(mission.name, loop, unknown, kept)
         if not isinstance(kept, str):
-            return held_for_ever(mission.name, text, loop, unknown, kept, out)
+            return held_for_ever(mission.name, path, text, loop, unknown, kept, out)
         why = kept
     flown, log = loop.flown()
     if log.outcome is not Outcome.COMPLETED:
@@ -92,7 +92,8 @@ def prove_mission(
     position = result.position.max(axis=0) * 1.001
     if out is not None:
         names = tuple(loop.names)
-        write_certificate(out, Certificate(text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position))
+        content = text, unknown, names, flown, SAMPLES, chosen.spread, result.boxes, position
+        write_certificate(out, Certificate(*content, seen_from(out, path)))
     return Verdict(
         mission.name,
         Kind.PROVED,

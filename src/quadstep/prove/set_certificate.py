@@ -25,7 +25,7 @@ class SetCertificate(NamedTuple):
 
     spread: the set is rest + spread z, |z_i| <= radii_i, columns i and i + 1 of `pairs` together. own: whether the starts are
     the mission's own but for the position, `start` [m] to either side; else those of the rest. position: how far each axis may
-    be from its rest [m].
+    be from its rest [m]. folder: the mission's, seen from the certificate's.
     """
 
     mission: str
@@ -41,6 +41,7 @@ class SetCertificate(NamedTuple):
     own: bool
     start: float
     position: Array
+    folder: str = ""
 
 
 def write_set(path: Path, found: SetCertificate) -> None:
@@ -50,6 +51,7 @@ def write_set(path: Path, found: SetCertificate) -> None:
         "format": FORMAT,
         "quadstep": __version__,
         "mission": found.mission,
+        "folder": found.folder,
         "unknown": written(found.unknown),
         "states": list(names),
         "rest": found.rest.tolist(),
@@ -91,6 +93,7 @@ def read_set(path: Path) -> SetCertificate:
             own=bool(content["own_start"]),
             start=float(content["start[m]"]),
             position=np.array(content["position[m]"], dtype=np.float64),
+            folder=str(content.get("folder", "")),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
