@@ -30,7 +30,7 @@ KNOWN = {"plane": 1e-9, "sides": 1e-5, "corner": 1e-6, "shell": 1e-5, "edge": 1e
 FLOWN = ("tracking", "spin", "either", "choices", "gusts")
 """Cases whose probability of failure is measured by crude flights."""
 
-CRUDE, PORTION, REPETITIONS = 10_000_000, 50_000, 50
+CRUDE, PORTION, REPETITIONS = 80_000_000, 50_000, 50
 
 SEED = 101
 """Of the first estimate. The methods were made with smaller ones."""
