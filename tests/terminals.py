@@ -77,7 +77,7 @@ def in_terminal(*arguments, columns=80, cwd=None, stop_at=None, program=COMMAND,
             if stop_at and stop_at.encode() in received:
                 os.write(ours, CTRL_C)
                 stop_at = None
-        code = process.wait(60)
+        code = process.wait(PATIENCE)
     finally:
         os.close(ours)
         if process.poll() is None:

@@ -424,6 +424,16 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     assert "10.0\u00a0mm" in text
 
 
+def test_a_card_says_what_its_report_answers(tmp_path):
+    text = '<style></style><p class="answer">95 % of <b>200</b> flights are &lt;fine&gt;.</p><p class="answer">Another.</p>'
+    (tmp_path / "report.html").write_text(text)
+    (found,) = results(tmp_path)
+    assert found.says == "95 % of 200 flights are <fine>."
+    assert "<p>95 % of 200 flights are &lt;fine&gt;.</p>" in answer(tmp_path, "/").text
+    (tmp_path / "report.html").write_text("<p>Nothing of the kind.</p>")
+    assert results(tmp_path)[0].says == ""
+
+
 def test_cards_have_kind_picture_and_error(tmp_path):
     spoilt(tmp_path / "one", name="one", **{"position_rmse[m]": 0.0123})
     (tmp_path / "one" / "figures").mkdir()

@@ -21,6 +21,7 @@ from quadstep.report.panel import Panel
 from quadstep.report.pool import drawing_pool, start_server
 from quadstep.report.publish import publishing
 from tests.commands import LINE, quadstep
+from tests.patience import PATIENCE
 
 T = np.linspace(0.0, 1.0, 5)
 
@@ -136,7 +137,7 @@ def test_a_result_that_is_cut_short_by_the_end_of_its_worker_is_not_waited_for()
         ended.set()
 
     threading.Thread(target=run, daemon=True).start()
-    assert ended.wait(60.0)
+    assert ended.wait(PATIENCE)
 
 
 def test_a_script_without_a_guard_runs_once_and_its_folder_gives_no_modules(mission, tmp_path):

@@ -11,9 +11,9 @@ from quadstep.report import page, units
 
 def write_report(path: Path, found: Envelope, figure: str) -> None:
     """Write it beside the map. figure: its file, without ending."""
-    asked = found.asked
+    asked, drawn = found.asked, page.figure(path.parent / figure, caption(found), coded=True)
     body = [
-        page.summary(answer(found), [fact(one) for one in found.panels], [page.figure(path.parent / figure, caption(found))]),
+        page.summary(answer(found), [fact(one) for one in found.panels], [drawn]),
         page.heading("Panel by panel", "panels"),
         page.table(
             ("panel", "cells", "flyable", "success rate", "RMSE of flyable cells", "outcomes of failed flights"),

@@ -71,7 +71,7 @@ def card(result: Result) -> str:
         written = time.strftime("%Y-%m-%d %H:%M", time.localtime(result.changed))
     except (ValueError, OverflowError):  # a time that no calendar has
         written = ""
-    said = [escape(result.ending)] if result.ending else []
+    said = [escape(result.says)] if result.says else []
     if result.rmse is not None:
         said.append(f"RMSE {units.quantity(result.rmse, 'm')}")
     data = {

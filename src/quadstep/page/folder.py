@@ -3,8 +3,10 @@
 import contextlib
 import csv
 import os
+import re
 import warnings
 from collections.abc import Iterable, Iterator
+from html import unescape
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,14 +42,14 @@ REPORTS = (
 class Result(NamedTuple):
     """A folder with results.
 
-    place: below the folder that is served. ending: how the flight ended. changed: when its newest file was written, seconds
-    since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a PNG of it, from there.
-    rmse: of the position [m].
+    place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
+    file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
+    PNG of it, from there. rmse: of the position [m].
     """
 
     place: Path
     name: str
-    ending: str
+    says: str
     changed: float
     files: tuple[str, ...]
     kind: str = "Report"
@@ -60,6 +62,11 @@ KINDS = {
     "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
 }  # fmt: skip
 """What a result is of, by a file that it has."""
+
+REPORT, HEAD = "report.html", 100_000
+"""Where a result has its answer, and in how many characters."""
+
+ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
 
 PICTURES = (
     "figures/position.png", "fig04.png", "envelope.png", "convergence.png", "certificate.png", "figures/outcomes.png",
@@ -99,8 +106,9 @@ def result_in(root: Path, folder: Path) -> Result | None:
     kind = next((kind for name, kind in KINDS.items() if name in found), "Report")
     rmse = content.get("position_rmse[m]")
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
+    says = ending(content) or (answer(folder / REPORT) if REPORT in found else "")
     return Result(
-        folder.relative_to(root), title, ending(content), max(found[name] for name in shown), tuple(shown), kind,
+        folder.relative_to(root), title, says, max(found[name] for name in shown), tuple(shown), kind,
         picture(folder, found), known_rmse,
     )  # fmt: skip
 
@@ -121,6 +129,16 @@ def ending(content: dict[str, object]) -> str:
     if isinstance(outcome, str) and isinstance(time, int | float):
         return f"{outcome.replace('_', ' ')} at {time:g} s"
     return ""
+
+
+def answer(report: Path) -> str:
+    """What a report begins with, as plain text; nothing where it begins otherwise."""
+    try:
+        with report.open(encoding="utf-8", errors="replace") as file:
+            found = ANSWER.search(file.read(HEAD))
+    except OSError:  # gone meanwhile, or not ours to read
+        return ""
+    return unescape(TAG.sub("", found[1])) if found else ""
 
 
 def manifest(folder: Path) -> dict[str, Any]:

@@ -135,11 +135,11 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     return f'<p class="answer">{rich(answer)}</p>{tiles}<div class="summary">{"".join(figures)}</div>'
 
 
-def figure(path: Path, caption: str) -> str:
+def figure(path: Path, caption: str, coded: bool = False) -> str:
     """A figure drawn inline: from its SVG file, or from the PNG beside it where there is none.
 
     path: of either, its ending may be left out. Where there is only a PDF, it is named. The ids of an SVG get the file's name
-    in front, so that several can stand on one page.
+    in front, so that several can stand on one page. coded: whether its colours stand for values and stay the same in the dark.
     """
     name = path.name.removesuffix(".svg").removesuffix(".png")
     svg, png = (path.with_name(f"{name}.{ending}") for ending in ("svg", "png"))
@@ -148,17 +148,18 @@ def figure(path: Path, caption: str) -> str:
         drawing = text[text.index("<svg") :]
         for mark in ('id="', 'href="#', "url(#"):
             drawing = drawing.replace(mark, f"{mark}{name}-")
-        return inline_figure(drawing, caption)
+        return inline_figure(drawing, caption, coded)
     if png.is_file():
         data = base64.b64encode(png.read_bytes()).decode()
-        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption)
+        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, coded)
     return note(f"{caption}: drawn in {name}.pdf.")
 
 
-def inline_figure(drawing: str, caption: str) -> str:
-    """A figure from its markup."""
+def inline_figure(drawing: str, caption: str, coded: bool = False) -> str:
+    """A figure from its markup. coded: as for `figure`."""
     shown = f'<div class="drawn" role="img" aria-label="{escape(caption)}">{drawing}</div>'
-    return f"<figure>{shown}<figcaption>{rich(caption)}</figcaption></figure>"
+    kind = ' class="coded"' if coded else ""
+    return f"<figure{kind}>{shown}<figcaption>{rich(caption)}</figcaption></figure>"
 
 
 def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "") -> str:
