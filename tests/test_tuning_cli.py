@@ -27,7 +27,12 @@ def test_what_it_writes_and_says(tmp_path):
     assert (done.code, done.err) == (0, "")
     assert "The tuned gains are better." in done.out
     assert "controller.Lambda1" in done.out
-    assert "<p>1 flight with each set of gains" in (out / "report.html").read_text(encoding="utf-8")
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert "<p>Nothing is random in this mission, so there is one flight with each set of gains." in report
+    assert re.search(r"The tuned gains are better. The objective falls by [\d.]+\s%\.</p>", report)
+    assert "unseen flights" not in report
+    assert "1/s]" in report
+    assert "bound" not in report + done.out
     assert lasting(out) == ["convergence.png", "convergence.svg", "history.csv", "metrics.json", "report.html", "tuned.toml"]
     before, after = tomllib.loads(QUICK), tuned(out)
     gains = after["controller"].pop("Lambda1")
@@ -40,6 +45,13 @@ def test_what_it_writes_and_says(tmp_path):
     rows = history(out)
     assert (rows[0]["run"], rows[0]["generation"], rows[0]["controller.Lambda1.0"]) == ("0", "0", "1.0")
     assert min(float(row["objective"]) for row in rows) == metrics(out)["unseen"]["rows"][0]["tuned"]["value"]
+
+
+def test_a_gain_near_the_end_of_its_range_is_named(tmp_path):
+    text = QUICK.replace("high = 30.0", "high = 1.2")
+    done = tune(written(tmp_path, text), tmp_path / "out")
+    assert "controller.Lambda1 is near its upper bound; a wider range may give more." in done.out
+    assert "near its upper bound" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_table_changes_no_flight(tmp_path):

@@ -76,6 +76,9 @@ def show(done: "Tuned", folder: Path) -> None:
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
         say(f"Even with the best gains found, {wrong} in tuning.")
     say(compared.verdict)
+    for gain in done.asked.gains:
+        if edge := gain.edge(done.values):
+            say(f"{gain.key} is {edge}; a wider range may give more.")
     for name in done.elsewhere:
         say(f"tuned.toml names {name}, which is not in the mission's folder: copy both there.")
     say_whole(f"Results: {folder}; fly it: {command('fly', folder / 'tuned.toml')}")

@@ -43,6 +43,13 @@ class Gain(NamedTuple):
         """The number at a place of the range."""
         return min(max(rounded(self.range.value(place)), self.range.low), self.range.high)
 
+    def edge(self, values: Mapping[str, float]) -> str:
+        """Which end of its range it is near, in words: within a hundredth of it. values: of a mission, by key."""
+        value = values[self.leaves[0].key]
+        if value <= self.range.value(0.01):
+            return "near its lower bound"
+        return "near its upper bound" if value >= self.range.value(0.99) else ""
+
     def numbers(self, value: float) -> dict[str, float]:
         """What the mission then says at each key."""
         return {leaf.key: value if leaf.share == 1.0 else rounded(leaf.share * value) for leaf in self.leaves}

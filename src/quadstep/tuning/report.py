@@ -7,30 +7,34 @@ from pathlib import Path
 from quadstep.analysis.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page, units
+from quadstep.report.symbols import prose
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Found
-from quadstep.tuning.unseen import AGGREGATES, Compared, Row
+from quadstep.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row
 
 
 def write_report(path: Path, asked: Asked, found: Found, compared: Compared, figure: str) -> None:
     """Write it beside tuned.toml. figure: of the search, its file without ending."""
     before, after = found.present.judged.objective, found.best.judged.objective
     drawn = page.figure(path.parent / figure, "The search: objective and gains of the candidates, over the flights flown")
-    both = (found.present.values, found.best.values)
+    both, many = (found.present.values, found.best.values), compared.flights > 1
     gains = [
-        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both))
+        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
+         one.edge(found.best.values))
         for one in asked.gains
-    ]
+    ]  # fmt: skip
+    both_fly = (
+        f"{units.counted(compared.flights, 'flight')} with each set of gains, the same for both; 95 % intervals. "
+        "Differences are paired by flight."
+    )
+    alone = "Nothing is random in this mission, so there is one flight with each set of gains."
     measured = [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
     body = [
-        page.summary(compared.verdict, facts(compared), [drawn]),
+        page.summary(answer(compared), facts(compared), [drawn]),
         page.heading("The gains", "gains"),
-        page.table(("gain", "present", "tuned"), gains, escape),
-        page.heading("On unseen flights", "unseen"),
-        page.paragraph(
-            f"{units.counted(compared.flights, 'flight')} with each set of gains, the same for both; 95 % intervals. "
-            "Differences are paired by flight."
-        ),
+        page.table(("gain", "present", "tuned", ""), gains, lambda text: prose(escape(text))),
+        page.heading("On unseen flights" if many else "Both flights", "unseen"),
+        page.paragraph(both_fly if many else alone),
         page.table(("", "present", "tuned", "tuned - present"), measured),
         page.heading("The search", "search"),
         page.paragraph(
@@ -39,6 +43,15 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
         ),
     ]
     page.write_page(path, asked.mission.name, body, "Tuning")
+
+
+def answer(compared: Compared) -> str:
+    """The verdict, and by how much."""
+    before, difference = compared.objective.present, compared.objective.difference
+    if compared.verdict == UNCHANGED or not before or not difference or not before.value:
+        return compared.verdict
+    change = difference.value / before.value
+    return f"{compared.verdict} The objective {'falls' if change < 0.0 else 'rises'} by {100.0 * abs(change):.3g} %."
 
 
 def listed(values: list[float]) -> str:
@@ -50,9 +63,10 @@ def facts(compared: Compared) -> list[page.Fact]:
     """Success with either, and what the objective gains."""
     found = []
     for name, one in zip(("succeed with present gains", "succeed with tuned gains"), compared.success, strict=True):
-        many = not math.isnan(one.low)
+        many = compared.flights > 1
         more = f"95 % interval: {units.percent(one.low)} to {units.percent(one.high)}" if many else ""
-        found.append(page.Fact(name, units.percent(one.value), more, page.Span("", one.low, one.value, one.high)))
+        span = page.Span("", one.low, one.value, one.high) if many else None
+        found.append(page.Fact(name, units.percent(one.value), more, span))
     before, difference = compared.objective.present, compared.objective.difference
     if before and difference and before.value:
         low, value, high = (100.0 * part / before.value for part in (difference.low, difference.value, difference.high))
@@ -67,7 +81,7 @@ def shares(compared: Compared) -> list[page.Cell]:
     """The row of success."""
     return [
         "succeed",
-        *(units.percent(*one) for one in compared.success),
+        *(units.percent(*(one if compared.flights > 1 else one[:1])) for one in compared.success),
         f"{100.0 * compared.success_difference.value:+.3g} points".replace("-", "−"),
     ]
 
