@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 from quadstep import Mission, exit_codes
+from quadstep.flight.engines import fly
+from quadstep.mission.read import check_mission
+from quadstep.numbers import maximum, minimum, where
+from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.escape import escape, escaped, inner, narrow
 from quadstep.prove.hold import Left, held
+from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.prove.invariant import Set
+from quadstep.prove.jet import jets
 from quadstep.prove.modes import modes
 from quadstep.prove.rest import rest
 from quadstep.prove.sampled import Sampled
@@ -163,6 +169,53 @@ def test_a_law_with_a_limit_is_disproved_on_the_papers_plant(tmp_path):
     run = quadstep("prove", write(tmp_path, text))
     assert (run.code, run.err) == (exit_codes.DIVERGED, "")
     assert "6 of the 12 eigenvalues" in " ".join(run.out.split())
+
+
+EDGES = (
+    "where(v >= 0.0, 0.5 * v, -4.0 * v)",
+    "where(v < 0.0, -4.0 * v, 0.5 * v)",
+    "maximum(0.5 * v, -4.0 * v)",
+    "2.25 * abs(v) - 1.75 * v",
+)
+"""Written in several ways: a climb gathers speed, a descent is damped, more strongly. All in all, hover is stable."""
+
+
+@pytest.mark.parametrize("edge", EDGES)
+def test_one_side_of_an_edge_at_rest_disproves_nothing(tmp_path, edge):
+    law = LIMITED.replace("import Number, minimum, vector", "import Number, maximum, minimum, vector, where")
+    law = law.replace(
+        "        thrust, ",
+        f"        v = measured.velocity[2]\n        wanted += vector(0.0, 0.0, 3.0 * v + {edge})\n        thrust, ",
+    )
+    (tmp_path / "limited.py").write_text(law)
+    content = {
+        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": 60.0},
+        "controller": {"type": "limited.py:Limited", "k_w": 40.0},
+        "disturbance": {"scale": 0.0},
+        "start": {"position": [0.0, 0.0, 0.5]},
+    }
+    mission = check_mission(content, "mission", tmp_path)
+    plan = mission.plan(tmp_path)
+    assert abs(fly(plan).table("z")[-1, 0] - PLACE[2]) < 1e-6
+    loop = Sampled(plan)
+    at = hover(mission, plan, loop)
+    assert is_equilibrium(loop, at)
+    with pytest.raises(UndefinedError, match="has no slope there"):
+        jacobian(loop, at)
+    assert instability(loop, at) is None
+
+
+def test_a_bend_times_what_is_zero_there_has_a_slope():
+    """As of drag, |v| v; and a choice between smooth functions that touch there."""
+    (x,) = jets([0.0])
+    for number in (abs(x) * x, x * maximum(x, -2.0 * x), where(x > 0.0, x * x, -(x * x))):
+        assert not number.kinked
+        assert number.slopes.size.max() == 0.0
+    for number in (abs(x), minimum(x, 2.0 * x), where(x > 0.0, x * x, x)):
+        assert number.kinked
+    for number in (where(x > 0.0, x, 1.0), where(x * x > 0.0, 1.0 + x, x)):
+        assert not np.isfinite(number.slopes.tight).any()
+    assert where(x + 1.0 > 0.0, x, 1.0).slopes.centre == 1.0
 
 
 BENT = """\

@@ -1,7 +1,8 @@
 """Derivatives, enclosed: a value and its slopes along some directions, both as balls.
 
 A norm is not differentiable at zero. It is Lipschitz, so that its product with a number that is exactly zero there has the
-slope zero; any other use of it leaves the slopes unbounded.
+slope zero; any other use of it leaves the slopes unbounded. So it is with a choice by two numbers that are equal there, as in
+|x| at 0, if those that it chooses from are equal too; if not, the law jumps.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ No = TypeVar("No")
 
 
 class Jet:
-    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm at zero, whose slopes are unknown."""
+    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm or a bend, whose slopes are unknown."""
 
     __slots__ = ("kinked", "slopes", "value")
     __array_ufunc__ = None
@@ -84,16 +85,16 @@ class Jet:
         return Jet.functions.where(self < 0.0, -self, self)
 
     def __lt__(self, other: Operand) -> Decided:
-        return decided(self.value < plain(other))
+        return decided(self.value < plain(other), self - other)
 
     def __le__(self, other: Operand) -> Decided:
-        return decided(self.value <= plain(other))
+        return decided(self.value <= plain(other), self - other)
 
     def __gt__(self, other: Operand) -> Decided:
-        return decided(self.value > plain(other))
+        return decided(self.value > plain(other), self - other)
 
     def __ge__(self, other: Operand) -> Decided:
-        return decided(self.value >= plain(other))
+        return decided(self.value >= plain(other), self - other)
 
 
 class Decided(Truth):
@@ -102,9 +103,10 @@ class Decided(Truth):
     __slots__ = ()
 
 
-def decided(truth: Truth) -> Decided:
-    """The same, of jets."""
-    return Decided(truth.holds, truth.fails)
+def decided(truth: Truth, gap: Jet) -> Decided:
+    """The same, of jets. gap: of what is compared. If that may be zero, either may be the larger nearby."""
+    edge = (gap.value.low <= 0.0) & (gap.value.high >= 0.0)
+    return Decided(truth.holds | edge, truth.fails | edge)
 
 
 UNBOUNDED = ball(np.zeros((1, 1)), np.inf)
@@ -119,6 +121,11 @@ def plain(x: Operand) -> Enclosure | Plain:
 def whole(x: object) -> Enclosure:
     """Its value as a ball."""
     return x.value if isinstance(x, Jet) else ball([cast(float, x)])
+
+
+def bounded(x: object) -> bool:
+    """Whether its slopes are, so that it is continuous."""
+    return not isinstance(x, Jet) or bool(np.all(np.isfinite(x.slopes.tight)))
 
 
 def zero(x: Enclosure) -> bool:
@@ -172,6 +179,12 @@ class Jets:
             return yes if np.all(condition.holds) else no
         if yes is no:
             return yes
+        if bounded(yes) and bounded(no) and zero(whole(yes) - whole(no)):
+            moving = next(one for one in (yes, no) if isinstance(one, Jet))
+            nothing = ball(np.zeros_like(moving.slopes.centre))
+            if all(zero(one.slopes) and not one.kinked for one in (yes, no) if isinstance(one, Jet)):
+                return cast(Yes, Jet(moving.value, nothing))
+            return cast(Yes, Jet(moving.value, nothing, True))
         either = ENCLOSURES.where(Truth(condition.holds, condition.fails), whole(yes), whole(no))
         return cast(Yes, Jet(either, UNBOUNDED))
 
