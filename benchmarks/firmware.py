@@ -20,10 +20,10 @@ APART = r"\.(text|rodata)(?!\S*_(made|start|reset)\b)\S*"
 """Sections of the law itself: without what limits say, and what is called once."""
 
 
-def plan(law: str) -> FlightPlan:
-    """The flight whose controller is exported."""
+def plan(law: str, **gains: float) -> FlightPlan:
+    """The flight whose controller is exported. gains: other than its defaults."""
     path = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
-    mission = {"vehicle": {"preset": "crazyflie"}, "path": path, "controller": {"type": law}}
+    mission = {"vehicle": {"preset": "crazyflie"}, "path": path, "controller": {"type": law, **gains}}
     return MultirotorMission.model_validate(mission).plan()
 
 
@@ -49,9 +49,9 @@ class Cells(NamedTuple):
         return self.together / (PER_CYCLE * CLOCK * 1e-3)
 
 
-def cells(law: str) -> Cells:
-    """Measure a law. Raises UserError where a tool fails."""
-    flight = plan(law)
+def cells(law: str, **gains: float) -> Cells:
+    """Measure a law, with gains other than its defaults. Raises UserError where a tool fails."""
+    flight = plan(law, **gains)
     with measured_alone(flight, "Cortex-M4F") as found:
         alone = section(found.folder / f"{found.law.name}.o", APART)
     periods = {task.name: every * flight.ticks.step for task, every in zip(flight.loop.tasks, flight.ticks.every, strict=True)}

@@ -75,3 +75,11 @@ def test_what_an_exported_law_takes(law):
     state, code, alone, stack, together, took = (cell.strip() for cell in line.split("|"))
     assert (state, together, took) == (f"{one.state} B", str(one.together), f"{100 * one.share:.2f} %")
     assert (code, alone, stack) == (f"{one.code} B", f"{one.alone} B", f"{one.stack} B")
+
+
+@needs(CORTEX_M, CORTEX_M_12)
+def test_the_aims_of_exported_laws():
+    limited = firmware.cells("pid", most_tilt=0.5)
+    assert f"With `most_tilt` set, `pid` takes {limited.together} ({100 * limited.share:.2f} %)" in page("export.md")
+    assert max(firmware.cells(law).share for law in ("pid", "geometric")) < 0.007
+    assert firmware.cells("rotation-backstepping").alone < 5000

@@ -16,10 +16,10 @@ from quadstep.control.registry import names
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import flown_by_c
-from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, vector
+from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.c_text import literal
 from tests.commands import quadstep, write
-from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, written
+from tests.exports import COMPILERS, example, paper_mission, plane_mission, real_mission, run_compiled, through_c, written
 from tests.flights import through_lanes
 from tests.needs import ARM_COMPILER, C_COMPILER, CMAKE, CORTEX_M, CPPCHECK, POLICY, QEMU, needs
 from tests.patience import PATIENCE
@@ -161,6 +161,31 @@ def test_literals_are_the_numbers_they_stand_for():
         literal(1e39, False)
     with pytest.raises(UserError, match="does not fit f32"):
         literal(1e-60, False)
+
+
+@needs(C_COMPILER)
+def test_branches_compute_what_only_they_need(tmp_path):
+    def law(x, y, z):
+        """Shared, alone and nested: in C every number is computed in the innermost branch that needs it."""
+        sine, cosine = sin(y), cos(y)
+        steep = where(x < 1.0, sqrt(x * x + y * y) * sin(x) / cos(x), sine)
+        both = where(z > 0.0, exp(z) * where(z > 1.0, log(z), x), cosine), where(z > 0.0, exp(z) - x, atan2(y, z))
+        columns, best = (x, y, z, x - y), x
+        for new in (y, z):
+            better = new > best
+            columns = [where(better, new - 2.0 * one, one) for one in columns]
+            best = where(better, new, best)
+        angle = where(x < 0.0, exp(y), y)
+        return steep, *both, *columns, best, where(y > 0.0, sin(angle), cos(angle)), cos(angle), sin(z)
+
+    rng = np.random.default_rng(3)
+    samples = rng.uniform(-3.0, 3.0, size=(3, 400))
+    found = through_c(tmp_path, law, *samples)
+    wanted = np.array([law(*map(float, sample)) for sample in samples.T]).T
+    np.testing.assert_array_equal(found, wanted)
+    text = (tmp_path / "law.c").read_text(encoding="utf-8").partition("void law(")[2]
+    assert [text.count(f"qs_{name}(") for name in ("sincos", "exp", "log", "atan2")] == [3, 2, 1, 1]
+    assert text.count("\nif (") == 4  # of z for both values, of each column for all of them
 
 
 def test_a_row_map_is_the_rows_one_by_one():

@@ -27,7 +27,10 @@ class Naming(NamedTuple):
 
 
 class Expressions:
-    """The numbers of one record as text. given: names that are taken. memories: of scans; indices: of loops, by counter."""
+    """The numbers of one record as text. given: names that are taken. memories: of scans; indices: of loops, by counter.
+
+    halves: sines and cosines that are members of one local.
+    """
 
     def __init__(self, record: ScanRecord, precise: bool, naming: Naming, taken: frozenset[str] = frozenset()) -> None:
         self.record, self.nodes, self.precise, self.naming = record, record.nodes, precise, naming
@@ -35,6 +38,7 @@ class Expressions:
         self.names: dict[int, str] = {}
         self.memories: dict[str, str] = {}
         self.indices: dict[str, str] = {}
+        self.halves: dict[int, str] = {}
         self.uses: Counter[int] = Counter()
         self.reads: frozenset[str] = frozenset()
         self.all_reads: set[str] = set()
@@ -85,6 +89,8 @@ class Expressions:
 
     def expression(self, place: int) -> str:
         """The expression that computes it."""
+        if place in self.halves:
+            return self.halves[place]
         node = self.nodes[place]
         if node.operation == "item":
             return self.text(node.operands[0]) + self.scoped(node.text)

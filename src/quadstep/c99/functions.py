@@ -3,16 +3,16 @@
 from functools import lru_cache, reduce
 from typing import cast
 
+from quadstep.c99.branches import HALVES
 from quadstep.c99.expressions import Naming
 from quadstep.c99.scans import ScanRecord
-from quadstep.c99.structs import Output, Stored
-from quadstep.c99.writing import INDENT, Writer
-from quadstep.numbers.c_text import CSteps, literal
+from quadstep.c99.structs import INDENT, Output, Stored
+from quadstep.c99.writing import Writer
+from quadstep.numbers.c_text import CSteps
 from quadstep.numbers.elementary import Elementary
 from quadstep.numbers.functions import Number
-from quadstep.numbers.script import ScriptNumber
 
-ARGUMENTS = {"wave": ("x", "ahead"), "sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
+ARGUMENTS = {"sincos": "x", "sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
 
 STEPS = {
     "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
@@ -40,12 +40,11 @@ STEPS = {
 }
 """Operations on the bits of a number, and C library functions that IEEE 754 defines to the bit."""
 
-WAVES = {"sin": 0.0, "cos": 1.0}
-"""Quarter turns by which a function leads the sine: both are one function, `wave`."""
+PAIR = "typedef struct\n{\n    real sine;\n    real cosine;\n} qs_sine_cosine;"
 
 NEEDS = {
     "power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",),
-    "sin": ("wave",), "cos": ("wave",), "wave": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
+    "sin": ("sincos",), "cos": ("sincos",), "sincos": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
     "log": ("fraction", "exponent", "equal"), "atan2": ("abs",),
 }  # fmt: skip
 
@@ -77,24 +76,28 @@ def functions(used: frozenset[str], precise: bool) -> str:
 @lru_cache(maxsize=32)
 def written(name: str, precise: bool) -> str:
     """One function."""
+    if name in HALVES:
+        return f"static inline real qs_{name}(real x)\n{{\n{INDENT}return qs_sincos(x).{HALVES[name]};\n}}"
     given = ", ".join(f"real {one}" for one in ARGUMENTS[name])
-    head = f"static {'' if name == 'wave' else 'inline '}real qs_{name}({given})"
-    if name in WAVES:
-        return f"{head}\n{{\n{INDENT}return qs_wave(x, {literal(WAVES[name], precise)});\n}}"
     record = ScanRecord()
     numbers = [cast(Number, record.input(one)) for one in ARGUMENTS[name]]
-    steps = CSteps(precise)
-    result = cast(ScriptNumber, wave(steps, *numbers) if name == "wave" else getattr(steps, name)(*numbers))
-    writer = Writer(record, precise, Naming({}, {}), frozenset(ARGUMENTS[name]))
-    *body, last = writer.body(Stored([Output("result", result.place)], []))
-    final = "return " + last.removeprefix("result = ")
-    return "\n".join([head, "{", *(INDENT + line for line in [*body, final]), "}"])
+    writer = Writer(record, precise, Naming({}, {}), frozenset(("result", *ARGUMENTS[name])))
+    if name == "sincos":
+        results = sine_cosine(CSteps(precise), *numbers)
+        outputs = [Output(f"result.{one}", record.at(number)) for one, number in zip(HALVES.values(), results, strict=True)]
+        body = ["qs_sine_cosine result;", *writer.body(Stored(outputs, [])), "return result;"]
+        head = f"{PAIR}\n\nstatic qs_sine_cosine qs_sincos({given})"
+    else:
+        result = getattr(CSteps(precise), name)(*numbers)
+        *body, last = writer.body(Stored([Output("result", record.at(result))], []))
+        body.append("return " + last.removeprefix("result = "))
+        head = f"static inline real qs_{name}({given})"
+    return "\n".join([head, "{", *(INDENT + line for line in body), "}"])
 
 
-def wave(steps: Elementary, x: Number, ahead: Number) -> Number:
-    """The sine of x plus 0 or 1 quarter turns: `Elementary.sin` and `cos` to the bit."""
+def sine_cosine(steps: Elementary, x: Number) -> tuple[Number, Number]:
+    """`Elementary.sin` and `cos` to the bit, from one reduction of the angle."""
     sine, cosine, quarter = steps.turn(x)
-    quarter = quarter + ahead
-    value = steps.where(steps.bit(quarter, 0), cosine, sine)
-    result: Number = steps.where(steps.bit(quarter, 1), -value, value)
-    return result
+    odd, back = steps.bit(quarter, 0), steps.bit(quarter, 1)
+    rise, run = steps.where(odd, cosine, sine), steps.where(odd, -sine, cosine)
+    return steps.where(back, -rise, rise), steps.where(back, -run, run)

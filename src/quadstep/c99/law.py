@@ -136,11 +136,12 @@ def recorded(subject: Subject, precise: bool, logged: bool = False) -> Code:
         with record.listening():
             results = law(record)
         left = stored(record, results)
-        functions[name] = Writer(record, precise, record.naming, KEYWORDS).body(left)
+        writer = Writer(record, precise, record.naming, KEYWORDS)
+        functions[name] = writer.body(left)
         turns = {body.counter: body.rows for body in record.loops.values()}
         turns |= {scan.counter: scan.turns for scan in record.scans.values()}
         reached = reach(record, [*left.numbers, *left.arrays])
-        used.update(record.nodes[place].operation for place in reached)
+        used.update("sincos" if place in writer.halves else record.nodes[place].operation for place in reached)
         operations.append(sum(prod(turns[counter] for counter in record.turning[place]) for place in reached))
         reads[name] = [record.nodes[place].text for place in reached if record.nodes[place].operation == INPUT]
         return reads[name]

@@ -37,7 +37,7 @@ def named(used: frozenset[str]) -> set[str]:
 
 
 OPERATIONS = {"magnitude": "abs", "sqrt": "sqrt", "==": "equal", "!=": "equal", "bit": "bits", "power": "power"}
-CALLED = frozenset(("sin", "cos", "exp", "sigmoid", "log", "atan2"))
+CALLED = frozenset(("sincos", "sin", "cos", "exp", "sigmoid", "log", "atan2"))
 
 PRAGMAS = """/*
  * Bits: every operation must be rounded separately, in the order written. Compile with -ffp-contract=off and without

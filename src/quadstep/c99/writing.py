@@ -7,28 +7,18 @@ array are computed in place if nothing reads its old rows later.
 
 import re
 from collections import Counter
-from typing import NamedTuple
 
-from quadstep.c99.expressions import INDICES, Expressions
+from quadstep.c99.branches import branches, pairs
+from quadstep.c99.expressions import INDICES
 from quadstep.c99.scans import FILLED, SCAN
+from quadstep.c99.statements import Line, Statements, braced, commented
 from quadstep.c99.structs import Output, Stored, has_numbers, members
 from quadstep.numbers.c_text import bare, literal
 from quadstep.numbers.rows import LEFT, Body
 from quadstep.numbers.script import INPUT
 
-INDENT = "    "
 
-
-class Line(NamedTuple):
-    """A statement. reads: targets whose old value it uses. origin: line of the law. makes: results of a loop."""
-
-    text: list[str]
-    reads: frozenset[str]
-    origin: str
-    makes: tuple[str, ...] = ()
-
-
-class Writer(Expressions):
+class Writer(Statements):
     """Writes the numbers of one record as the body of one function."""
 
     def body(self, results: Stored) -> list[str]:
@@ -49,6 +39,11 @@ class Writer(Expressions):
         storage = self._storage(needed, arrays)
         joined = self._joined(needed)
         later = {place for places in joined.values() for place in places}
+        both = pairs(self.nodes, needed)
+        choices = branches(self.nodes, needed, wanted, both)
+        inner = {one for found in choices.values() for one in (*found.choices[:-1], *found.sides[0], *found.sides[1])}
+        self.pairs |= both
+        self.branches |= choices
         for place in needed:
             operation = self.nodes[place].operation
             if operation == "loop":
@@ -58,10 +53,8 @@ class Writer(Expressions):
                 lines.append(self._scan(place))
             elif operation == FILLED:
                 lines += self._filled(place)
-            elif operation in ("sum", LEFT):
-                continue
-            elif place in wanted or self.kept(place) or self.long(place):
-                lines.append(self._local(place))
+            elif operation not in ("sum", LEFT) and place not in inner:
+                lines += self._number(place, place in wanted)
         return lines
 
     # What is needed, and where it is stored
@@ -121,15 +114,6 @@ class Writer(Expressions):
 
     # Statements
 
-    def _origin(self, place: int) -> str:
-        return self.naming.origins.get(place, "")
-
-    def _local(self, place: int) -> Line:
-        text = bare(self.expression(place))
-        name = self.name(place)
-        self.names[place] = name
-        return Line([f"const {self.kind(place)} {name} = {text};"], self.taken_reads(), self._origin(place))
-
     def _filled(self, place: int) -> list[Line]:
         """An array whose entries are assigned one by one."""
         node = self.nodes[place]
@@ -163,7 +147,7 @@ class Writer(Expressions):
         self.names, self.given, self.uses = names, given, uses
         reads, self.all_reads = frozenset(self.all_reads), around | self.all_reads
         head = f"{last}; {index} >= 0; --{index}" if scan.backwards else f"0; {index} < {scan.turns}; ++{index}"
-        lines = [*begin, f"for (int32_t {index} = {head})", "{", *(INDENT + line for line in turn), "}"]
+        lines = [*begin, f"for (int32_t {index} = {head})", *braced(turn)]
         return Line(lines, reads, self._origin(place), (self.memories[scan.counter],))
 
     def _loop(self, places: list[int], storage: dict[int, str]) -> list[Line]:
@@ -193,7 +177,7 @@ class Writer(Expressions):
         if not inner:
             return before
         rows = self.record.loops[places[0]].rows
-        text = [f"for (int32_t {index} = 0; {index} < {rows}; ++{index})", "{", *(INDENT + line for line in inner), "}"]
+        text = [f"for (int32_t {index} = 0; {index} < {rows}; ++{index})", *braced(inner)]
         return [*before, Line(text, self.taken_reads(), origin, tuple(made))]
 
     def _stays(self, place: int, storage: dict[int, str]) -> bool:
@@ -287,16 +271,11 @@ class Writer(Expressions):
                 waiting.setdefault(-1, []).append(f"const real {self.name(-1, 'before')} = {source};")
                 source = waiting[-1][-1].split()[2]
             waiting.setdefault(last, []).append(f"{target} = {bare(source)};")
-        written: list[str] = [*(text for text in waiting.get(-1, []) if text.startswith("const"))]
-        written += [text for text in waiting.get(-1, []) if not text.startswith("const")]
-        origin = ""
-        for number, line in enumerate(lines):
-            if line.origin and line.origin != origin:
-                origin = line.origin
-                written.append(f"/* {origin} */")
-            written += line.text
-            written += waiting.get(number, [])
-        return written
+        first = waiting.pop(-1, [])
+        first.sort(key=lambda text: not text.startswith("const"))
+        return first + commented(
+            [line._replace(text=line.text + waiting.get(number, [])) for number, line in enumerate(lines)]
+        )
 
 
 def touched(target: str, reads: frozenset[str]) -> bool:

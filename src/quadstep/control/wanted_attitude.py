@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from quadstep.control.projection import shrink
-from quadstep.numbers import Matrix, Number, Vector, clip, cos, minimum, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, clip, cos, sin, sqrt, vector, where
 from quadstep.numbers.rotations import cross
 
 
@@ -84,6 +84,5 @@ def tilted_within(force: Vector, most: Number) -> Vector:
     what `within` returns.
     """
     x, y, z = force
-    angle = minimum(most, 1.5)
-    sideways = shrink(sqrt(x * x + y * y), z * sin(angle) / cos(angle))
+    sideways = where(most < 1.5, shrink(sqrt(x * x + y * y), z * sin(most) / cos(most)), 1.0)
     return vector(sideways * x, sideways * y, z)
