@@ -13,8 +13,8 @@ from quadstep.c99.words import (
     PLANT_WORDS,
     REFERENCE_WORDS,
     VEHICLE_WORDS,
-    from_table,
     of_gains,
+    of_structure,
 )
 from quadstep.control.controller import Measured
 
@@ -85,16 +85,28 @@ def header(exported: Exported) -> str:
     guard = f"{name.upper()}_H"
     measured_words = MEASURED_WORDS if isinstance(subject.measured, Measured) else PLANT_WORDS
     gains = members(subject.gains, of_gains(subject.controller, subject.gains), depth=2)
-    vehicle = members(code.vehicle, from_table(VEHICLE_WORDS), depth=2)
+    vehicle = members(code.vehicle, of_structure(subject.parameters, VEHICLE_WORDS), depth=2)
     parameters = [
-        *(["    struct", "    {", *gains, "    } gains;"] if gains else []),
-        *(["    struct", "    {", *vehicle, "    } vehicle;"] if vehicle else []),
+        *(["    struct", "    {", *gains, "    } gains; /* of the law */"] if gains else []),
+        *(["    struct", "    {", *vehicle, "    } vehicle; /* whose actuators made() computes */"] if vehicle else []),
         "    real most_age; /* s, of the measurements; older ones are rejected */",
     ]
-    memory = [f"    {name}_memory memory;"] if has_numbers(code.memory) else []
+    memory = [f"    {name}_memory memory; /* of the law */"] if has_numbers(code.memory) else []
     state = [*memory, f"    {name}_command held; /* the last command */", "    uint32_t ready; /* 1 after start() */"]
     kind = "double" if exported.precise else "float"
     steps = [f"#define {name.upper()}_{word} {1 << place}u /* {said} */" for place, (word, said) in enumerate(STATUS)]
+    contents = [
+        (
+            "measured",
+            measured_part(subject.measured),
+            of_structure(subject.measured, measured_words),
+            "The measurements. SI units.",
+        ),
+        ("reference", subject.reference, of_structure(subject.reference, REFERENCE_WORDS), "The reference motion. SI units."),
+        ("command", code.command, of_structure(code.asked, COMMAND_WORDS), "The command."),
+        ("actuators", code.made, of_structure(code.made, MADE_WORDS), "Actuator commands, and what they produce."),
+        ("memory", code.memory, of_structure(code.memory, {}), "Memory of the law from sample to sample."),
+    ]
     parts = [
         head(exported, f"{subject.controller.label or name}: a control law in C99."),
         f"#ifndef {guard}\n#define {guard}",
@@ -103,20 +115,10 @@ def header(exported: Exported) -> str:
         f"#ifndef QS_REAL\n#define QS_REAL\ntypedef {kind} real;\n#endif",
         "/* What the functions return: 0, or a sum of these. */\n" + "\n".join([f"#define {name.upper()}_OK 0u", *steps]),
         struct(f"{name}_params", parameters, "Gains and vehicle parameters. Constant during a flight."),
-        struct(
-            f"{name}_measured",
-            members(measured_part(subject.measured), from_table(measured_words)),
-            "The measurements. SI units.",
-        ),
-        struct(
-            f"{name}_reference", members(subject.reference, from_table(REFERENCE_WORDS)), "The reference motion. SI units."
-        ),
-        struct(f"{name}_command", members(code.command, from_table(COMMAND_WORDS)), "The command."),
-        struct(f"{name}_actuators", members(code.made, from_table(MADE_WORDS)), "Actuator commands, and what they produce."),
         *(
-            [struct(f"{name}_memory", members(code.memory, lambda _: ""), "Memory of the law from sample to sample.")]
-            if memory
-            else []
+            struct(f"{name}_{what}", members(one, words), said)
+            for what, one, words, said in contents
+            if what != "memory" or memory
         ),
         struct(f"{name}_state", state, "All state between samples. Owned by the caller; the functions have no other memory."),
         CLOCK.replace("NAME", name),
@@ -130,15 +132,13 @@ def header(exported: Exported) -> str:
 
 CLOCK = """/**
  * When a function is called. Time is tick * step: ticks are counted, so that it stays exact for hours.
- * tick: steps since start(). step [s]. period [s]: until the same function is called again.
- * age [s]: of the measurements.
  */
 typedef struct
 {
-    uint32_t tick;
-    real step;
-    real period;
-    real age;
+    uint32_t tick; /* -, steps since start() */
+    real step; /* s, of a tick */
+    real period; /* s, until the same function is called again */
+    real age; /* s, of the measurements */
 } NAME_clock;"""
 
 

@@ -100,12 +100,16 @@ def members(value: Structure, comment: Callable[[str], str], path: str = "", dep
         if structs:
             inner = members(structs[0], comment, f"{place}.", depth + 1)
             size = "" if hasattr(field, "_fields") else f"[{len(structs)}]"
-            lines += [f"{indent}struct", f"{indent}{{", *inner, f"{indent}}} {name}{size};"]
+            lines += [f"{indent}struct", f"{indent}{{", *inner, f"{indent}}} {name}{size};{remarked(comment(place))}"]
             continue
         sizes = "".join(f"[{size}]" for size in array.sizes) if array else ""
-        said = comment(place)
-        lines.append(f"{indent}real {name}{sizes};{f' /* {said} */' if said else ''}")
+        lines.append(f"{indent}real {name}{sizes};{remarked(comment(place))}")
     return lines
+
+
+def remarked(text: str) -> str:
+    """A comment at the end of a line; nothing for no text."""
+    return f" /* {text} */" if text else ""
 
 
 def initialiser(value: Structure, precise: bool, path: str = "", depth: int = 1) -> list[str]:

@@ -16,7 +16,9 @@ from quadstep.numbers import Matrix, Vector, clip, scan
 
 
 class Chain(NamedTuple):
-    """A chain of n states and one input. penalty: rho of its states, length n, and of its input."""
+    """A chain of n states and one input. regulator: what it is without bounds. penalty: rho of its states, length n.
+    input_penalty: rho of its input.
+    """
 
     regulator: Regulator
     penalty: Vector

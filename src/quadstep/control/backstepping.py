@@ -26,7 +26,7 @@ class BacksteppingGains(NamedTuple):
     """Design parameters; diagonal matrices as vectors, attitude entries in the order (psi, theta, phi).
 
     force_net, torque_net: the nets of Eq. 23 and Eq. 34. learning_start: when they switch on [s]; infinite for never.
-    weights_1, weights_2: W_hat at that moment, (N, 3).
+    weights_1 [m/s^2], weights_2 [rad/s^2]: W_hat at that moment, (N, 3).
     """
 
     mass: Number = believed("mass")
@@ -50,7 +50,10 @@ class BacksteppingGains(NamedTuple):
 
 
 class BacksteppingMemory(NamedTuple):
-    """integral_1, integral_2: integrals of r1 and r2. filtered: command filter of (theta, phi). weights: W_hat_1, W_hat_2."""
+    """integral_1 [m], integral_2 [rad]: integrals of r1 and r2. filtered: command filter of (theta, phi).
+
+    weights_1 [m/s^2], weights_2 [rad/s^2]: W_hat_1, W_hat_2, (N, 3).
+    """
 
     integral_1: Vector
     integral_2: Vector

@@ -40,8 +40,8 @@ class CascadedPidGains(NamedTuple):
 
 
 class CascadedPidMemory(NamedTuple):
-    """integral [m/s^2] and rate_integral [rad/s^2]: what the integral parts add. rates: filtered. force [N], wanted: from
-    the position loop.
+    """integral [m/s^2] and rate_integral [rad/s^2]: what the integral parts add. rates [rad/s]: filtered. force [N], wanted
+    (unit quaternion), velocity_error [m/s]: from the position loop.
     """
 
     integral: Vector

@@ -77,9 +77,9 @@ class FilteredBacksteppingGains(NamedTuple):
 class FilteredBacksteppingMemory(NamedTuple):
     """The command filters: speed_fed and spin_fed, of the feedback in what is asked of speed and body rates; attitude.
 
-    xi_1 to xi_4: the compensations. weights_1, weights_2: of the functions, shape (NODES, 3) [m/s^2, rad/s^2]. flying:
-    whether it has taken off (0 or 1). From `guide` to `law`: asked [m/s^2], force [N], wanted; compensated, the speed's error
-    [m/s]. asked_torque: of the last sample [N m].
+    The compensations: xi_1 [m], xi_2 [m/s], xi_3 [rad], xi_4 [rad/s]. weights_1 [m/s^2], weights_2 [rad/s^2]: of the
+    functions, shape (NODES, 3). flying: whether it has taken off (0 or 1). From `guide` to `law`: asked [m/s^2], force [N],
+    wanted; compensated, the speed's error [m/s]. asked_torque: of the last sample [N m].
     """
 
     speed_fed: Filtered

@@ -54,7 +54,7 @@ class HInfinityWeights(NamedTuple):
 class HInfinityGains(NamedTuple):
     """What the law flies, worked out from `HInfinityWeights`.
 
-    feedback: on the five states, giving snap. integral_bound: of the integral of the position error [m s].
+    feedback: on the five states, giving snap [m/s^4]. integral_bound: of the integral of the position error [m s].
     """
 
     mass: Number

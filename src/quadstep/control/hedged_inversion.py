@@ -52,7 +52,8 @@ class HedgedInversionGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains in x, y, z; of attitude about body x, y, z.
 
     most_thrust: that the outer loop may ask for [N]. lag: of the rotors [s]. force_net, torque_net: for accelerations
-    [m/s^2] and [rad/s^2]. learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).
+    [m/s^2] and [rad/s^2]. learning_start [s]; infinite for never. weights_1 [m/s^2], weights_2 [rad/s^2]: at the
+    start, (N, 3).
     """
 
     mass: Number = believed("mass")
@@ -75,10 +76,12 @@ class HedgedInversionGains(NamedTuple):
 
 
 class HedgedInversionMemory(NamedTuple):
-    """The reference models: place [m], speed [m/s]; model, of the attitude. flying: whether it has taken off (0 or 1).
+    """The reference models: place [m], speed [m/s]; model, of the attitude. weights_1 [m/s^2], weights_2 [rad/s^2]:
+    W_hat_1, W_hat_2, (N, 3). flying: whether it has taken off (0 or 1).
 
-    From the outer loop to the inner: asked, the pseudo-control [m/s^2]; force [N]; wanted; r1. thrust [N], torque [N m]: what
-    the rotors are believed to make. Of the last sample: asked_torque [N m]; asked_turn, the pseudo-control [rad/s^2].
+    From the outer loop to the inner: asked, the pseudo-control [m/s^2]; force [N]; wanted; r1 [m/s]. thrust [N], torque
+    [N m]: what the rotors are believed to make. Of the last sample: asked_torque [N m]; asked_turn, the pseudo-control
+    [rad/s^2].
     """
 
     place: Vector

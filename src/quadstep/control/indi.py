@@ -36,7 +36,10 @@ from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch
 
 
 class IndiGains(NamedTuple):
-    """The vehicle parameters that the controller assumes, and its gains. per_speed, mixing: as in `Model`."""
+    """The vehicle parameters that the controller assumes, and its gains.
+
+    per_speed [N s^2], mixing [1, m]: as in `Model`, thrust over squared speed, and thrust and torque over each rotor's thrust.
+    """
 
     body: Body
     pull: Pull

@@ -40,9 +40,10 @@ class LoopShapingWeights(NamedTuple):
 
 
 class LoopShapingGains(NamedTuple):
-    """What the law flies: the filter of one axis, x' = pace (drift x + entry y), u = exit x, and the weight.
+    """What the law flies: the filter of one axis, and the weight.
 
-    weight: its proportional part, corner: its integral part over that.
+    weight: its proportional part, corner: its integral part over that. drift, entry, exit: the filter of one axis, x' =
+    pace (drift x + entry y), u = exit x.
     """
 
     mass: Number

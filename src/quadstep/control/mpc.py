@@ -73,14 +73,15 @@ class MpcWeights(NamedTuple):
 
 
 class MpcGains(NamedTuple):
-    """What the law flies. chains: level x, level y, climb, turn."""
+    """What the law flies. weights: what it was worked out from. chains: level x, level y, climb, turn."""
 
     weights: MpcWeights
     chains: tuple[Chain, Chain, Chain, Chain]
 
 
 class MpcMemory(NamedTuple):
-    """duals: of the last solution. velocity, rates: estimated; push [m/s^2], twist [rad/s^2]: what is not explained.
+    """duals: of the last solution. velocity [m/s], rates [rad/s]: estimated; push [m/s^2], twist [rad/s^2]: what is not
+    explained.
 
     lift [N], torque [N m]: what the rotors make by now.
     """

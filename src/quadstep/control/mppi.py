@@ -65,7 +65,7 @@ class MppiGains(NamedTuple):
 class MppiMemory(NamedTuple):
     """plan: accelerations beside the path's, a row a stage [m/s^2]. drawn: how often noise has been drawn.
 
-    velocity: estimated; push: acceleration that is not explained [m/s^2].
+    velocity [m/s]: estimated; push: acceleration that is not explained [m/s^2].
     """
 
     plan: Matrix

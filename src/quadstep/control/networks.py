@@ -9,7 +9,9 @@ from quadstep.numbers import Matrix, Number, Vector, outer, sigmoid, total
 
 
 class Net(NamedTuple):
-    """input_weights: (N, inputs + 1), last column the bias, never trained. learning_rate: F = F I. damping: kappa."""
+    """input_weights: per unit of each input, (N, inputs + 1), last column the bias, never trained. learning_rate: F of the
+    learning law, F = F I. damping: kappa of the learning law.
+    """
 
     input_weights: Matrix
     learning_rate: Number

@@ -28,7 +28,7 @@ class PlanarLinearisationGains(NamedTuple):
 
 
 class PlanarLinearisationMemory(NamedTuple):
-    """thrust [N] and its rate [N/s]."""
+    """thrust [N], thrust_rate [N/s]."""
 
     thrust: Number
     thrust_rate: Number

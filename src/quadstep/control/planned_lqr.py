@@ -22,7 +22,7 @@ HORIZON = 1.0
 
 
 class PlannedLqrMemory(NamedTuple):
-    """lqr: of the regulator. plan: of (x, y, z, yaw) [m, rad], made at the time `begun` [s]."""
+    """lqr: of the regulator. plan: of (x, y, z, yaw) [m, rad]. begun [s]: when it was made."""
 
     lqr: LqrMemory
     plan: Quintic

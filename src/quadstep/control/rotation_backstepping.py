@@ -54,7 +54,7 @@ class RotationGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its gains over mass in x, y, z, over inertia about body x, y, z.
 
     most_thrust: that the position loop may ask for [N]. force_net, torque_net: for accelerations [m/s^2] and [rad/s^2].
-    learning_start [s]; infinite for never. weights_1, weights_2: at the start, (N, 3).
+    learning_start [s]; infinite for never. weights_1 [m/s^2], weights_2 [rad/s^2]: at the start, (N, 3).
     """
 
     mass: Number = believed("mass")
@@ -81,10 +81,11 @@ class RotationGains(NamedTuple):
 
 
 class RotationMemory(NamedTuple):
-    """integrals of r1 and r2; W_hat_1, W_hat_2; the command filter; whether it has taken off (0 or 1).
+    """integral_1 [m], integral_2 [rad]: integrals of r1 and r2. weights_1 [m/s^2], weights_2 [rad/s^2]: W_hat_1, W_hat_2,
+    (N, 3). filtered: command filter of the attitude. flying: whether it has taken off (0 or 1).
 
-    From the position loop to the attitude loop: force [N], wanted: attitude, r1 [m/s]. asked: thrust [N] and torque [N m] of
-    the last sample.
+    From the position loop to the attitude loop: force [N], wanted (unit quaternion), r1 [m/s]. Asked in the last sample:
+    asked_thrust [N], asked_torque [N m].
     """
 
     integral_1: Vector

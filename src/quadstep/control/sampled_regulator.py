@@ -15,7 +15,7 @@ MOST_DOUBLINGS, SMALL = 60, 1e-15
 class Regulator(NamedTuple):
     """x+ = a x + b u with the cost x' diag(q) x + r u^2 a step.
 
-    gain: K, u = -K x is best. inverse: (r + b' P b)^-1. closed: (a - b K)'.
+    a, b: per sample. gain: K, u = -K x is best. inverse: (r + b' P b)^-1. closed: (a - b K)'.
     """
 
     a: Matrix

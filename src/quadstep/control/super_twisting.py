@@ -39,7 +39,7 @@ class SuperTwistingGains(NamedTuple):
 
 
 class SuperTwistingMemory(NamedTuple):
-    """The integral parts v: of the position [m/s^2], world; of the attitude [rad/s^2], body axes."""
+    """The integral parts v: integral, of the position [m/s^2], world; turn_integral, of the attitude [rad/s^2], body axes."""
 
     integral: Vector
     turn_integral: Vector

@@ -18,7 +18,7 @@ LEAST, MOST = 0.2, 0.95
 
 
 class Push(NamedTuple):
-    """Specific thrust u / m [m/s^2], and its rate [m/s^3]."""
+    """value [m/s^2]: specific thrust u / m. rate [m/s^3]: of the value."""
 
     value: Number
     rate: Number

@@ -14,7 +14,7 @@ class Point(NamedTuple):
 
 
 class Quintic(NamedTuple):
-    """p = sum of c_k s^k, s the share of the time that has passed."""
+    """p = sum of c_k s^k, s the share of the time that has passed. c0, c1, c2, c3, c4, c5: coefficients, in the unit of p."""
 
     c0: Vector
     c1: Vector
