@@ -1,6 +1,8 @@
 """`quadstep prove`: hover that is unstable, on vehicles whose rest is no exact equilibrium and under laws with limits."""
 
 import warnings
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.escape import escape, escaped, inner, narrow
 from quadstep.prove.hold import Left, held
 from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
-from quadstep.prove.invariant import Set
+from quadstep.prove.invariant import Growth, Set
 from quadstep.prove.jet import jets
 from quadstep.prove.modes import modes
 from quadstep.prove.rest import rest
@@ -21,6 +23,7 @@ from quadstep.prove.sampled import Sampled
 from quadstep.prove.unknown import Unknown
 from tests.commands import quadstep, write
 
+PAGE = Path(__file__).parent.parent / "docs" / "prove.md"
 PLACE = [0.0, 0.0, 5.0]
 
 HOVER = """\
@@ -64,7 +67,10 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path):
     run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
     assert (run.code, run.err) == (exit_codes.DIVERGED, "")
     assert "disproved: hover is unstable." in run.out
-    assert "leaves the box in the last column within 0.3" in " ".join(run.out.split())
+    said = " ".join(run.out.split())
+    assert "met at any sample from 0.01 s on, every flight gets out of a box about the rest within 0.34 s" in said
+    assert "rates disproved 1e-15, 0.269, 1e-15 deg/s 0.679, 0.679, 0.0452 deg/s" in said
+    assert "mm; rates 0.679, 0.679, 0.0452 deg/s | 0.34 s |" in PAGE.read_text()
     assert not (tmp_path / "out").exists()
 
 
@@ -105,6 +111,39 @@ def test_a_set_of_a_stable_loop_shows_nothing():
     mode, slowest = int(np.argmax(np.abs(chosen.values))), np.abs(chosen.values) >= np.abs(chosen.values).max()
     radii, growth = narrow(arithmetic, slowest, arithmetic.even(1e-2 / np.abs(chosen.spread).max(axis=0)))
     assert escaped(arithmetic, mode, slowest, radii, growth, inner(arithmetic, slowest, radii)) is None
+
+
+def test_coordinates_that_are_astray_make_the_start_larger_or_show_nothing():
+    """A mode that grows tenfold leaves the set, and what is astray of its image is more than of the set."""
+    grows, radii, box = np.array([True, True]), np.ones(2), np.full(2, 0.5)
+    shares = []
+    for astray in (0.0, 5e-4, 4e-3, 0.6):
+        off = np.array([[0.0, astray], [0.0, 0.0]])
+        lines = np.diag([1.1, 10.0]) + off * radii
+        seen = Growth(lines, np.zeros((2, 2, 2)), np.zeros(2), np.full(2, 1e-6))
+        at = SimpleNamespace(
+            astray=off,
+            into=np.eye(2),
+            modes=SimpleNamespace(spread=np.eye(2)),
+            at=SimpleNamespace(state=np.zeros(2)),
+            place=[0, 1],
+        )
+        found = escaped(at, 0, grows, radii, seen, box)
+        shares.append(None if found is None else found.begun[0])
+    least = [2.0 * (1e-6 + 10.0 * astray) / 0.1 for astray in (0.0, 5e-4)]
+    assert shares[0] >= least[0]
+    assert shares[1] >= least[1]
+    assert shares[2:] == [None, None]
+
+
+@pytest.mark.parametrize("error", [1e-4, 1.0])
+def test_a_bad_inverse_of_the_modes_shows_nothing(found, error):
+    """One that would pass if only the set, and not its image, were taken for astray."""
+    loop, arithmetic, _ = found
+    bad = Set(loop, arithmetic.at, arithmetic.modes, Unknown(), arithmetic.at.state)
+    bad.into = bad.into + error * np.ones_like(bad.into)
+    bad.astray = np.abs(np.eye(len(bad.into)) - bad.into @ bad.modes.spread @ bad.parted) + arithmetic.astray
+    assert escape(bad, int(np.argmax(np.abs(bad.modes.values)))) is None
 
 
 @pytest.mark.slow

@@ -4,9 +4,13 @@ The set is that of `invariant`, |z_i| <= r_i. Inside, for a mode u with |L_uu| =
 
     |z_u'| >= (1 + s) |z_u| - c,    c = sum_j |L_uj| r_j (j not u) + sum_jk |Q_ujk| r_j r_k + ...,
 
-so that |z_u| - c / s grows by the factor 1 + s a sample, and a flight that begins with |z_u| = 2 c / s is outside after
-log(r_u s / c - 1) / log(1 + s) samples, whatever its other modes do. Where the modes that decay map into their radii, it
-leaves by one that grows. Rounding is part of c: this holds for the law as flown.
+so that |z_u| - c / s grows by the factor 1 + s a sample, and a flight with |z_u| = 2 c / s is outside log(r_u s / c - 1) /
+log(1 + s) samples later, whatever its other modes do. Where the modes that decay map into their radii, it leaves by one that
+grows. Rounding is part of c: this holds for the law as flown.
+
+z' is seen through T near V^-1, and may lie outside the set: with A = I - T V and |A| <= 1/2, all in the norm of row sums,
+
+    z' = T e' + A z',    |z_i'| <= |T e'|_i + 2 |A|_i max |T e'|.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from numpy.typing import NDArray
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.invariant import Growth, Set
 from quadstep.prove.sampled import Array
-from quadstep.prove.spectrum import UP
+from quadstep.prove.spectrum import HALF_UNIT, UP
 
 LARGEST, SMALLEST, STEP = 100.0, 1e-9, 10.0**-0.5
 """Sizes of the sets that are tried: the largest entry of each mode."""
@@ -30,16 +34,19 @@ NEAR = 1e-6
 WITHIN = 0.5
 """The start is at most so much of the box that its flight leaves."""
 
+ASTRAY = 0.5
+"""T V may differ by less than this from the identity."""
+
 NARROW, WIDER, ROUNDS = 1e-6, 1.5, 3
 """Of the modes that decay: the least radius, how much more than they need they are given, and how often it is found anew."""
 
 EXACT = 1e-9
-"""More than quotients and logarithms here lose by rounding, and more than the coordinates may be astray."""
+"""More than quotients and logarithms here lose by rounding; growth that is slower shows nothing."""
 
 
 class Escape(NamedTuple):
-    """begun: a start off the loop's rest. box: about the rest, which that flight leaves. Both of the moving numbers.
-    samples: in which it does.
+    """begun: how far off the loop's rest a flight is at any sample but its first. box: about the rest, which it leaves. Both
+    are of the moving numbers; the others are as at rest. samples: in which it does.
     """
 
     begun: Array
@@ -81,28 +88,34 @@ def narrow(at: Set, grows: NDArray[np.bool_], radii: Array) -> tuple[Array, Grow
 def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: Growth, box: Array) -> Escape | None:
     """The start along the mode from which flights leave the set with these radii, and so the box, if this shows it."""
     radius = float(radii[mode])
-    own = float(found.lines[mode, mode] - 2.0 * at.astray[mode, mode] * radius)
+    own = float(found.lines[mode, mode] - at.astray[mode, mode] * radius)  # counted there, as if the image were in the set
     growth = own / radius * (1.0 - EXACT) - 1.0
-    others = float(found.whole[mode] - found.lines[mode, mode] * (1.0 - EXACT))
-    if not (growth > 0.0 and np.all(found.whole[~grows] <= radii[~grows])):
+    whole = settled(at, found.whole)
+    others = float(whole[mode] - own * (1.0 - EXACT))
+    if not (growth > EXACT and np.all(whole[~grows] <= radii[~grows])):
         return None
     share = others / (growth * radius) * (1.0 + EXACT)
-    begun = 2.0 * share * radius * at.modes.spread[:, mode]
-    if not (share < WITHIN and np.all(np.abs(begun) <= WITHIN * box)):
+    off = settled(at, np.abs(at.into) @ (4.0 * HALF_UNIT * (np.abs(at.at.state[at.place]) + box)))  # a start's own rounding
+    if not (share < WITHIN and np.all(off <= (1.0 - 2.0 * share) * radii)):
+        return None
+    begun = (2.0 * share * radius + float(off[mode])) * at.modes.spread[:, mode]
+    if np.any(np.abs(begun) > WITHIN * box):
         return None
     samples = np.ceil(np.log((1.0 - share) / share) / np.log1p(growth) * (1.0 + EXACT))
-    return Escape(begun, box, int(samples))
+    return Escape(begun, box, int(samples) + 1)  # it is outside where that is exceeded
 
 
 def inner(at: Set, grows: NDArray[np.bool_], radii: Array) -> Array:
-    """A box of the moving numbers in which the modes that grow are within their radii. With z = T e + A z, A = I - T V:
-
-    |z| <= |T e| + sum_j |A_ij| max |T e| / (1 - |A|).
-    """
+    """A box of the moving numbers in which the modes that grow are within their radii."""
     shape = at.reach @ radii
-    reached = np.abs(at.into) @ shape * UP
-    astray = at.astray.sum(axis=1) * UP
-    if not astray.max() < WITHIN:
-        return np.zeros_like(shape)
-    reached = reached + 2.0 * astray * reached.max()
+    reached = settled(at, np.abs(at.into) @ shape)
     return shape * (1.0 - EXACT) / float((reached / radii)[grows].max())
+
+
+def settled(at: Set, seen: Array) -> Array:
+    """Bounds of |z| from those of |T e|, e = V z; infinite where T is too far from the inverse of V."""
+    astray = at.astray.sum(axis=1) * UP
+    if not astray.max() < ASTRAY:
+        return np.full_like(seen, np.inf)
+    result: Array = (seen + 2.0 * astray * seen.max()) * UP
+    return result

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from quadstep.prove.certificate import seen_from
 from quadstep.prove.check_set import check_set
-from quadstep.prove.hold import Hold, Left, described
+from quadstep.prove.hold import Hold, Left, described, each
 from quadstep.prove.rest import LONGEST
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.set_certificate import SetCertificate, write_set
@@ -45,19 +45,27 @@ def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unkn
 
 def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
     """Hover that flights leave from a start close to it."""
-    axes, own = loop.loop.plant.axes, described(loop, found.begun)
+    axes, off, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
     rows = [
-        [axis, "disproved", above(float(one)), below(float(box)) if box else "0 mm"]
-        for axis, one, box in zip(axes, found.begun, found.reach, strict=False)
+        [axis, "disproved", above(float(one)), below(float(far)) if far else "0 mm"]
+        for axis, one, far in zip(axes, found.begun, found.reach, strict=False)
     ]
-    box = dict(described(loop, found.reach, down))
-    rows += [[quantity, "disproved", value, box[quantity]] for quantity, value in own]
+    for quantity, (far, unit) in box.items():
+        begun = listed(off[quantity][0], up, NOTHING)
+        rows.append([quantity, "disproved", f"{begun} {unit}", f"{listed(far, down, 0.0)} {unit}"])
     others = f", {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
     says = (
-        f"disproved: hover is unstable{others}. A flight that begins this far from the loop's rest, along its fastest growing "
-        f"mode, leaves the box in the last column within {up(found.seconds, 3):g} s; the law as flown, rounding included."
+        f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
+        f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight gets out of a "
+        f"box about the rest within {up(found.seconds, 3):g} s: at a sample, one of its numbers is farther off than the last "
+        "column says, or one of the law's memory than a bound of its own. This holds for the law as flown, rounding included."
     )
-    return Verdict(name, Kind.DISPROVED, rows, [says], columns=("", "verdict", "begins at", "leaves"))
+    return Verdict(name, Kind.DISPROVED, rows, [says], columns=("", "verdict", "from within", "out of"))
+
+
+def listed(values: Sequence[float], rounded: Callable[[float, int], float], least: float) -> str:
+    """Numbers of one quantity, rounded up or down; `least` for those that are not told from zero."""
+    return ", ".join(f"{rounded(one, 3) if one >= NOTHING else least:.3g}" for one in values)
 
 
 def rows_of(axes: Sequence[str], said: str, start: float, position: Array) -> list[list[str]]:

@@ -39,8 +39,8 @@ class Hold(NamedTuple):
 
 
 class Left(NamedTuple):
-    """Hover that is unstable. begun: how far a start is off the rest, reach: the box about the rest that its flight leaves,
-    of each state of the loop. seconds: in which it does [s].
+    """Hover that is unstable. begun: how far a flight is off the rest at any sample but its first, reach: the box about the
+    rest that it leaves, of each state of the loop. seconds: in which it does [s].
     """
 
     begun: Array
@@ -101,20 +101,38 @@ def everywhere(at: Rest, live: Array) -> Array:
     return reach
 
 
-def described(loop: Sampled, reach: Array, rounded: Callable[[float, int], float] = up) -> list[tuple[str, str]]:
-    """The extent of a set besides the position: quantity, and how far it may be from its rest.
+def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
+    """The extent of a set besides the position: quantity, and how far it may be from its rest, rounded up.
 
-    reach: of the loop's numbers. rounded: up for a bound from above, down for one from below.
+    reach: of the loop's numbers.
     """
-    groups: dict[str, list[float]] = {}
-    moving = len(flatten(loop.like.state))
-    for place, name, far in zip(loop.places, loop.names, reach, strict=True):
-        if place < moving:
-            groups.setdefault(name.partition(".")[0], []).append(float(far))
-    found = []
+    groups, found = grouped(loop, reach), []
     if "attitude" in groups:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
         found.append(("attitude", float(np.degrees(turn)), "deg"))
     found += [(name, max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
-    return [(name, f"{rounded(value, 3) if value else 0.0:.3g} {unit}") for name, value, unit in found]
+    return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}") for name, value, unit in found]
+
+
+def grouped(loop: Sampled, reach: Array) -> dict[str, list[float]]:
+    """The entries of a vector of the loop's numbers that are the vehicle's, by quantity."""
+    groups: dict[str, list[float]] = {}
+    moving = len(flatten(loop.like.state))
+    for place, name, far in zip(loop.places, loop.names, reach, strict=True):
+        if place < moving:
+            groups.setdefault(name.partition(".")[0], []).append(float(far))
+    return groups
+
+
+def each(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], str]]:
+    """The same number by number: quantity, its numbers, their unit. An attitude as a quaternion counts with twice its vector
+    part, the turns about the axes to first order.
+    """
+    groups, found = grouped(loop, reach), {}
+    if "attitude" in groups:
+        turns = groups["attitude"]
+        turns = [2.0 * one for one in turns[1:]] if len(turns) == 4 else turns
+        found["attitude"] = [float(np.degrees(one)) for one in turns], "deg"
+    found |= {name: ([one * size for one in groups[name]], unit) for name, (size, unit) in UNITS.items() if name in groups}
+    return found
