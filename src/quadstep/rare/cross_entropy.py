@@ -5,7 +5,8 @@ All flights that a replicate has flown are one sample, weighted by the ratio of 
 densities from which they were drawn (deterministic mixture, Owen and Zhou 2000). A level is the highest threshold that
 enough of them reach, by effective size; a mixture fitted to these draws the next flights. The estimate is made from flights
 that no fit has seen. Noise is drawn as in any flight, so the weight of a flight is the ratio of the densities of its latent
-numbers, and the estimate is unbiased whatever the fits and the noise do.
+numbers. A share of the flights is drawn as the campaign draws, so every failure can be drawn: given that an earlier flight
+failed, the estimate is unbiased whatever the fits and the noise do. Without one it is zero.
 """
 
 import math
