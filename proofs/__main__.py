@@ -10,18 +10,18 @@ import sys
 import tempfile
 from pathlib import Path
 
-from proofs import decrease, geometry, inertia, laws
+from proofs import decrease, geometry, inertia, laws, lines, turning
 from proofs.approximation import largest_error
 from proofs.coq_run import UnprovedError, prove
 from proofs.kernels import KERNELS
 from proofs.rounding import proved
-from proofs.statement import Statement
+from proofs.statement import Stated
 from quadstep.numbers.affine import ELEMENTARY, REDUCED
 
-MODULES = (geometry, inertia, laws, decrease)
+MODULES = (geometry, turning, inertia, laws, decrease, lines)
 
 
-def all_statements() -> list[Statement]:
+def all_statements() -> list[Stated]:
     """Everything that Coq is to prove."""
     return [statement for module in MODULES for statement in module.statements()]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from proofs.statement import Statement
+from proofs.statement import Stated
 
 SOURCES = Path(__file__).parent / "coq"
 FUNCTIONS, STATEMENTS, CHECKS = "Functions", "Statements", "Checks"
@@ -35,7 +35,7 @@ def files() -> list[str]:
     return [name for name in TopologicalSorter(wanted).static_order() if name in wanted]
 
 
-def prove(statements: Iterable[Statement], folder: Path) -> set[str]:
+def prove(statements: Iterable[Stated], folder: Path) -> set[str]:
     """Write the statements into `folder`, compile the proofs there, and return what they assume. Raises UnprovedError."""
     statements = list(statements)
     for name in files():

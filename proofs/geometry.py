@@ -4,7 +4,7 @@ from proofs.statement import Statement, above, at_most, equal, state, vector_of
 from quadstep.control.completed_backstepping import coupling_columns, half_sine_ratio
 from quadstep.control.inversion import invert_force
 from quadstep.control.projection import project
-from quadstep.numbers import Vector
+from quadstep.numbers import Vector, sin
 from quadstep.numbers.terms import variable
 from quadstep.vehicle.kinematics import thrust_direction
 
@@ -28,6 +28,9 @@ def statements() -> list[Statement]:
     apart = [at_most(1e-3, abs(error)) for error in ERROR]
     squares = [b @ b for b in (b_theta, b_phi)]
     near = gap - product
+    x_theta, x_phi = vector_of("x", 2)
+    turned = b_theta * x_theta + b_phi * x_phi
+    coupled = abs(sin(0.5 * (WANTED[0] + TILT[0]))) * abs(sin(0.5 * ERROR[1]))
     force = vector_of("f")
     u_d, theta_d, phi_d = invert_force(force)
     return [
@@ -37,6 +40,8 @@ def statements() -> list[Statement]:
         state("T2", "|n(eta_f) - n(eta)|^2 <= |e2|^2", at_most(gap @ gap, ERROR @ ERROR)),
         state("T3", "each column of B has length at most 1", at_most(Vector(squares), Vector((1.0, 1.0)))),
         state("T3_ratio", "|sin(x/2) / (x/2)| <= 1 as the code has it", at_most(abs(h), 1.0)),
+        state("B_norm", "|B x|^2 <= (1 + |sin th'| |sin(e_phi / 2)|) |x|^2",
+              at_most(turned @ turned, (1.0 + coupled) * (x_theta * x_theta + x_phi * x_phi))),
         state("T17", "u_d n(eta_d) = F_d_hat: the inversion of Eqs 40 to 52, for every force",
               equal(u_d * direction(Vector((theta_d, phi_d))), force)),
         state("T8", "projection never increases the distance to what is inside",

@@ -1,7 +1,7 @@
 """What is proved: a statement written out of the code's own arithmetic."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple, cast
+from typing import NamedTuple, Protocol, cast
 
 from quadstep.numbers import Matrix, Number, Vector, flatten
 from quadstep.numbers.terms import Term, coq, generalised, term, variable, variables
@@ -110,6 +110,24 @@ class Setting(NamedTuple):
         """As Coq's definition."""
         claims = " /\\\n  ".join(self.hypotheses)
         return f"Definition {self.name} ({' '.join(sorted(self.variables))} : R) : Prop :=\n  {claims}.\n"
+
+
+class Stated(Protocol):
+    """What Coq is to prove. name: of the proposition, which a theorem `NAME_holds` proves. says: in words. settings: as of a
+    `Statement`, its own last. definition: Coq's.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def says(self) -> str: ...
+
+    @property
+    def settings(self) -> list[Setting]: ...
+
+    @property
+    def definition(self) -> str: ...
 
 
 class Statement(NamedTuple):

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proofs import coq_run, decrease, geometry, inertia
+from proofs import coq_run, decrease, geometry, inertia, lines, turning
 from proofs.__main__ import all_statements
 from proofs.approximation import Polynomial, largest_error
 from proofs.coq_run import UnprovedError, prove
@@ -32,9 +32,11 @@ from proofs.kernels import (
 from proofs.rounding import script
 from proofs.statement import Claim, Statement, variables_of
 from quadstep.control.completed_backstepping import coupling_columns
+from quadstep.control.inversion import invert_force
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.functions import FLOATS
 from quadstep.numbers.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
+from quadstep.theory.region import decay
 from quadstep.vehicle.kinematics import Kinematics
 from quadstep.vehicle.lagrange import coriolis, effective_inertia
 from tests.mutations import exchanged, source
@@ -159,6 +161,17 @@ def test_statements_come_from_the_functions_that_fly(monkeypatch):
     assert before["T1"] != after["T1"]
     monkeypatch.setattr(inertia, "coriolis", lambda *a: 0.9 * coriolis(*a))
     assert "8106479329266893" in {s.name: s.prop for s in inertia.statements()}["T6"]
+
+
+def test_lines_and_rates_come_from_the_functions_that_compute_them(monkeypatch):
+    draw, at = random.Random(3), {}
+    slope = lines.bound(lambda name: at.setdefault(name, Fraction(draw.randint(1, 99), 10)))
+    assert value(term(lines.bound()), {name: float(number) for name, number in at.items()}) == pytest.approx(float(slope))
+    before = [statement.prop for statement in (*lines.statements(), *turning.statements())]
+    monkeypatch.setattr(lines, "decay", lambda s, *rest, **rounded: decay(s._replace(gain_1=s.gain_2), *rest, **rounded))
+    monkeypatch.setattr(turning, "invert_force", lambda force: invert_force(-force))
+    after = [statement.prop for statement in (*lines.statements(), *turning.statements())]
+    assert all(old != new for old, new in zip(before, after, strict=True))
 
 
 def drawn(statement: Statement, seed: int) -> dict[str, float]:

@@ -129,10 +129,13 @@ def test_every_statement_has_its_number_its_place_in_the_text_and_its_check():
     assert sorted(number for number, _ in numbered) == sorted(f"T{k}" for k in range(1, 19))
     assert {number for number, _ in numbered} <= set(re.findall(r"\bT\d+\b", text))
     assert {number for number, row in numbered if "samples" in row} == {statement.number for statement in STATEMENTS}
+    table = [line for line in checks.partition("How tight")[0].splitlines() if re.match(r"\| (T\d|the )", line)]
+    assert set(rows) < set(table)
+    assert all(re.search(r"Coq `|rationals", row) for row in table)
     proved = {statement.name for statement in all_statements()}
-    named = {name for row in rows if "Coq" in row for name in re.findall(r"`(\w+)`", row.split("Coq")[1].split(";")[0])}
+    named = {name for row in table if "Coq" in row for name in re.findall(r"`(\w+)`", row.split("Coq")[1].split(";")[0])}
     assert named <= proved
-    assert {name for name in proved if re.fullmatch(r"T\d+(_near)?", name)} <= named
+    assert {name for name in proved if re.fullmatch(r"T\d+(_near|_lines)?|B_norm|C_norm", name)} <= named
 
 
 @pytest.mark.parametrize("module", BOUNDS)

@@ -165,6 +165,44 @@ Proof.
     apply square_bound; [apply product_bound; [apply cosine_bounds | exact Q] | lra].
 Qed.
 
+Lemma mixed : forall x y c d, - d <= c <= d -> 2 * (x * y * c) <= d * (x * x + y * y).
+Proof.
+  intros x y c d H. pose proof (Rle_0_sqr (x - y)) as A. pose proof (Rle_0_sqr (x + y)) as B. unfold Rsqr in A, B.
+  assert (P : 0 <= (d - c) * ((x + y) * (x + y))) by (apply Rmult_le_pos; lra).
+  assert (Q : 0 <= (d + c) * ((x - y) * (x - y))) by (apply Rmult_le_pos; lra). lra.
+Qed.
+
+Theorem B_norm_holds : B_norm.
+Proof.
+  unfold B_norm. intros a1 a2 w1 w2 x1 x2. pose proof (T3_holds a1 a2 w1 w2) as [C1 C2].
+  fold_ratio (1 / 2 * (w1 - a1)). fold_ratio (1 / 2 * (w2 - a2)).
+  change (if Rlt_dec (Rabs (1 / 2 * (w1 - a1))) (7378697629483821 / 73786976294838206464) then 1 - 1 / 2 * (w1 - a1) * (1 / 2 * (w1 - a1)) / 6
+    else sin (1 / 2 * (w1 - a1)) / (if Rlt_dec (Rabs (1 / 2 * (w1 - a1))) (7378697629483821 / 73786976294838206464) then 1 else 1 / 2 * (w1 - a1)))
+    with (ratio (1 / 2 * (w1 - a1))) in C1.
+  change (if Rlt_dec (Rabs (1 / 2 * (w2 - a2))) (7378697629483821 / 73786976294838206464) then 1 - 1 / 2 * (w2 - a2) * (1 / 2 * (w2 - a2)) / 6
+    else sin (1 / 2 * (w2 - a2)) / (if Rlt_dec (Rabs (1 / 2 * (w2 - a2))) (7378697629483821 / 73786976294838206464) then 1 else 1 / 2 * (w2 - a2)))
+    with (ratio (1 / 2 * (w2 - a2))) in C2.
+  pose proof (ratio_bound (1 / 2 * (w1 - a1))) as P. pose proof (ratio_bound (1 / 2 * (w2 - a2))) as Q.
+  assert (S : sin a2 * cos (1 / 2 * (w2 + a2)) - cos a2 * sin (1 / 2 * (w2 + a2)) = - sin (1 / 2 * (w2 - a2))).
+  { rewrite <- sin_minus, <- sin_neg. f_equal. field. }
+  set (p := ratio (1 / 2 * (w1 - a1))) in *. set (q := ratio (1 / 2 * (w2 - a2))) in *. clearbody p q.
+  set (m := sin (1 / 2 * (w1 + a1))) in *. set (h := sin (1 / 2 * (w2 - a2))) in *.
+  set (d := p * (cos w1 * q) * (m * h)).
+  assert (D : - (Rabs m * Rabs h) <= d <= Rabs m * Rabs h).
+  { apply Rabs_within. unfold d. rewrite !Rabs_mult. pose proof (Rabs_pos m). pose proof (Rabs_pos h).
+    assert (0 <= Rabs m * Rabs h) by (apply Rmult_le_pos; assumption).
+    assert (A : Rabs p * (Rabs (cos w1) * Rabs q) <= 1).
+    { rewrite <- !Rabs_mult. apply Rabs_le. apply product_bound; [exact P | apply product_bound; [apply cosine_bounds | exact Q]]. }
+    pose proof (Rabs_pos p). pose proof (Rabs_pos (cos w1)). pose proof (Rabs_pos q). nra. }
+  pose proof (mixed x1 x2 d _ D) as M.
+  match goal with |- ?t <= _ => set (whole := t) end.
+  match type of C1 with ?t <= _ => set (f := t) in * end. match type of C2 with ?t <= _ => set (g := t) in * end.
+  assert (E : whole = x1 * x1 * f + x2 * x2 * g + 2 * (x1 * x2 * d)).
+  { unfold whole, f, g, d. replace (m * h) with (- (m * - h)) by ring. rewrite <- S. ring. }
+  rewrite E. assert (x1 * x1 * f <= x1 * x1 * 1) by (apply Rmult_le_compat_l; [apply Rle_0_sqr | exact C1]).
+  assert (x2 * x2 * g <= x2 * x2 * 1) by (apply Rmult_le_compat_l; [apply Rle_0_sqr | exact C2]). lra.
+Qed.
+
 Theorem T3_ratio_holds : T3_ratio.
 Proof. unfold T3_ratio. intro x. fold_ratio (1 / 2 * x). apply Rabs_le. apply ratio_bound. Qed.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import reduce
 from typing import ClassVar, TypeAlias, cast
 
 from quadstep.numbers.functions import Number
@@ -62,6 +63,9 @@ class Term:
 
     def __rtruediv__(self, other: Operand) -> Term:
         return binary("/", other, self)
+
+    def __pow__(self, count: int) -> Term:
+        return reduce(Term.__mul__, [self] * count)
 
     def __neg__(self) -> Term:
         return Term("neg", self)

@@ -5,6 +5,7 @@ L_dot <= -s^T Q s + d . s wherever L <= level; a, b and a_c, b_c are the errors 
 the counter-rate's. Where Q - rate M - diag(tau) is positive definite, L_dot <= -2 rate L + sum d^2 / (4 tau).
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -141,8 +142,11 @@ def bounds_of(s: Setting, shape: Shape, level: Fraction) -> Bounds | None:
     return Bounds(force, thrust, weight - force, largest, (low, high), columns, rates)
 
 
-def decay(s: Setting, shape: Shape, bounds: Bounds) -> tuple[Form, Line]:
-    """(Q, d) of L_dot <= -s^T Q s + d . s. Every line is a term of the proof in docs/theory.md."""
+def decay(s: Setting, shape: Shape, bounds: Bounds, rounded: Callable[[Fraction], Fraction] = above) -> tuple[Form, Line]:
+    """(Q, d) of L_dot <= -s^T Q s + d . s. Every line is a term of the proof in docs/theory.md.
+
+    rounded: upwards, what is subtracted from Q.
+    """
     u, column, r1 = bounds.thrust, bounds.columns, bounds.largest[R1]
     surplus = s.gain_1 - s.mass * s.slope_1
     w, high = s.filter_frequency, bounds.inertia[1]
@@ -180,7 +184,7 @@ def decay(s: Setting, shape: Shape, bounds: Bounds) -> tuple[Form, Line]:
         shape.cross_2 * s.integral_2, shape.command_1 * w, shape.command_2 * w, shape.counter_1 * w, shape.counter_2 * w,
     ]  # fmt: skip
     q = [
-        [(damped[i] if i == k else Fraction(0)) - above((grown[i][k] + grown[k][i]) / 2) for k in range(SIZE)]
+        [(damped[i] if i == k else Fraction(0)) - rounded((grown[i][k] + grown[k][i]) / 2) for k in range(SIZE)]
         for i in range(SIZE)
     ]
     jerked = s.mass * s.jerk + s.gain_1 * s.force / s.mass
