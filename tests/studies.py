@@ -2,6 +2,8 @@
 
 import csv
 import json
+from concurrent.futures import Future
+from contextlib import contextmanager
 from pathlib import Path
 
 from quadstep.comparison.study import study_of
@@ -75,3 +77,20 @@ def rows(folder, name):
 def metrics(folder):
     """metrics.json."""
     return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+
+
+class Here:
+    """A pool that works at once, in this process."""
+
+    def submit(self, function, *arguments):
+        future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def here(_workers=None):
+    yield Here()

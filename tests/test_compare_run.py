@@ -7,8 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-from concurrent.futures import Future
-from contextlib import contextmanager
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -25,7 +23,7 @@ from quadstep.flight.engines import fly
 from tests.campaigns import soon
 from tests.commands import LINE, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE
-from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, metrics, rows, study, written
+from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, here, metrics, rows, study, written
 
 MARGIN = """
 [margins.wind]
@@ -54,23 +52,6 @@ duration = 0.6
 [sensors]
 position_noise = 0.005
 """
-
-
-class Here:
-    """A pool that works at once, in this process."""
-
-    def submit(self, function, *arguments):
-        future = Future()
-        try:
-            future.set_result(function(*arguments))
-        except BaseException as error:
-            future.set_exception(error)
-        return future
-
-
-@contextmanager
-def here(_workers=None):
-    yield Here()
 
 
 @pytest.fixture(autouse=True)

@@ -300,6 +300,16 @@ def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
 # Measured
 
 
+@pytest.mark.parametrize("tool", ["arm-none-eabi-gcc", "arm-none-eabi-size"])
+def test_the_data_sheet_says_which_program_is_missing(tmp_path, monkeypatch, tool):
+    monkeypatch.setattr("quadstep.export.arm.missing", lambda: [tool])
+    monkeypatch.setattr("quadstep.export.misra.missing", lambda: True)
+    mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')
+    run = quadstep("export", mission, "--out", tmp_path / "pid", "--measure", "--precision", "f64")
+    assert run.code == 0, run.err
+    assert f"code, stack and instructions: {tool} not found" in (tmp_path / "pid" / "datasheet.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.slow
 @needs(C_COMPILER, CORTEX_M, CPPCHECK)
 def test_the_data_sheet_is_measured(tmp_path):

@@ -25,6 +25,10 @@ class MissingExtraError(UserError):
     """A package that is not installed, and how to install it: an extra brings it."""
 
 
+class ToolError(UserError):
+    """A program outside the package that fails although it is there: mended, it may give what it did not."""
+
+
 class InterruptedRun(Exception):  # noqa: N818 (it is no error)
     """Ctrl-C in a run whose results so far are kept; the message says where and how to go on."""
 

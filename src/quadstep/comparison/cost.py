@@ -11,7 +11,7 @@ from quadstep.comparison.schema import Content
 from quadstep.comparison.study import Cell
 from quadstep.control.controller import Measured
 from quadstep.control.opaque import Opaque
-from quadstep.errors import UserError
+from quadstep.errors import ToolError, UserError
 from quadstep.export.alone import measured_alone
 from quadstep.export.arm import missing
 from quadstep.flight.closed_loop import Clock, Task, Ticks
@@ -39,7 +39,7 @@ SHIFT = 1e-9
 class Cost(NamedTuple):
     """nanoseconds: of a sample of the law, its position loop at its own rate included; NaN of a Python function. memory: bytes
     that live from sample to sample; numbers: bytes of gains. instructions: of the worst sample in f32 on `BOARD`, all loops
-    due; None where they cannot be counted, and uncounted says why.
+    due; None where they cannot be counted, and uncounted says why. failed: whether that was because a tool failed.
     """
 
     nanoseconds: float
@@ -47,6 +47,7 @@ class Cost(NamedTuple):
     numbers: int
     instructions: int | None = None
     uncounted: str = ""
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class LawAlone(Loop):
 
 def edition() -> str:
     """How it is measured: a cost measured in another way, or without tools that are there now, is not the one that is kept."""
-    return f"a law with its reference given, counted on {BOARD} without {missing()}"
+    return f"a law with its reference given, sines with cosines, counted on {BOARD} without {missing()}"
 
 
 def cost(plan: FlightPlan) -> Cost:
@@ -127,15 +128,15 @@ def cost(plan: FlightPlan) -> Cost:
     return found._replace(nanoseconds=alone - idle)
 
 
-def counted(plan: FlightPlan) -> tuple[int | None, str]:
-    """Instructions of a flight's law, or why there are none."""
+def counted(plan: FlightPlan) -> tuple[int | None, str, bool]:
+    """Instructions of a flight's law, or why there are none, and whether a tool failed."""
     if lacking := missing():
-        return None, f"{' and '.join(lacking)} not found"
+        return None, f"{' and '.join(lacking)} not found", False
     try:
         with measured_alone(plan, BOARD) as law:
-            return sum(law.worst.values()), ""
+            return sum(law.worst.values()), "", False
     except UserError as error:
-        return None, str(error)
+        return None, str(error), isinstance(error, ToolError)
 
 
 def law_alone(plan: FlightPlan, idle: bool) -> FlightPlan:
@@ -186,10 +187,12 @@ class Kept(TypedDict):
     numbers: int
     instructions: int | None
     uncounted: str
+    failed: bool
 
 
 def from_json(content: Kept) -> Cost:
     """Back again."""
     taken = content["nanoseconds"]
     size = content["memory"], content["numbers"]
-    return Cost(math.nan if taken is None else taken, *size, content["instructions"], content["uncounted"])
+    nanoseconds = math.nan if taken is None else taken
+    return Cost(nanoseconds, *size, content["instructions"], content["uncounted"], content["failed"])

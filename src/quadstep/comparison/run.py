@@ -76,7 +76,7 @@ class Run:
     def work(self, what: str, jobs: Sequence[Job]) -> None:
         """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
         self.how.doing(what)
-        going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None}
+        going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
         missing = list(going.values())
         total = sum(job.flights for job in jobs)
         over = total - sum(job.flights for job in missing)
@@ -93,6 +93,11 @@ class Run:
             for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
                 self.keep(one, worked)
             self.how.done(over, total)
+
+    def failed(self, job: Job) -> bool:
+        """Whether what is kept is a cost that lacks its instructions because a tool failed: by now it may work."""
+        found = self.read(job, cost.from_json) if job.kind == COSTS else None
+        return found is not None and found.failed
 
     def keep(self, job: Job, worked: Worked) -> None:
         """Keep what a job gave."""

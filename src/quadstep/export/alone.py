@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from quadstep.c99.interface import Exported, loops
 from quadstep.c99.subject import exported
-from quadstep.errors import UserError
+from quadstep.errors import ToolError
 from quadstep.export.arm import Counted, Sizes, measured
 from quadstep.export.c99 import c99_files
 from quadstep.flight.engines import FlightPlan
@@ -30,7 +30,7 @@ class Alone(NamedTuple):
 
 @contextmanager
 def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
-    """The law of a flight. Raises UserError where it cannot be exported, a tool fails, or bits differ."""
+    """The law of a flight. Raises UserError where it cannot be exported, ToolError where a tool fails or bits differ."""
     law = exported(plan, precise=False)
     with tempfile.TemporaryDirectory() as place:
         folder, work = Path(place) / "c99", Path(place) / "build"
@@ -40,6 +40,6 @@ def measured_alone(plan: FlightPlan, processor: str) -> Iterator[Alone]:
             (folder / name).write_text(text, encoding="utf-8")
         found = measured(law, folder, work, [processor])[processor]
         if not found.counted or not found.counted.same_bits:
-            raise UserError("QEMU did not give the same bits")
+            raise ToolError("QEMU did not give the same bits")
         (build,) = work.iterdir()
         yield Alone(law, found.sizes, found.counted, build)

@@ -15,12 +15,12 @@ from quadstep.c99.compiler import compile_c
 from quadstep.c99.interface import Exported, loops
 from quadstep.c99.structs import has_numbers
 from quadstep.c99.templates import filled
-from quadstep.errors import UserError
+from quadstep.errors import ToolError, UserError
 from quadstep.numbers import flatten
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-COMPILER, MACHINE = "arm-none-eabi-gcc", "qemu-system-arm"
+COMPILER, SIZE, MACHINE = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
 
 PROCESSORS = {
     "Cortex-M4F": (("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), "mps2-an386"),
@@ -58,11 +58,11 @@ class OnArm(NamedTuple):
 
 def missing() -> list[str]:
     """The programs that measuring needs and that are not here."""
-    return [program for program in (COMPILER, MACHINE) if shutil.which(program) is None]
+    return [program for program in (COMPILER, SIZE, MACHINE) if shutil.which(program) is None]
 
 
 def measured(exported: Exported, folder: Path, work: Path, processors: Sequence[str] = tuple(PROCESSORS)) -> dict[str, OnArm]:
-    """By processor. folder: with the exported files; work: a folder to build in. Raises UserError where a tool fails."""
+    """By processor. folder: with the exported files; work: a folder to build in. Raises ToolError."""
     results = {}
     for processor in processors:
         flags, board = PROCESSORS[processor]
@@ -71,7 +71,10 @@ def measured(exported: Exported, folder: Path, work: Path, processors: Sequence[
         for file in folder.iterdir():
             if file.suffix in (".c", ".h"):
                 shutil.copy(file, build)
-        results[processor] = one(exported, build, [*flags, *COMMON], board)
+        try:
+            results[processor] = one(exported, build, [*flags, *COMMON], board)
+        except UserError as error:
+            raise ToolError(str(error)) from None
     return results
 
 
@@ -102,8 +105,11 @@ def one(exported: Exported, build: Path, flags: list[str], board: str) -> OnArm:
 
 
 def section(file: Path, names: str) -> int:
-    """Bytes of an object's sections."""
-    run = subprocess.run(["arm-none-eabi-size", "-A", file], capture_output=True, text=True, check=True, timeout=60)
+    """Bytes of an object's sections. Raises ToolError."""
+    try:
+        run = subprocess.run([SIZE, "-A", file], capture_output=True, text=True, check=True, timeout=60)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise ToolError(f"{SIZE} failed: {getattr(error, 'stderr', '') or error}") from None
     lines = (line.split() for line in run.stdout.splitlines())
     return sum(int(words[1]) for words in lines if len(words) > 1 and re.fullmatch(names, words[0]))
 
@@ -114,7 +120,7 @@ def state_size(exported: Exported) -> int:
 
 
 def emulated(program: Path, board: str) -> str:
-    """What a program says on QEMU. Raises UserError where it does not end."""
+    """What a program says on QEMU. Raises ToolError where it does not end."""
     line = [
         MACHINE, "-M", board, "-icount", "shift=0", "-display", "none", "-monitor", "none", "-serial", "none",
         "-semihosting-config", "enable=on,target=native", "-kernel", str(program),
@@ -122,15 +128,17 @@ def emulated(program: Path, board: str) -> str:
     try:
         run = subprocess.run(line, capture_output=True, text=True, check=False, timeout=60)
     except subprocess.TimeoutExpired:
-        raise UserError(f"{MACHINE} did not finish in 60 s") from None
+        raise ToolError(f"{MACHINE} did not finish in 60 s") from None
+    except OSError as error:
+        raise ToolError(f"{MACHINE} failed: {error}") from None
     return run.stdout + run.stderr
 
 
 def parsed(said: str) -> Counted:
-    """The counts that the program printed."""
+    """The counts that the program printed. Raises ToolError where it printed none."""
     words = dict(re.findall(r"^(\w+) (-?\d+)$", said, re.M))
     if "differences" not in words:
-        raise UserError(f"{MACHINE} gave no counts: {said or 'nothing'}")
+        raise ToolError(f"{MACHINE} gave no counts: {said or 'nothing'}")
     names = sorted({name.removesuffix("_worst") for name in words if name.endswith("_worst")})
     average = {name: int(words[f"{name}_average"]) for name in names}
     return Counted(average, {name: int(words[f"{name}_worst"]) for name in names}, words["differences"] == "0")

@@ -22,10 +22,9 @@ def measurements(exported: Exported, plan: FlightPlan, folder: Path, told: Calla
     absent: list[str] = []
     on_arm: dict[str, arm.OnArm] = {}
     lacking = arm.missing()
-    if arm.COMPILER in lacking:
-        absent.append(
-            f"code, stack and instructions: {arm.COMPILER} not found (Debian: gcc-arm-none-eabi libnewlib-arm-none-eabi)"
-        )
+    if tools := [tool for tool in (arm.COMPILER, arm.SIZE) if tool in lacking]:
+        packages = "gcc-arm-none-eabi libnewlib-arm-none-eabi"  # they bring both
+        absent.append(f"code, stack and instructions: {' and '.join(tools)} not found (Debian: {packages})")
     elif exported.precise:
         absent.append("code, stack and instructions: Cortex-M4F computes in f32")
     else:
