@@ -96,6 +96,19 @@ def test_a_silent_autopilot_loses_the_flight(tmp_path, monkeypatch, name):
     assert len((tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()) > 100
 
 
+def test_a_closed_connection_loses_the_flight(tmp_path, monkeypatch):
+    monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
+    mission = write(tmp_path, MISSION)
+    pilot = fake("px4", mission, silent_after=300)
+    wait = pilot.stop.wait
+    monkeypatch.setattr(pilot.stop, "wait", lambda seconds: seconds < 1.0 and wait(seconds))  # it hangs up at once
+    run = quadstep("fly", mission, "--autopilot", "px4", "--connect", pilot.port, "--out", tmp_path / "out")
+    pilot.stop.set()
+    assert run.code == 3, run.err
+    assert "PX4 closed the connection at 1." in run.out
+    assert len((tmp_path / "out" / "flight.csv").read_text(encoding="utf-8").splitlines()) > 100
+
+
 @pytest.mark.parametrize("name", FAKES)
 def test_what_is_no_autopilot_is_refused(tmp_path, name):
     mission = write(tmp_path, MISSION)
@@ -113,6 +126,9 @@ def test_bad_connections_are_one_line(tmp_path):
     for arguments, said in (
         (("--autopilot", "betaflight"), "--autopilot betaflight: is not known; allowed: px4, ardupilot"),
         (("--autopilot", "px4", "--connect", "here:99999"), "the port should be a number from 1 to 65535"),
+        (("--autopilot", "px4", "--connect", "::1"), "::1: IPv6 is not supported; allowed: PORT or HOST:PORT"),
+        (("--autopilot", "px4", "--connect", "[::1]:4560"), "[::1]:4560: IPv6 is not supported"),
+        (("--autopilot", "ardupilot", "--connect", "4560 "), "'4560 ': should have no spaces; allowed: PORT or HOST:PORT"),
         (("--connect", "4560"), "--connect: requires --autopilot"),
     ):
         run = quadstep("fly", mission, *arguments, *out)
@@ -218,6 +234,8 @@ def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
         (("--rate", "nan"), "--rate nan: should be from 2 to 200 Hz"),
         (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no heartbeat from a vehicle within 0.2 s"),
         (("--connect", "nonsense:"), "cannot be opened"),
+        (("--connect", "udpin:::1:14540"), "--connect udpin:::1:14540: IPv6 is not supported; allowed: udpin:HOST:PORT"),
+        (("--connect", "udpin:127.0.0.1:14540 "), "--connect 'udpin:127.0.0.1:14540 ': should have no spaces"),
         (("--connect", "tcp:127.0.0.1:1"), "cannot be opened: Connection refused"),
     ):
         run = quadstep("serve-setpoints", mission, *arguments)

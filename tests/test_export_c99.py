@@ -297,6 +297,13 @@ def test_without_a_compiler_the_engine_says_what_is_missing(monkeypatch):
         fly(real_mission({"type": "pid"}), engine="c")
 
 
+@pytest.mark.parametrize(("program", "said"), [("false", "ended with exit code 1 and no message"), ("true", "wrote nothing")])
+def test_what_is_no_compiler_is_named(monkeypatch, program, said):
+    monkeypatch.setenv("CC", program)
+    with pytest.raises(UserError, match=f"the C compiler {program} {said}"):
+        fly(real_mission({"type": "pid"}), engine="c")
+
+
 # Measured
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from enum import StrEnum
 from typing import NamedTuple, Protocol, cast
 
+from quadstep.autopilot.address import refuse_strange
 from quadstep.control.wanted_attitude import wanted_attitude
 from quadstep.errors import UserError
 from quadstep.extras import optional
@@ -32,6 +33,8 @@ ATTITUDE_MASK, RATES_MASK = 0b0000_0111, 0b1000_0000
 """What of SET_ATTITUDE_TARGET is ignored: the rates, or the attitude."""
 
 LOCAL_NED = 1
+
+ADDRESSES = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
 
 
 class Kind(StrEnum):
@@ -98,11 +101,15 @@ def serve(
         raise UserError("serve-setpoints needs a mission for a real vehicle (docs/vehicles.md)")
     mavutil = optional("`quadstep serve-setpoints`", "pymavlink.mavutil")
     try:
+        if "/" not in connect:  # no device
+            refuse_strange(connect, 2, ADDRESSES)
+    except UserError as error:
+        raise UserError(f"--connect {error}") from None
+    try:
         with contextlib.redirect_stdout(io.StringIO()):  # pymavlink prints each failed try
             link = mavutil.mavlink_connection(connect, source_system=255)
     except ModuleNotFoundError as error:  # pymavlink takes what it does not know for a serial port, which needs pyserial
-        allowed = "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT"
-        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {allowed}"
+        text = f"cannot be opened: serial ports need the module {error.name}; allowed over a network: {ADDRESSES}"
         raise UserError(f"--connect {connect}: {text}") from None
     except Exception as error:  # pymavlink raises what it comes upon, ValueError, OSError and its own
         said = (isinstance(error, OSError) and error.strerror) or error

@@ -37,7 +37,10 @@ def compile_c(folder: Path, arguments: list[str], command: list[str] | None = No
         run = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False, timeout=LONGEST)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise UserError(f"the C compiler {line[0]} did not finish: {error}") from None
+    said = next((text for text in run.stderr.splitlines() if "error" in text), run.stderr)
     if run.returncode:
-        said = next((text for text in run.stderr.splitlines() if "error" in text), run.stderr)
-        raise UserError(f"the C compiler {line[0]} rejected the law: {said}")
+        why = f"rejected the law: {said}" if said.strip() else f"ended with exit code {run.returncode} and no message"
+        raise UserError(f"the C compiler {line[0]} {why}")
+    if "-o" in arguments and not (folder / arguments[arguments.index("-o") + 1]).exists():
+        raise UserError(f"the C compiler {line[0]} wrote nothing: is it one?")
     return run.stderr
