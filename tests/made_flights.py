@@ -1,5 +1,6 @@
 """Flights of a vehicle whose every number is known, logged as a real one is: noise, lag, jitter."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -92,10 +93,17 @@ def flown(seed: int, guidance: float, shaken: bool) -> tuple[Any, ...]:
     return tuple(fly_all(missions(seed, guidance, shaken)))
 
 
-def logged(seed: int, guidance: float = 0.002, shaken: bool = False) -> list[FlightRecord]:
-    """The flights as logs of 100 Hz. shaken: so that the motors' torques stand out, as in what judges a log."""
+def logged(seed: int, guidance: float = 0.002, shaken: bool = False, noise: float = 1.0) -> list[FlightRecord]:
+    """The flights as logs of 100 Hz. shaken: so that the motors' torques stand out, as in what judges a log.
+
+    noise: a factor of all that is random in them, jitter too.
+    """
     random = np.random.default_rng(seed)
-    return [record(flight, random) for flight in flown(seed, guidance, shaken)]
+
+    def drawn(deviation: float, *shape: int) -> Floats:
+        return noise * random.normal(0.0, deviation, shape)
+
+    return [record(flight, drawn) for flight in flown(seed, guidance, shaken)]
 
 
 def true_value(key: str) -> float:
@@ -104,7 +112,7 @@ def true_value(key: str) -> float:
     return TRUTH[key] * (ratio if key == "command.speed" else 1.0)
 
 
-def record(flight: Any, random: np.random.Generator) -> FlightRecord:
+def record(flight: Any, drawn: Callable[..., Floats]) -> FlightRecord:
     """A flight as it would be logged: commands ahead of the rotors by the delay; noise; jitter of motion capture."""
     vehicle = AirframeSection.model_validate(true_vehicle())
     geometry, rotor = vehicle.geometry(), vehicle.rotor.build()
@@ -121,17 +129,17 @@ def record(flight: Any, random: np.random.Generator) -> FlightRecord:
     def at(when: Floats, *names: str) -> Floats:
         return np.stack([np.interp(when, time, flight.column(name)) for name in names], axis=1)
 
-    seen = stamps + random.normal(0.0, 0.002, len(stamps))
+    seen = stamps + drawn(0.002, len(stamps))
     attitude = at(seen, "q_w", "q_x", "q_y", "q_z")
     tilt = np.array([TRUTH["imu.tilt[0]"], TRUTH["imu.tilt[1]"], 0.0])
-    attitude = turned(attitude, -tilt + random.normal(0.0, 0.002, (len(stamps), 3)))
-    rates = at(stamps, "p", "q", "r") + np.cross(tilt, at(stamps, "p", "q", "r")) + random.normal(0.0, 0.01, (len(stamps), 3))
+    attitude = turned(attitude, -tilt + drawn(0.002, len(stamps), 3))
+    rates = at(stamps, "p", "q", "r") + np.cross(tilt, at(stamps, "p", "q", "r")) + drawn(0.01, len(stamps), 3)
     channels = {
-        "position": at(seen, "x", "y", "z") + random.normal(0.0, 1e-4, (len(stamps), 3)),
-        "velocity": at(seen, "v_x", "v_y", "v_z") + random.normal(0.0, 3e-3, (len(stamps), 3)),
+        "position": at(seen, "x", "y", "z") + drawn(1e-4, len(stamps), 3),
+        "velocity": at(seen, "v_x", "v_y", "v_z") + drawn(3e-3, len(stamps), 3),
         "attitude": attitude / np.linalg.norm(attitude, axis=1, keepdims=True),
         "rates": rates,
-        "voltage": volts[:, None] + random.normal(0.0, 2e-3, (len(stamps), 1)),
+        "voltage": volts[:, None] + drawn(2e-3, len(stamps), 1),
         "setpoint": at(stamps, "x_d", "y_d", "z_d"),
     }
     channels["position"][:20, 2] = 0.0  # where it stood

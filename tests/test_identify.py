@@ -14,7 +14,7 @@ from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
 from quadstep.identify.fit import EFFECTS, LONG_WEIGHTS, Fitted, Identified, identify, limits_guess
-from quadstep.identify.intervals import with_values
+from quadstep.identify.intervals import Spread, freedom, jackknife, with_values
 from quadstep.identify.parameters import LIMITS, numbers_of
 from quadstep.identify.predictor import Predictor, leaning
 from quadstep.identify.problem import Batch, as_states
@@ -107,11 +107,43 @@ def test_averages_tell_thrust_tilt_and_centre_of_gravity(flights, truth):
         assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
 
 
+def test_averages_of_logs_without_noise_are_exact(truth):
+    flights = logged(0, noise=0.0)
+    block = blocks(flights, TRUTH["command.delay"], TRUTH["rotor.rise_time"], 9.81)
+    found, _ = forces(block, truth, start().geometry(), speeds=False)
+    for key, value in torques(block, truth, start().geometry()).items():
+        found[key] = value
+    # in a log, commands vary in straight lines between rows
+    for key, within in (
+        ("command.speed", 2e-4), ("command.exponent", 5e-4), ("command.voltage_exponent", 1e-3), ("imu.tilt[0]", 1e-3),
+        ("imu.tilt[1]", 1e-3), ("drag.rotor[0]", 1e-4), ("drag.rotor[2]", 5e-3), ("centre_of_gravity[0]", 5e-4),
+        ("centre_of_gravity[1]", 5e-4), ("drag.flapping", 5e-4),
+    ):  # fmt: skip
+        assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
+
+
 def test_what_the_commands_do_not_vary_stays_with_a_reason(flights, truth):
     block = blocks(flights, 0.013, 0.04, 9.81)
     still = block._replace(volts=np.full_like(block.volts, NOMINAL))
     _, why = forces(still, truth, start().geometry(), speeds=False)
     assert "varies by" in why["command.voltage_exponent"]
+
+
+def test_intervals_hold_where_few_parts_of_flight_tell_most():
+    """A slope of zero from 40 parts, six of which lie ten times as far out as the others; each column is a trial."""
+    random = np.random.default_rng(3)
+    place, noise = np.where(np.arange(40) < 6, 1.0, 0.1)[:, None], random.normal(0.0, 1.0, (40, 4000))
+    scores, information = place * noise, place * place
+    slope = scores.sum(axis=0) / information.sum()
+    shifts = (scores.sum(axis=0) - scores) / (information.sum() - information) - slope
+    every = Spread(jackknife(shifts), np.full(4000, 39.0))
+    found = every._replace(freedom=freedom(shifts))
+    held, naive = (np.mean(np.abs(slope) < one.halves) for one in (found, every))
+    assert naive < 0.93 < held < 0.96
+    assert freedom(np.ones((5, 2))) == pytest.approx([4.0, 4.0])  # nothing varies
+    alike = freedom(random.normal(0.0, 1.0, (40, 4000)))
+    assert np.median(alike) == pytest.approx(39.0, abs=2.0)
+    assert (alike <= 39.0).all()
 
 
 @pytest.mark.slow

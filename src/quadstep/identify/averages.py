@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
@@ -37,8 +38,8 @@ class Told(NamedTuple):
 class Block(NamedTuple):
     """n half seconds of flight with their samples. flight, row (n,): index, and first row. gain (n, 3): mean
     acceleration less gravity, world axes [m/s^2]. axes (n, samples, 3, 3): rotation matrices. commands (n, samples, rotors),
-    volts (n,). velocity (n, samples, 3): body axes [m/s]. rates (n, samples, 3); turning (n, 3): mean angular acceleration
-    [rad/s^2].
+    volts (n, samples). velocity (n, samples, 3): body axes [m/s]. rates (n, samples, 3). turning (n, 3): mean angular
+    acceleration [rad/s^2].
     """
 
     flight: Floats
@@ -64,15 +65,26 @@ def matrices(attitude: Floats) -> Floats:
     return found
 
 
+def lagged(wanted: Floats, period: float, lag: float) -> Floats:
+    """What follows numbers (rows, ...) with a first-order lag [s]."""
+    share = 1.0 - math.exp(-period / max(lag, 1e-4))
+    found = wanted.copy()
+    for row in range(1, len(found)):
+        found[row] = found[row - 1] + share * (0.5 * (wanted[row - 1] + wanted[row]) - found[row - 1])
+    return found
+
+
 def followed(flight: FlightRecord, delay: float, lag: float) -> Floats:
     """The commands as the rotors follow them, `delay` [s] later and with a first-order lag [s], shape (n, rotors)."""
     index, shift = np.arange(flight.rows, dtype=float), delay / flight.period
     found = np.stack([np.interp(index - shift, index, column) for column in flight.motors.T], axis=1)
-    share = 1.0 - math.exp(-flight.period / max(lag, 1e-4))
-    result = found.copy()
-    for row in range(1, flight.rows):
-        result[row] = result[row - 1] + share * (0.5 * (found[row - 1] + found[row]) - result[row - 1])
-    return result
+    return lagged(found, flight.period, lag)
+
+
+def between(column: Floats) -> Floats:
+    """Values half-way between each row and the next."""
+    found: Floats = 0.5 * (column[:-1] + column[1:])
+    return found
 
 
 def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: float) -> Block | None:
@@ -82,21 +94,17 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
         count = max(2, round(BLOCK / flight.period))
         good, runs = flight.flying & flight.measured, flight.runs()
         before = math.ceil((delay + 4.0 * lag) / flight.period) + 1
-        motors = followed(flight, delay, lag)
-        turn, speed = matrices(flight.channel("attitude")), flight.channel("velocity")
-        rates, volts = flight.channel("rates"), voltage_of(flight)
+        speed, rates = flight.channel("velocity"), flight.channel("rates")
+        turn, moving, turning = (between(one) for one in (matrices(flight.channel("attitude")), speed, rates))
+        body = np.einsum("nij,ni->nj", turn, moving)
+        motors, volts = between(followed(flight, delay, lag)), between(lagged(voltage_of(flight), flight.period, lag))
         for first in range(before, flight.rows - count - 1, count):
             last = first + count
             if not good[first : last + 1].all() or runs[last] < count + before:
                 continue
-            gain = (speed[last] - speed[first]) / (count * flight.period) + np.array([0.0, 0.0, gravity])
-            inner = slice(first, last)
-            middles = 0.5 * (turn[first:last] + turn[first + 1 : last + 1])
-            body = np.einsum("nij,ni->nj", middles, 0.5 * (speed[first:last] + speed[first + 1 : last + 1]))
-            twist = (rates[last] - rates[first]) / (count * flight.period)
-            volt = volts[first : last + 1].mean()
-            told = 0.5 * (motors[first:last] + motors[first + 1 : last + 1])
-            found.append((np.array(number), np.array(first), gain, middles, told, volt, body, rates[inner], twist))
+            gain, twist = ((one[last] - one[first]) / (count * flight.period) for one in (speed, rates))
+            told = (one[first:last] for one in (turn, motors, volts, body, turning))
+            found.append((np.array(number), np.array(first), gain + np.array([0.0, 0.0, gravity]), *told, twist))
     if len(found) < FEWEST:
         return None
     return Block(*(np.array(column) for column in zip(*found, strict=True)))
@@ -118,6 +126,13 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     count = len(names)
     spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
     return solution, np.sqrt(np.diag(spread)), count
+
+
+def in_rotors_axes(block: Block, tilt: Floats) -> Block:
+    """The averages in the axes of the rotors, turned by `tilt` about x and y [rad] from the measured ones."""
+    turn = Rotation.from_rotvec([tilt[0], tilt[1], 0.0]).as_matrix()
+    axes, velocity, rates, turning = (part @ turn for part in (block.axes, block.velocity, block.rates, block.turning))
+    return block._replace(axes=axes, velocity=velocity, rates=rates, turning=turning)
 
 
 def hubs(block: Block, geometry: Geometry) -> Floats:
@@ -155,26 +170,28 @@ def forces(
     flight = np.unique(block.flight, return_inverse=True)[1]
     count = int(flight.max()) + 1
     factor = float(p.airframe.rotor.thrust / p.airframe.mass)
-    free, why = exponents(flight.astype(np.float64), logs.mean(axis=(1, 2)), volts, speeds)
+    free, why = exponents(flight.astype(np.float64), logs.mean(axis=(1, 2)), volts.mean(axis=1), speeds)
     a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     levels = np.full(count, math.log(p.curve.speed))
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
-    air = hubs(block, geometry)
     for _ in range(rounds):
-        turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[:, None, None])
+        turned = in_rotors_axes(block, tilt)
+        air = hubs(turned, geometry)
+        turning = np.exp(levels[flight][:, None, None] + a * logs + b * volts[..., None])
         thrusts, flow = factor * turning**2, (turning[..., None] * air).sum(axis=2) / float(p.airframe.mass)
-        level = block.axes * flow[:, :, None, :]
+        level = turned.axes * flow[:, :, None, :]
         thrust = thrusts.sum(axis=2)
-        leaning = block.axes @ np.array([tilt[1], -tilt[0], 1.0])
+        leaning = turned.axes[..., 2]
         lifted = (thrust[..., None] * leaning).mean(axis=1)
         by_command = (2.0 * (thrusts * logs).sum(axis=2)[..., None] * leaning).mean(axis=1)
+        by_volts = (2.0 * (thrust * volts)[..., None] * leaning).mean(axis=1)
         flat = (level[..., 0] + level[..., 1]).mean(axis=1)
         axial = level[..., 2].mean(axis=1)
         columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
-        columns += [{"exponent": by_command, "voltage_exponent": 2.0 * volts[:, None] * lifted}[name] for name in free]
+        columns += [{"exponent": by_command, "voltage_exponent": by_volts}[name] for name in free]
         columns += [
-            -(thrust[..., None] * block.axes[..., 1]).mean(axis=1),
-            (thrust[..., None] * block.axes[..., 0]).mean(axis=1),
+            -(thrust[..., None] * turned.axes[..., 1]).mean(axis=1),
+            (thrust[..., None] * turned.axes[..., 0]).mean(axis=1),
         ]
         columns += [-flat, -axial]
         rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
@@ -207,21 +224,27 @@ def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[st
     v_x. The inertia is found too, but not used: predictions determine it better.
     """
     airframe, curve = p.airframe, p.curve
+    block = in_rotors_axes(block, np.array([float(one) for one in p.tilt]))
     shift = (block.volts / curve.nominal) ** curve.voltage_exponent
-    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** curve.exponent * shift[:, None, None]
+    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** curve.exponent * shift[..., None]
     thrusts = airframe.rotor.thrust * (speeds**2).mean(axis=1)
-    flow = (speeds[..., None] * hubs(block, geometry)).sum(axis=2).mean(axis=1)
+    flows = (speeds[..., None] * hubs(block, geometry)).mean(axis=1)
+    flow, pushes = flows.sum(axis=1), -flows * np.array([float(one) for one in airframe.drag.rotor])
     rows = np.array([list(row) for row in mixing(geometry, airframe.rotor.torque / airframe.rotor.thrust)])
     thrust, roll, pitch, _ = rows @ thrusts.T
     inertia = np.array([float(one) for one in airframe.inertia])
-    coupling = np.cross(block.rates, block.rates * inertia).mean(axis=1)
+    spin = float(airframe.rotor.inertia) * (speeds @ np.array([float(mount.spin) for mount in geometry.mounts]))
+    momentum = block.rates * inertia
+    momentum[..., 2] += spin
+    levers = np.cross([mount.position for mount in geometry.mounts], pushes).sum(axis=1)
+    given = np.stack([roll, pitch], axis=1) + (levers - np.cross(block.rates, momentum).mean(axis=1))[:, :2]
+    thrust = thrust + pushes[:, :, 2].sum(axis=1)
     nothing = np.zeros(len(thrust))
     about_x = np.stack([thrust, nothing, -flow[:, 1], block.turning[:, 0], nothing], axis=1)
     about_y = np.stack([nothing, -thrust, flow[:, 0], nothing, block.turning[:, 1]], axis=1)
-    wanted = [torque - coupling[:, i] for i, torque in ((0, roll), (1, pitch))]
     together = clusters_of(block)
     solution, errors, count = least_squares(
-        np.concatenate([about_x, about_y]), np.concatenate(wanted), np.concatenate([together, together])
+        np.concatenate([about_x, about_y]), given.T.reshape(-1), np.concatenate([together, together])
     )
     return {
         "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count),

@@ -200,9 +200,9 @@ def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:
     if block is None:
         return np.empty(0)
     curve = p.curve
-    shift = 1.0 if flight.speeds else (block.volts / curve.nominal) ** curve.voltage_exponent
-    exponent = 1.0 if flight.speeds else curve.exponent
-    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** exponent * np.reshape(shift, (-1, 1, 1))
+    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** (1.0 if flight.speeds else curve.exponent)
+    if not flight.speeds:
+        speeds = speeds * ((block.volts / curve.nominal) ** curve.voltage_exponent)[..., None]
     lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
     made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
     found: Floats = (made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)

@@ -254,11 +254,11 @@ def told_numbers(
     found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
     fitted: dict[str, Fitted] = {}
     kept: dict[str, str] = {}
-    for one, x, value, error in zip(every, point, values_at(point, every), found.errors, strict=True):
+    for one, x, value, error, half in zip(every, point, values_at(point, every), found.errors, found.halves, strict=True):
         averages = one.key in FROM_AVERAGES
         if one.key.startswith("prediction.") or (averages and one.key not in told):
             continue
-        low, high = x - found.reach * error, x + found.reach * error
+        low, high = x - half, x + half
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)

@@ -1,8 +1,8 @@
 """Intervals: the fit repeated with each stretch of flight left out in turn (a block jackknife), through both of its stages.
 
 Estimates from averages are fixed while predictions are fitted, so their errors propagate to those fits. Both stages lose the
-same stretches; the second takes one Newton step for each (a generated regressor's error: Murphy and Topel 1985; the
-jackknife over blocks: Kuensch 1989).
+same stretches; the second takes one Newton step for each, with the curvature that is left without it (a generated regressor's
+error: Murphy and Topel 1985; the jackknife over blocks: Kuensch 1989).
 """
 
 from collections.abc import Sequence
@@ -34,15 +34,16 @@ DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 
 
 class Spread(NamedTuple):
-    """Standard errors on the search's scale, and the number of parts of flight behind them."""
+    """Standard errors on the search's scale, and the degrees of freedom behind each."""
 
     errors: Floats
-    parts: int
+    freedom: Floats
 
     @property
-    def reach(self) -> float:
-        """Half a 95 % interval in standard errors."""
-        return student_quantile(0.975, max(self.parts - 1, 1))
+    def halves(self) -> Floats:
+        """Halves of 95 % intervals."""
+        reach = np.array([student_quantile(0.975, float(one)) for one in self.freedom])
+        return reach * self.errors
 
 
 def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
@@ -99,6 +100,16 @@ def jackknife(shifts: Floats) -> Floats:
     return found
 
 
+def freedom(shifts: Floats) -> Floats:
+    """Degrees of freedom of a jackknife's variances: fewer than parts - 1 where few parts tell most (Satterthwaite 1946, with
+    fourth moments for the variances of variances as in Lipsitz, Ibrahim and Parzen 1999).
+    """
+    squares = (shifts - shifts.mean(axis=0)) ** 2
+    most, fourth = float(max(len(shifts) - 1, 1)), (squares * squares).sum(axis=0)
+    found: Floats = np.clip(3.0 * squares.sum(axis=0) ** 2 / np.maximum(fourth, 1e-300), 1.0, most)
+    return np.where(fourth > 0.0, found, most)
+
+
 def spread(
     around: Curvature, prior: Prior, sure: Sequence[tuple[int, str]], told: dict[str, Told],
     starts: Floats, block: Block | None, blocks: Floats,
@@ -120,7 +131,9 @@ def spread(
         for column, (place, _) in enumerate(sure):
             scores[:, place] += others[:, column] / deviation[place] ** 2
     crossed = around.hessian[:many, many:]
-    shifts = np.concatenate([(scores - moved @ crossed.T) @ inverse, moved], axis=1)
+    rest = [around.hessian - around.hessians[starts == label].sum(axis=0) for label in labels]
+    steps = [np.linalg.pinv(one[:many, :many]) @ score for one, score in zip(rest, scores - moved @ crossed.T, strict=True)]
+    shifts = np.concatenate([steps, moved], axis=1)
     variance = jackknife(shifts) ** 2
     # vague priors, and the variation between flights if no whole flights were left out
     for place, one in deviation.items():
@@ -132,4 +145,4 @@ def spread(
         if more > 0.0:
             variance[many + speed] += more
             variance[:many] += more * (inverse @ crossed[:, speed]) ** 2
-    return Spread(np.sqrt(variance), count)
+    return Spread(np.sqrt(variance), freedom(shifts))

@@ -41,9 +41,12 @@ class Weights(NamedTuple):
 
 
 class Curvature(NamedTuple):
-    """Around the best point: gradients of each start (n, parameters) and the Hessian, on the search's scale."""
+    """Around the best point, on the search's scale: gradients (n, parameters) and Hessians (n, parameters, parameters) of each
+    start, and the Hessian of all with the prior.
+    """
 
     gradients: Floats
+    hessians: Floats
     hessian: Floats
 
 
@@ -136,11 +139,12 @@ def curvature(problem: Problem, point: Floats, weights: Weights, prior: Prior | 
     weight = weights.table[..., None] / distance
     gradients = np.einsum("hgn,hgni,hgnip->np", weight, residuals, slopes, optimize=True)
     along = np.einsum("hgni,hgnip->hgnp", residuals, slopes, optimize=True) / distance[..., None]
-    first = np.einsum("hgn,hgnip,hgniq->pq", weight, slopes, slopes, optimize=True)
-    second = np.einsum("hgn,hgnp,hgnq->pq", weight, along, along, optimize=True)
-    hessian = first - second
+    first = np.einsum("hgn,hgnip,hgniq->npq", weight, slopes, slopes, optimize=True)
+    second = np.einsum("hgn,hgnp,hgnq->npq", weight, along, along, optimize=True)
+    hessians = first - second
+    hessian = hessians.sum(axis=0)
     size = scales(problem.batch.free)
     if prior is not None:
         for place, deviation in zip(prior.places, prior.deviation, strict=True):
             hessian[place, place] += (size[place] / deviation) ** 2
-    return Curvature(gradients / size, hessian / np.outer(size, size))
+    return Curvature(gradients / size, hessians / np.outer(size, size), hessian / np.outer(size, size))

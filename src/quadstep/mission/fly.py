@@ -142,11 +142,11 @@ def write_results(
     metrics, found = mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     (out / "figures").mkdir()
+    jobs = mission.figures(log) if len(log.rows) > 1 else []
+    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
-    jobs = mission.figures(log) if len(log.rows) > 1 else []  # by now their processes have loaded what they need
-    drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
     told("writing the page", 0, 1)
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
