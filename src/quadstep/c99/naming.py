@@ -4,6 +4,7 @@ import linecache
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import FrameType
 
@@ -31,6 +32,7 @@ class NamedRecord(ScanRecord):
     def __init__(self) -> None:
         super().__init__()
         self.naming = Naming({}, {})
+        self.lines: dict[tuple[str, int], str] = {}
 
     def place(self, operation: str, *operands: int, text: str = "") -> int:
         before = len(self.nodes)
@@ -38,7 +40,8 @@ class NamedRecord(ScanRecord):
         if place == before and operation not in (CONSTANT, INPUT):
             frame = lawful(sys._getframe(1))
             if frame:
-                self.naming.origins[place] = line_of(frame)
+                line = frame.f_code.co_filename, frame.f_lineno
+                self.naming.origins[place] = self.lines.get(line) or self.lines.setdefault(line, line_of(*line))
         return place
 
     @contextmanager
@@ -46,8 +49,7 @@ class NamedRecord(ScanRecord):
         """A block in which the locals of laws name their numbers."""
 
         def returned(frame: FrameType, event: str, _argument: object) -> None:
-            code = frame.f_code
-            if event == "return" and not code.co_name.startswith("<") and not code.co_filename.startswith(SILENT):
+            if event == "return" and not frame.f_code.co_name.startswith("<") and not silent(frame.f_code.co_filename):
                 for name, value in frame.f_locals.items():
                     if name not in GIVEN:
                         self.call(name, value)
@@ -78,18 +80,22 @@ class NamedRecord(ScanRecord):
                 self.call(f"{name}_{field}", getattr(value, field))
 
 
+@cache
+def silent(file: str) -> bool:
+    """Whether a file's lines say nothing about a law; asked of every number."""
+    return file.startswith(SILENT)
+
+
 def lawful(frame: FrameType | None) -> FrameType | None:
     """The innermost frame of a law; None if the recording code is not called from a law."""
-    while frame and frame.f_code.co_filename.startswith(SILENT):
+    while frame and silent(frame.f_code.co_filename):
         frame = None if frame.f_code.co_filename == RECORDER else frame.f_back
     return frame
 
 
-def line_of(frame: FrameType) -> str:
+def line_of(file: str, number: int) -> str:
     """File, line and text, in a form allowed in a C comment."""
-    file = frame.f_code.co_filename
-    text = linecache.getline(file, frame.f_lineno).strip()
-    return remark(f"{Path(file).name}:{frame.f_lineno}: {text}")
+    return remark(f"{Path(file).name}:{number}: {linecache.getline(file, number).strip()}")
 
 
 def remark(text: str) -> str:
