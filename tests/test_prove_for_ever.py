@@ -306,6 +306,15 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 
 
 @pytest.mark.slow
+def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(tmp_path):
+    """The flag of `hedged-backstepping` that its loop has begun."""
+    text = HOVER.replace('"geometric"', '"hedged-backstepping"\nnets.enabled = false').replace("guidance_period = 0.002\n", "")
+    run = quadstep("prove", write(tmp_path, text), "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping", "state-space-backstepping"])
 def test_rows_of_the_table_are_those_of_the_page(law):
     page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))

@@ -1,13 +1,16 @@
 """`quadstep prove`: tubes in which every flight stays, and certificates that an independent check confirms or refuses."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from quadstep import Mission
-from quadstep.numbers import Vector
+from quadstep.numbers import Vector, sqrt
 from quadstep.prove.certificate import read_certificate
+from quadstep.prove.check_loop import Loop
 from quadstep.prove.linear import coordinates
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.tube import SAMPLES, Tube, tube
@@ -85,9 +88,13 @@ def certificate(tmp_path_factory):
     return json.loads((folder / "proof.json").read_text())
 
 
-def checked(folder, content):
+def written(folder, content):
     (folder / "proof.json").write_text(json.dumps(content))
-    return quadstep("prove", "--check", folder / "proof.json")
+    return folder / "proof.json"
+
+
+def checked(folder, content):
+    return quadstep("prove", "--check", written(folder, content))
 
 
 def test_the_check_confirms_a_certificate(tmp_path, certificate):
@@ -113,6 +120,38 @@ def test_tubes_longer_than_the_recent_past_are_confirmed(tmp_path, name):
     assert "at all 223 samples" in run.out
     assert len(read_certificate(tmp_path / "proof.json").boxes) == 9
     assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
+
+
+class CaughtError(Exception):
+    pass
+
+
+def test_remainders_of_different_numbers_have_different_directions(tmp_path, monkeypatch, certificate):
+    """In the check as in the prover: sqrt(a) - sqrt(b) is as wide as the two together."""
+
+    def after(self, x, ticks, p):
+        raise CaughtError(x)
+
+    monkeypatch.setattr(Loop, "after", after)
+    with pytest.raises(CaughtError) as caught:
+        quadstep("prove", "--check", written(tmp_path, certificate))
+    (numbers,) = caught.value.args
+    assert len({id(number.fresh) for number in numbers}) == 1
+    half = [number * (0.5 / number.tight.max()) for number in numbers[:2]]
+    a, b = (1.0 + one - one.centre for one in half)
+    assert np.all((sqrt(a) - sqrt(b)).high >= np.sqrt(1.5) - np.sqrt(0.5))
+
+
+SOURCES = Path(__file__).parent.parent / "src" / "quadstep" / "prove"
+SHARED = {"certificate", "set_certificate", "unknown"}
+"""What files and options hold."""
+
+
+@pytest.mark.parametrize("own", [{"check", "backwards", "check_loop"}, {"check_set", "check_loop"}])
+def test_a_check_is_short_and_shares_nothing_with_the_prover(own):
+    texts = [(SOURCES / f"{name}.py").read_text() for name in own]
+    assert {name for text in texts for name in re.findall(r"from quadstep\.prove\.(\w+) import", text)} <= own | SHARED
+    assert sum(len(text.splitlines()) for text in texts) < 350
 
 
 def scaled(key, factor):

@@ -7,7 +7,6 @@ counts as an addition too. The centre line need not be trusted: its defect from 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -15,17 +14,13 @@ import numpy as np
 
 from quadstep.documents import parse_toml
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Clock
-from quadstep.flight.engines import FlightPlan
-from quadstep.flight.loop import Numbers
 from quadstep.mission.read import check_mission, plan_mission
-from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
-from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
-from quadstep.plants.lagrange import Parameters
-from quadstep.prove.backwards import CONSTANTS, PUSHES, UP, Stretch, from_the_start, grown, inner, passage, rounding
+from quadstep.numbers import Number
+from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
+from quadstep.prove.backwards import Block, block, from_the_start, grown, passage, rounding
 from quadstep.prove.certificate import Certificate, read_certificate
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, UP, Loop, number, pushed
 from quadstep.prove.unknown import Unknown
-from quadstep.vehicle.disturbance import Disturbance
 
 
 class Checked(NamedTuple):
@@ -40,122 +35,66 @@ class Checked(NamedTuple):
     seconds: float
 
 
-class Loop:
-    """The mission's loop on enclosures; leaves that are not states stay constant, or are written before they are read."""
-
-    def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
-        self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
-        names: list[str] = []
-        for name in leaf_names(self.like):  # by the last parts of the name, which belong to the first leaf of that name
-            brief = name.partition(".")[2]
-            names.append(name if brief in names else brief)
-        self.start = [float(leaf) for leaf in flatten(self.like)]
-        moving = len(flatten(self.like.state))
-        if len(set(states)) != len(states) or set(states) - set(names) or set(names[:moving]) - set(states):
-            raise UserError("its states do not match its mission")
-        self.places = [names.index(name) for name in states]
-        self.dead: set[int] | None = None
-        self.span = max(plan.ticks.every)
-        if any(self.span % every for every in plan.ticks.every):
-            raise UserError("the check supports only loops whose periods divide the slowest one")
-
-    def after(self, x: Sequence[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
-        """The states one sample later. Leaves that the loop writes before it reads them start undefined.
-
-        Raises UndefinedError, UserError.
-        """
-        samples = next(len(one.centre) for one in x if isinstance(one, Enclosure))
-        if self.dead is None:
-            found = self.run(self.filled(x, {}), ticks, p)
-            others = set(range(len(found))) - set(self.places)
-            self.dead = {i for i in others if not (isinstance(found[i], float) and found[i] == self.start[i])}
-        nothing = np.full(samples, np.nan)
-        found = self.run(self.filled(x, dict.fromkeys(self.dead, Enclosure(nothing, None, nothing, nothing))), ticks, p)
-        for i, leaf in enumerate(found):
-            held = isinstance(leaf, float) and leaf == self.start[i]
-            if i not in self.dead and i not in self.places and not held:
-                raise UserError("a number that is not a state of the certificate affects the flight")
-        return [found[i] for i in self.places]
-
-    def filled(self, x: Sequence[Operand], others: dict[int, Enclosure]) -> list[Operand]:
-        """All leaves of the cycle."""
-        leaves: list[Operand] = [*self.start]
-        for place, number in [*others.items(), *zip(self.places, x, strict=True)]:
-            leaves[place] = number
-        return leaves
-
-    def run(self, leaves: list[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
-        """One sample: the tasks that are due and the vehicle, step by step."""
-        loop, step = self.plan.loop, self.plan.ticks.step
-        cycle = rebuild(self.like, iter(leaves))
-        for past in range(self.span):
-            now = cast(Number, ticks + past)
-            for task, every in zip(loop.tasks, self.plan.ticks.every, strict=True):
-                if past % every == 0:
-                    cycle, code = task.run(cycle, p, Clock(now * step, now, step * every))
-                    if isinstance(code, Enclosure) or np.any(np.asarray(code) != 0.0):
-                        raise UndefinedError("the flight may end at a limit of the mission")
-            cycle = loop.advance(cycle, p, Clock(now * step, now, step))
-        return flatten(cycle)
-
-
-def pushed(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
-    """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia. Raises UserError."""
-    force, torque, mass, inertia, _ = unknown
-    if not any((force, torque, mass, inertia)):
-        return p
-    if not isinstance(p, Parameters) or not isinstance(p.disturbance, Disturbance):
-        raise UserError("its unknowns are supported only on the paper's plant with its own disturbance")
-
-    def one(value: float, radius: float, place: int) -> Number:
-        parts = np.zeros((total, samples))
-        parts[first + place] = radius
-        size = np.full(samples, abs(radius))
-        return cast(Number, Enclosure(np.full(samples, float(value)), parts, np.zeros(samples), size))
-
-    def three(values: Vector, radii: list[float], place: int) -> Vector:
-        return Vector([one(x, r, place + i) for i, (x, r) in enumerate(zip(values, radii, strict=True))])
-
-    body = p.vehicle
-    disturbance = p.disturbance._replace(
-        force=three(p.disturbance.force, [force] * 3, 0), torque=three(p.disturbance.torque, [torque] * 3, 3)
-    )
-    moments = three(body.inertia, [inertia * x for x in body.inertia], PUSHES + 1)
-    return p._replace(
-        disturbance=disturbance, vehicle=body._replace(mass=one(body.mass, mass * body.mass, PUSHES), inertia=moments)
-    )
-
-
-def stretch(loop: Loop, found: Certificate, place: int) -> Stretch:
-    """A block, over its box. Raises UndefinedError, UserError."""
-    n, spare = len(found.states), 6
+def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
+    """A block, over its box of z, e = spread z. Raises UndefinedError, UserError."""
+    n, box, known = len(found.states), found.boxes[place], len(found.states) + PUSHES + CONSTANTS
     begin, end = place * found.block, min((place + 1) * found.block, len(found.flown) - 1)
-    samples, total = end - begin, n + PUSHES + CONSTANTS + spare
-    width = found.spread * found.boxes[place]
-    x = []
-    for i in range(n):
-        parts = np.zeros((total, samples))
-        parts[:n] = width[i][:, None]
-        reach = np.full(samples, np.abs(width[i]).sum() * UP)
-        x.append(Enclosure(found.flown[begin:end, i].copy(), parts, np.zeros(samples), reach, Fresh(total - spare, total)))
+    samples, total = end - begin, known + 6
+    width, fresh = found.spread * box, Fresh(known, total)
+    x = [number(found.flown[begin:end, i].copy(), width[i], total, fresh) for i in range(n)]
     p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
     with np.errstate(all="ignore"):
         after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
-    for i, number in enumerate(after):
-        if not isinstance(number, Enclosure) or number.parts is None or not np.all(np.isfinite(number.centre)):
+    for i, one in enumerate(after):
+        if not isinstance(one, Enclosure) or one.parts is None or not np.all(np.isfinite(one.centre)):
             raise UserError(f"{found.states[i]} is not returned by the loop as a state is")
-        linear[:, i] = number.parts.T
-        rest[:, i] = number.rest + np.abs(number.centre - found.flown[begin + 1 : end + 1, i]) * UP
-    into = 2.0 * np.eye(n) - found.spread
-    middle = linear[samples // 2]
-    step = (middle[:, :n] / np.where(found.boxes[place] > 0.0, found.boxes[place], 1.0)) @ into
-    kept = np.concatenate([(step @ found.spread) * found.boxes[place], middle[:, n : n + PUSHES + CONSTANTS]], axis=1)
-    known = n + PUSHES + CONSTANTS
+        linear[:, i] = one.parts.T
+        rest[:, i] = one.rest + np.abs(one.centre - found.flown[begin + 1 : end + 1, i]) * UP
+    into = 2.0 * np.eye(n) - found.spread  # its inverse, as it is a shear
+    middle, reach = linear[samples // 2, :, :known], np.abs(found.spread) @ box
+    step = (middle[:, :n] / np.where(box > 0.0, box, 1.0)) @ into
+    kept = np.concatenate([(step @ found.spread) * box, middle[:, n:]], axis=1)
     rest += np.abs(linear[:, :, :known] - kept).sum(axis=2) + np.abs(linear[:, :, known:]).sum(axis=2)
-    reach = np.abs(found.spread) @ found.boxes[place]  # |e|
-    rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`, and going back by `step`
-    return Stretch(step, kept[:, n:], rest * UP, reach)
+    rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`
+    once = passage(step, kept[:, n : n + PUSHES], kept[:, n + PUSHES :], rest.max(axis=0) * UP, reach)
+    return block(once, samples, box, into, found.spread)
+
+
+def failing(loop: Loop, found: Certificate) -> str:
+    """What is not shown, in words; empty if everything is. Raises UserError."""
+    n, axes, seconds = len(found.states), len(found.position), loop.span * loop.plan.ticks.step
+    blocks, start, most = [], np.zeros(n), np.zeros(axes)
+    for place in range(len(found.boxes)):
+        try:
+            blocks.append(over_its_box(loop, found, place))
+        except UndefinedError as error:
+            return f"at {place * found.block * seconds:g} s: {error}"
+    start[:axes] = found.unknown.start
+    known = from_the_start(blocks, start, axes)
+    for place, box in enumerate(found.boxes):
+        inside = grown(blocks, place, known, axes)
+        wide = inside.max(axis=0) > box
+        if np.any(wide):
+            name = found.states[int(np.argmax(wide))]
+            return f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
+        most = np.maximum(most, inside[:, :axes].max(axis=0))
+    if np.any(most > found.position):
+        return f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
+    return ""
+
+
+def refuse_unfit(loop: Loop, found: Certificate) -> None:
+    """Raises UserError for a certificate that is not one of its mission's flight."""
+    n, axes = len(found.states), len(loop.plan.loop.plant.axes)
+    shear = found.spread - np.eye(n)
+    moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
+    if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
+        raise UserError("its coordinates are not a shear that keeps the position")
+    if (len(found.flown) - 1) * loop.span != loop.plan.ticks.last // loop.span * loop.span or len(found.position) != axes:
+        raise UserError("its samples do not match its mission")
+    if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
+        raise UserError("its flight does not start where its mission does")
 
 
 def check_certificate(path: Path) -> Checked:
@@ -166,55 +105,12 @@ def check_certificate(path: Path) -> Checked:
     plan = plan_mission(mission, path, folder)
     try:
         loop = Loop(plan, found.states)
+        refuse_unfit(loop, found)
+        failed = failing(loop, found)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
-    n, axes = len(found.states), len(plan.loop.plant.axes)
-    shear = found.spread - np.eye(n)
-    moved, used = np.any(shear != 0.0, axis=1), np.any(shear != 0.0, axis=0)
-    if np.any(moved & used) or np.any(moved[:axes]) or found.states[:axes] != tuple(f"position.{i}" for i in range(axes)):
-        raise UserError(f"{path}: its coordinates are not a shear that keeps the position")
-    if (len(found.flown) - 1) * loop.span != plan.ticks.last // loop.span * loop.span:
-        raise UserError(f"{path}: its samples do not match its mission")
-    if not np.array_equal(found.flown[0], [loop.start[place] for place in loop.places]):
-        raise UserError(f"{path}: its flight does not start where its mission does")
-    into = 2.0 * np.eye(n) - found.spread
-    blocks, seconds = [], loop.span * plan.ticks.step
-    failed, position = "", np.zeros((len(found.flown), axes))
-    for place in range(len(found.boxes)):
-        try:
-            blocks.append(stretch(loop, found, place))
-        except UndefinedError as error:
-            failed = f"at {place * found.block * seconds:g} s: {error}"
-            break
-        except UserError as error:
-            raise UserError(f"{path}: {error}") from None
-    if not failed:
-        start = np.zeros(n)
-        start[:axes] = found.unknown.start
-        passages, inners = [passage(one) for one in blocks], [inner(one, into, found.spread) for one in blocks]
-        bounds = from_the_start(passages, inners, into, start, axes)
-        for place, one in enumerate(inners):
-            begin = place * found.block
-            inside = grown(place, passages, one, bounds, found.spread, axes)
-            position[begin : begin + len(inside)] = inside[:, :axes]
-            wide = inside.max(axis=0) > found.boxes[place]
-            if np.any(wide):
-                name = found.states[int(np.argmax(wide))]
-                failed = f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
-                break
-    most = position.max(axis=0)
-    if not failed and np.any(most > found.position):
-        failed = f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
-    time = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step
+    time, axes = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step, tuple(plan.loop.plant.axes)
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position
-    along = ["xyz".index(axis) for axis in plan.loop.plant.axes]
-    off = [np.abs(found.flown[:, i] - wanted[along[i]]) + found.position[i] for i in range(axes)]
-    return Checked(
-        mission.name,
-        tuple(plan.loop.plant.axes),
-        found.unknown,
-        failed,
-        found.position,
-        np.array([one.max() for one in off]),
-        float(time[-1]),
-    )
+    off = [np.abs(found.flown[:, i] - wanted["xyz".index(axis)]).max() for i, axis in enumerate(axes)]
+    off_path = (np.array(off) + found.position) * UP
+    return Checked(mission.name, axes, found.unknown, failed, found.position, off_path, float(time[-1]))

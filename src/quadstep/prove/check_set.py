@@ -17,7 +17,7 @@ from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.multirotor import Multirotor
-from quadstep.prove.check import Loop, pushed
+from quadstep.prove.check_loop import Loop, number, pushed
 from quadstep.prove.set_certificate import SetCertificate, read_set
 from quadstep.prove.unknown import Unknown
 
@@ -57,14 +57,10 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
 
     Raises UserError.
     """
-    moving, columns = width.shape
     fresh = Fresh(directions, directions, second)
     numbers: list[Operand] = [float(one) for one in found.rest]
     for i, place in enumerate(found.live):
-        parts = np.zeros((directions, 1))
-        parts[:columns, 0] = width[i]
-        reach = np.abs(width[i]).sum() * (1.0 + 1e-12 * moving)
-        numbers[place] = Enclosure(np.array([centre[place]]), parts, np.zeros(1), np.array([reach]), fresh)
+        numbers[place] = number(np.array([centre[place]]), width[i], directions, fresh)
     for place, other in found.twins.items():
         numbers[place] = numbers[other]
     if found.unit >= 0:  # of a quaternion of length one, up to rounding
@@ -97,12 +93,14 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
     parts = np.zeros((len(found.live), directions))
     for i, place in enumerate(found.live):
         one = after[place]
+        if isinstance(one, float):  # as the law writes it, whatever it was
+            one = number(np.array([one]), np.zeros(1), 1)
         if not isinstance(one, Enclosure) or not (np.isfinite(one.centre[0]) and np.isfinite(one.tight[0])):
             raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
         gap[i] = one.centre[0] - found.rest[place]
         left[i] = one.rest[0] + abs(gap[i]) * 2.0**-50
         if one.parts is not None:
-            parts[i] = one.parts[:, 0]
+            parts[i, : len(one.parts)] = one.parts[:, 0]
     return Image(gap, parts, left)
 
 

@@ -1,0 +1,109 @@
+"""The loop of a certificate's mission on enclosures, for both independent checks: shares nothing with the prover."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import cast
+
+import numpy as np
+
+from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Clock
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.loop import Numbers
+from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
+from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.plants.lagrange import Parameters
+from quadstep.prove.unknown import Unknown
+from quadstep.vehicle.disturbance import Disturbance
+
+PUSHES, CONSTANTS = 6, 4
+"""Unknowns that may change at every sample, and those that may not."""
+
+UP = 1.0 + 1e-11
+"""More than what sums of some thousand positive numbers lose by rounding."""
+
+
+class Loop:
+    """From sample to sample. Leaves that are not states stay constant, or are written before they are read.
+
+    Raises UserError for states that are not the mission's.
+    """
+
+    def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
+        self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
+        named: dict[str, int] = {}
+        for place, name in enumerate(leaf_names(self.like)):  # by the last parts of the name, the first leaf that has them
+            brief = name.partition(".")[2]
+            named[name if brief in named else brief] = place
+        self.start = [float(leaf) for leaf in flatten(self.like)]
+        self.places = [named.get(name, -1) for name in states]
+        moving = set(range(len(flatten(self.like.state))))
+        if len(set(self.places)) != len(states) or -1 in self.places or moving - set(self.places):
+            raise UserError("its states do not match its mission")
+        self.others = sorted(set(range(len(self.start))) - set(self.places))
+        self.written: list[int] | None = None
+        self.span = max(plan.ticks.every)
+        if any(self.span % every for every in plan.ticks.every):
+            raise UserError("the check supports only loops whose periods divide the slowest one")
+
+    def after(self, x: Sequence[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
+        """The states one sample later. Leaves that the loop writes before it reads them start undefined.
+
+        Raises UndefinedError, UserError.
+        """
+        leaves: list[Operand] = [*self.start]
+        for place, number in zip(self.places, x, strict=True):
+            leaves[place] = number
+        if self.written is None:
+            self.written = self.changed(self.run(deepcopy(leaves), ticks, p))  # which leaves the directions of `Fresh` unused
+        nothing = np.full(next(len(one.centre) for one in x if isinstance(one, Enclosure)), np.nan)
+        for place in self.written:
+            leaves[place] = Enclosure(nothing, None, nothing, nothing)
+        found = self.run(leaves, ticks, p)
+        if set(self.changed(found)) - set(self.written):
+            raise UserError("a number that is not a state of the certificate affects the flight")
+        return [found[place] for place in self.places]
+
+    def changed(self, leaves: Sequence[Operand]) -> list[int]:
+        """Places of the others that are not as they were."""
+        return [i for i in self.others if not (isinstance(leaves[i], float) and leaves[i] == self.start[i])]
+
+    def run(self, leaves: Sequence[Operand], ticks: Operand, p: Numbers) -> list[Operand]:
+        """One sample: the tasks that are due and the vehicle, step by step."""
+        loop, step = self.plan.loop, self.plan.ticks.step
+        cycle = rebuild(self.like, iter(leaves))
+        for past in range(self.span):
+            now = cast(Number, ticks + past)
+            for task, every in zip(loop.tasks, self.plan.ticks.every, strict=True):
+                if past % every == 0:
+                    cycle, code = task.run(cycle, p, Clock(now * step, now, step * every))
+                    if isinstance(code, Enclosure) or np.any(np.asarray(code) != 0.0):
+                        raise UndefinedError("the flight may end at a limit of the mission")
+            cycle = loop.advance(cycle, p, Clock(now * step, now, step))
+        return flatten(cycle)
+
+
+def number(centre: Array, row: Array, total: int, fresh: Fresh | None = None) -> Enclosure:
+    """centre + row . e + d for every sample of the centre: e the first of `total` directions; d, what the row has rounded."""
+    parts = np.zeros((total, len(centre)))
+    parts[: len(row)] = row[:, None]
+    reach = np.full(len(centre), np.abs(row).sum() * UP)
+    return Enclosure(centre, parts, 2.0**-52 * reach, reach, fresh)
+
+
+def pushed(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
+    """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia. Raises UserError."""
+    force, torque, mass, inertia, _ = unknown
+    if not any((force, torque, mass, inertia)):
+        return p
+    if not isinstance(p, Parameters) or not isinstance(p.disturbance, Disturbance):
+        raise UserError("its unknowns are supported only on the paper's plant with its own disturbance")
+    push, body = p.disturbance, p.vehicle
+    values = [*push.force, *push.torque, body.mass, *body.inertia]
+    radii = [force] * 3 + [torque] * 3 + [mass * body.mass] + [inertia * one for one in body.inertia]
+    rows = np.hstack([np.zeros((len(values), first)), np.diag(radii)])
+    made = [cast(Number, number(np.full(samples, float(x)), row, total)) for x, row in zip(values, rows, strict=True)]
+    disturbance = push._replace(force=Vector(made[:3]), torque=Vector(made[3:PUSHES]))
+    return p._replace(disturbance=disturbance, vehicle=body._replace(mass=made[PUSHES], inertia=Vector(made[PUSHES + 1 :])))
