@@ -193,7 +193,8 @@ def test_branches_compute_what_only_they_need(tmp_path):
             columns = [where(better, new - 2.0 * one, one) for one in columns]
             best = where(better, new, best)
         angle = where(x < 0.0, exp(y), y)
-        return steep, *both, *columns, best, where(y > 0.0, sin(angle), cos(angle)), cos(angle), sin(z)
+        apart = where(x > y, sin(x * z), cos(x * z)), where(y > z, sin(y - z), cos(y - z)), where(y > z, cos(y - z), x)
+        return steep, *both, *columns, best, where(y > 0.0, sin(angle), cos(angle)), cos(angle), sin(z), *apart
 
     rng = np.random.default_rng(3)
     samples = rng.uniform(-3.0, 3.0, size=(3, 400))
@@ -201,7 +202,7 @@ def test_branches_compute_what_only_they_need(tmp_path):
     wanted = np.array([law(*map(float, sample)) for sample in samples.T]).T
     np.testing.assert_array_equal(found, wanted)
     text = (tmp_path / "law.c").read_text(encoding="utf-8").partition("void law(")[2]
-    assert [text.count(f"qs_{name}(") for name in ("sincos", "exp", "log", "atan2")] == [3, 2, 1, 1]
+    assert [text.count(f"qs_{name}(") for name in ("sincos", "exp", "log", "atan2")] == [5, 2, 1, 1]
     assert text.count("\nif (") == 4  # of z for both values, of each column for all of them
 
 

@@ -1,7 +1,7 @@
 """Which numbers a function computes together, and which only in one branch of a choice."""
 
 from collections.abc import Mapping, Sequence
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 from typing import NamedTuple
 
 from quadstep.c99.scans import FILLED, SCAN
@@ -42,10 +42,11 @@ class Branches(NamedTuple):
 
 
 class Uses:
-    """Which numbers use which. wanted: results. joined: numbers that are computed with another."""
+    """Which numbers use which. wanted: results. joined: by a number, the later one that is computed with it."""
 
     def __init__(self, nodes: Sequence[Node], needed: Sequence[int], wanted: set[int], joined: Mapping[int, int]) -> None:
-        self.nodes, self.wanted = nodes, set(wanted)
+        self.nodes, self.wanted = nodes, wanted
+        self.joined, self.earlier = joined, {other: one for one, other in joined.items()}
         self.users: dict[int, set[int]] = {place: set() for place in needed}
         for place in needed:
             for operand in nodes[place].operands:
@@ -53,23 +54,27 @@ class Uses:
                     self.users[operand].add(place)
         for one, other in joined.items():
             self.users[one] = self.users[other] = self.users[one] | self.users[other]
-            if {one, other} & wanted:
-                self.wanted |= {one, other}
 
     def only(self, choices: Sequence[int], side: int) -> set[int]:
         """The numbers that nothing but this operand of some choices needs."""
         others = {self.nodes[choice].operands[one] for choice in choices for one in (0, 3 - side)}
         found: set[int] = set()
-        waiting = [-self.nodes[choice].operands[side] for choice in choices]
-        heapify(waiting)
+        waiting: list[int] = []
+
+        def ask(place: int) -> None:
+            heappush(waiting, -self.earlier.get(place, place))
+
+        for choice in choices:
+            ask(self.nodes[choice].operands[side])
         while waiting:
             place = -heappop(waiting)  # users before what they use
-            if place in found or place in self.wanted or place in others or place not in self.users:
+            together = {place, self.joined.get(place, place)}
+            if place in found or place not in self.users or together & self.wanted or together & others:
                 continue
             if self.nodes[place].operation not in FIXED and self.users[place] <= found.union(choices):
-                found.add(place)
+                found |= together
                 for operand in self.nodes[place].operands:
-                    heappush(waiting, -operand)
+                    ask(operand)
         return found
 
 
