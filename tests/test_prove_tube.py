@@ -9,8 +9,9 @@ import pytest
 
 from quadstep import Mission
 from quadstep.numbers import Vector, sqrt
+from quadstep.prove.backwards import STRIDE, block, from_the_start, grown, passage
 from quadstep.prove.certificate import read_certificate
-from quadstep.prove.check_loop import Loop
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop
 from quadstep.prove.linear import coordinates
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.tube import SAMPLES, Tube, tube
@@ -140,6 +141,36 @@ def test_remainders_of_different_numbers_have_different_directions(tmp_path, mon
     half = [number * (0.5 / number.tight.max()) for number in numbers[:2]]
     a, b = (1.0 + one - one.centre for one in half)
     assert np.all((sqrt(a) - sqrt(b)).high >= np.sqrt(1.5) - np.sqrt(0.5))
+
+
+@pytest.mark.parametrize("curved", [0.0, 1.0])
+def test_bounds_of_the_check_hold_the_worst_flight_and_without_remainders_are_met_by_it(curved):
+    """Of random linear loops, in sheared coordinates: the worst pushes, constants and remainders, summed exactly."""
+    rng, n, axes, samples, count = np.random.default_rng(4), 4, 2, 12, 10
+    spread = np.eye(n)
+    spread[2, [0, 3]] = 0.7, -0.4
+    into, start, box = 2.0 * np.eye(n) - spread, np.array([0.3, 0.2, 0.0, 0.0]), np.full(n, 200.0)
+    blocks, moving, constant, worst = [], np.diag(start), np.zeros((n, CONSTANTS)), []
+    for _ in range(count):
+        step = 0.9 * np.linalg.qr(rng.normal(size=(n, n)))[0]
+        pushes, steady, rest = rng.normal(size=(n, PUSHES)), rng.normal(size=(n, CONSTANTS)), curved * rng.uniform(0.5, 2.0, n)
+        once = passage(step, pushes, steady, rest, np.abs(spread) @ box)
+        assert np.all(once.box >= rest + 2.0**-52 * (np.abs(step) @ (np.abs(spread) @ box)))
+        blocks.append(block(once, samples, box, into, spread))
+        worst.append([])
+        for _ in range(samples + 1):
+            worst[-1].append(np.abs(into @ moving).sum(axis=1) + np.abs(into @ constant).sum(axis=1))
+            before = moving, constant
+            moving, constant = np.hstack([step @ moving, pushes, np.diag(rest)]), step @ constant + steady
+        moving, constant = before
+    known = from_the_start(blocks, start, axes)
+    for place, exact in enumerate(map(np.array, worst)):
+        found = grown(blocks, place, known, axes)
+        assert np.all(found >= exact)
+        assert np.all(found <= 4.0 * exact)
+        if not curved:
+            assert np.all(found[0] <= exact[0] * (1.0 + 1e-9))
+            assert np.all(found[STRIDE::STRIDE, :axes] <= exact[STRIDE::STRIDE, :axes] * (1.0 + 1e-9))
 
 
 SOURCES = Path(__file__).parent.parent / "src" / "quadstep" / "prove"
