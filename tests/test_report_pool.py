@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from multiprocessing import forkserver
 
 import numpy as np
@@ -87,6 +87,17 @@ def test_a_worker_that_does_not_start_is_no_fault_of_the_folder(mission, tmp_pat
         raise error
 
     monkeypatch.setattr(forkserver, "connect_to_new_process", refuse)
+    run = quadstep("fly", mission, "--out", tmp_path / "out")
+    assert run.refused, run
+    assert "no process to draw figures could be started" in run.err
+    assert [path.name for path in tmp_path.iterdir()] == ["mission.toml"]
+
+
+def test_a_pool_that_cannot_be_made_is_no_fault_of_the_folder(mission, tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr(ProcessPoolExecutor, "__init__", refuse)
     run = quadstep("fly", mission, "--out", tmp_path / "out")
     assert run.refused, run
     assert "no process to draw figures could be started" in run.err

@@ -100,11 +100,16 @@ def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
     """A pool for as long as the block takes; if the block fails, its processes are gone before its results are.
 
     workers: how many processes; as many as there are cores, and few, where figures are all that they do.
+
+    Raises UserError where none can be started.
     """
     start_server()
     others = multiprocessing.active_children()
-    with interrupts_held():  # or a semaphore stays that nobody knows of
-        pool = DrawingPool(workers)
+    try:
+        with interrupts_held():  # or a semaphore stays that nobody knows of
+            pool = DrawingPool(workers)
+    except OSError as error:
+        raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
     try:
         yield pool
         pool.shutdown()
