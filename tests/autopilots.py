@@ -32,6 +32,22 @@ def free_port(kind=socket.SOCK_DGRAM):
         return probe.getsockname()[1]
 
 
+def listening(port):
+    """A vehicle that says it is there, over UDP."""
+    from pymavlink import mavutil
+
+    vehicle = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=7)
+    stop = threading.Event()
+
+    def beat():
+        while not stop.is_set():
+            vehicle.mav.heartbeat_send(2, 12, 0, 0, 0)
+            stop.wait(0.05)
+
+    threading.Thread(target=beat, daemon=True).start()
+    return vehicle, stop
+
+
 class Hover:
     """Outputs that hold the height and level a vehicle: hover, and feedback of attitude, rates, height and climb."""
 

@@ -38,7 +38,8 @@ class Shown(NamedTuple):
     @property
     def lines(self):
         """What stays on the screen: what a bar has drawn is drawn over."""
-        kept = re.sub(r"\r(?!\n)", "\n\x00", self.raw.replace("\r\n", "\n").replace("\x1b[2K", "\x1b[2K\x01"))
+        raw = self.raw.replace("\r\n", "\n").replace("\x1b[?25h", "").replace("\n\r\x1b[1A\x1b[2K", "\r\x1b[2K")
+        kept = re.sub(r"\r(?!\n)", "\n\x00", raw.replace("\x1b[2K", "\x1b[2K\x01"))
         lines = [ESCAPE.sub("", line) for line in kept.split("\n")]
         drawn_over = {i for i, line in enumerate(lines) if i + 1 < len(lines) and lines[i + 1].startswith("\x00")}
         return [re.sub("[\x00\x01]", "", line) for i, line in enumerate(lines) if i not in drawn_over]

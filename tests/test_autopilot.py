@@ -1,7 +1,6 @@
 """Flights under an autopilot, here fake ones that speak the protocols of PX4 and ArduPilot."""
 
 import socket
-import threading
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -15,7 +14,7 @@ from quadstep.errors import UserError
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Vector
 from quadstep.numbers.rotations import rotation_matrix
-from tests.autopilots import FAKES, HOVERING, Hover, free_port
+from tests.autopilots import FAKES, HOVERING, Hover, free_port, listening
 from tests.commands import quadstep, strict_json, without_figures, write
 from tests.needs import package
 
@@ -171,22 +170,6 @@ period = 6.0
 [simulation]
 duration = 0.5
 """
-
-
-def listening(port):
-    """A vehicle that says it is there, over UDP."""
-    from pymavlink import mavutil
-
-    vehicle = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=7)
-    stop = threading.Event()
-
-    def beat():
-        while not stop.is_set():
-            vehicle.mav.heartbeat_send(2, 12, 0, 0, 0)
-            stop.wait(0.05)
-
-    threading.Thread(target=beat, daemon=True).start()
-    return vehicle, stop
 
 
 @pytest.mark.parametrize("kind", ["position", "attitude", "rates"])

@@ -7,10 +7,32 @@ from rich.cells import cell_len
 from typer.main import get_command
 
 from quadstep import cli
-from tests import campaigns, studies, tuning
+from tests import campaigns, made_flights, studies, tuning
+from tests.autopilots import free_port, listening
 from tests.commands import quadstep
+from tests.needs import package
 from tests.terminals import ASCII, PROGRAM, in_terminal, with_streams
 
+CALM = """
+[vehicle]
+preset = "research-2.6kg"
+[controller]
+type = "geometric"
+[path]
+type = "minimum-jerk"
+end = [0.0, 0.0, 0.0]
+duration = 0.5
+[simulation]
+duration = 0.5
+"""
+SHEET = """
+name = "Five inch"
+mass = 0.62
+wheelbase = 0.22
+kv = 1950
+cells = 4
+propeller = { inches = [5.1, 4.3] }
+"""
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"
 TO_COPY = ("Report: ", "Results: ", "Wrote ", "Page: ", "Map: ", "  quadstep fly ", "quadstep: ", "Results in ")
@@ -24,7 +46,13 @@ def folder(tmp_path_factory):
     campaigns.written(folder, campaigns.MASS, head="flights = 6")
     tuning.written(folder, campaigns.SHORT + tuning.LAMBDA, "tune.toml")
     (folder / "real.toml").write_text(REAL, encoding="utf-8")
+    (folder / "calm.toml").write_text(CALM, encoding="utf-8")
     studies.written(folder, studies.SMALLEST)
+    (folder / "sheet.toml").write_text(SHEET, encoding="utf-8")
+    mapping = made_flights.MAPPING.rpartition("setpoint")[0]  # without setpoints half as much is fitted
+    (folder / "map.toml").write_text(mapping, encoding="utf-8")
+    header, rows = made_flights.table(made_flights.logged(0)[0])
+    made_flights.write(folder / "log.csv", header, rows[:900])
     return folder
 
 
@@ -40,7 +68,20 @@ COMMANDS = {
     "envelope": ["envelope", "mission.toml", "--x", "vehicle.mass=0.8:1.2:2", "--y", "disturbance.scale=0,1"],
     "tune": ["tune", "tune.toml", "--budget", "60"],
     "compare": ["compare", "study.toml", "--overwrite"],
+    "reproduce": ["reproduce", "--overwrite"],
+    "export": ["export", "calm.toml", "--overwrite"],
+    "linear": ["linear", "calm.toml", "--overwrite"],
+    "prove": ["prove", "calm.toml"],
+    "replay": ["replay", "log.csv", "--vehicle", "crazyflie", "--mapping", "map.toml"],
+    "vehicle fit": ["vehicle", "fit", "sheet.toml", "--overwrite"],
+    "completion": ["completion", "bash"],
+    "identify": ["identify", "log.csv", "--vehicle", "crazyflie", "--mapping", "map.toml", "--no-report", "--overwrite"],
 }
+"""What each command is tried with."""
+
+SLOW = {"campaign", "compare", "identify", "prove", "reproduce"}
+WIDTHS = (80, 200)
+
 SAID = {
     "version": "quadstep 0",
     "fly": "rotors saturated [% of time]",
@@ -53,6 +94,14 @@ SAID = {
     "envelope": "Map: ",
     "tune": "controller.Lambda1",
     "compare": "median (95 % quantile)",
+    "reproduce": "Section 6 of the paper, claim by claim",
+    "export": "geometric tracking on SE(3) in C99, f32",
+    "linear": "The slowest poles",
+    "prove": "proved: every flight whose start is within",
+    "replay": "what, samples ahead",
+    "vehicle fit": "Wrote sheet",
+    "completion": "complete -o default -F _quadstep_completion quadstep",
+    "identify": "imu.tilt[0]",
 }
 STUDIES = {
     "completion --samples 100": """
@@ -65,6 +114,23 @@ completion.drawing_pool = lambda: ThreadPoolExecutor(1)
 completion.grid = lambda: []
 completion.summarise = lambda *cells: comparison.Summary(0, 0, 0, 0, 0, 0, 1.0, 1.0, 1.0)
 completion.draw_map = lambda folder, cells: (folder / "completion.svg").write_text("<svg></svg>")
+from quadstep import cli
+cli.main()
+""",
+    "region --force 0.001 --torque 0.0001": """
+from quadstep.commands import study
+from quadstep.theory import edge
+study.LOOPS = 200
+fly_edge = edge.fly_edge
+edge.fly_edge = lambda found: fly_edge(found)[:2]
+from quadstep import cli
+cli.main()
+""",
+    "controllers --overwrite": """
+from pathlib import Path
+from quadstep.comparison import shipped
+from quadstep.comparison.study import read_study
+shipped.shipped_study = lambda: read_study(Path("study.toml"))
 from quadstep import cli
 cli.main()
 """,
@@ -91,7 +157,7 @@ def test_in_a_terminal_of_80_columns(folder, name):
     assert SAID[name] in "\n".join(shown.lines)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in COMMANDS])
 def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
     shown = in_terminal(*COMMANDS[name], cwd=folder, columns=200, **ASCII, TERM="dumb", NO_COLOR="1")
     assert shown.code == 0, shown.text
@@ -102,11 +168,32 @@ def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
     assert shown.raw.isascii()
 
 
+@pytest.mark.parametrize("columns", WIDTHS)
 @pytest.mark.parametrize("study", STUDIES)
-def test_a_study_in_a_terminal_of_80_columns(folder, study):
-    shown = in_terminal(STUDIES[study], "study", *study.split(), cwd=folder, program=PROGRAM)
+def test_a_study_in_a_terminal(folder, study, columns):
+    shown = in_terminal(STUDIES[study], "study", *study.split(), cwd=folder, program=PROGRAM, columns=columns)
     assert shown.code == 0, shown.text
-    assert good(shown, 80)
+    assert good(shown, columns)
+
+
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_setpoints_in_a_terminal(folder, columns):
+    package("pymavlink")
+    port = free_port()
+    vehicle, stop = listening(port)
+    shown = in_terminal(
+        "serve-setpoints", "calm.toml", "--connect", f"udpin:127.0.0.1:{port}", "--rate", "20", cwd=folder, columns=columns
+    )
+    stop.set()
+    vehicle.close()
+    assert shown.code == 0, shown.text
+    assert good(shown, columns)
+    assert "Sent 11 setpoints over 0.5 s." in shown.text
+
+
+def test_every_command_is_tried_in_a_terminal():
+    elsewhere = {"", "new", "serve", "serve-setpoints", "study", *(f"study {one.split()[0]}" for one in STUDIES)}
+    assert set(COMMANDS) - {"version"} | elsewhere == {" ".join(typed) for typed in paths(get_command(cli.built()))}
 
 
 @pytest.mark.parametrize("name", ["version", "vehicle", "fly"])
@@ -154,6 +241,12 @@ def test_what_a_stream_cannot_show_keeps_its_width(folder):
     assert {len(line) for line in run.raw.splitlines()[1:5]} == {len(run.raw.splitlines()[1])}
 
 
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_new_in_a_terminal(tmp_path, columns):
+    shown = in_terminal("new", "mission.toml", cwd=tmp_path, columns=columns)
+    assert (shown.code, shown.text) == (0, "Wrote mission.toml. Fly it: quadstep fly mission.toml\n")
+
+
 def test_new_in_a_terminal_of_40_columns_quotes_what_is_to_be_typed(tmp_path):
     shown = in_terminal("new", "my first $mission.toml", cwd=tmp_path, columns=40)
     assert (shown.code, shown.text) == (
@@ -161,10 +254,11 @@ def test_new_in_a_terminal_of_40_columns_quotes_what_is_to_be_typed(tmp_path):
     )  # fmt: skip
 
 
-def test_serve_in_a_terminal_ends_with_ctrl_c(folder):
-    shown = in_terminal("serve", ".", "--port", "0", cwd=folder, stop_at="Ctrl-C ends")
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_serve_in_a_terminal_ends_with_ctrl_c(folder, columns):
+    shown = in_terminal("serve", ".", "--port", "0", cwd=folder, stop_at="Ctrl-C ends", columns=columns)
     assert shown.code == 0
-    assert good(shown, 80)
+    assert good(shown, columns)
     assert "Stopped." in shown.text
 
 

@@ -98,7 +98,7 @@ def identify(
         say("No flight was held out: only the intervals say how well this holds for other flights.")
     say(f"{counted(len(flights), 'flight')} in {time.monotonic() - begun:.0f} s")
     pages = f" and {out.with_suffix('.html')}" if report else ""
-    say_whole(f"wrote {out}{pages}")
+    say_whole(f"Wrote {out}{pages}")
 
 
 def said_of_residual(shares: tuple[float, ...], kept: bool) -> str:

@@ -37,7 +37,7 @@ def check_names(logs: Sequence[Path]) -> None:
 
 
 def show_compared(title: str, found: "Compared") -> None:
-    """The table of ratios."""
+    """The table of mean errors, and of their ratios to those of "constant" and of "zero rate"; it fits 80 columns."""
     from quadstep.identify.errors import GROUPS, HORIZONS, SHOWN, UNITS
 
     rows = []
@@ -50,6 +50,7 @@ def show_compared(title: str, found: "Compared") -> None:
                 shown = f"{ratio.value:.2f} ({ratio.low:.2f} to {ratio.high:.2f})"
             else:
                 shown = f"{ratio.value:.2f}"
-            rows.append((f"{group}, {horizon}", f"{error:.3g}", f"{constant:.3g}", f"{zero:.3g}", UNITS[group], shown, beside))
-    header = ("what, samples ahead", "error", "constant", "zero rate", "unit", "ratio to constant (95 %)", "to zero rate")
+            what = f"{group}, {horizon} [{UNITS[group]}]"
+            rows.append((what, f"{error:.3g}", f"{constant:.3g}", f"{zero:.3g}", shown, beside))
+    header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")
     show_table(title, header, rows)

@@ -174,7 +174,7 @@ def show_flown(
     show_table(f"Logged setpoints simulated with {controller['type']}", header, rows)
     if page:
         write(page, found, str(controller["type"]))
-        say_whole(f"wrote {page}")
+        say_whole(f"Wrote {page}")
     count = len(found)
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
     lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)

@@ -62,4 +62,4 @@ def fit(
     show_table(sheet.name, ("key", "value", "unit", "source"), rows)
     for warning in vehicle.warnings():
         say(f"warning: {warning}")
-    say_whole(f"wrote {target} and {campaign}; over its uncertainties: {command('campaign', campaign)}")
+    say_whole(f"Wrote {target} and {campaign}. Fly over its uncertainties: {command('campaign', campaign)}")
