@@ -65,6 +65,15 @@ def test_a_share_that_is_none_is_refused_before_anything_is_flown(tmp_path, shar
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("options", [("--flights", 8, "--require", "0.5"), ("--until", "0.3")])
+def test_copies_of_one_flight_show_nothing_of_others(tmp_path, options):
+    path, out = written(tmp_path, "", head="flights = 8\n"), tmp_path / "out"
+    run = fly(path, out, *options)
+    assert run.refused
+    assert f"{options[-2]}: its {manifest(out)['flights']} flights do not differ and show nothing of others" in run.err
+    assert fly(path, out, "--resume").code == 0
+
+
 def test_a_folder_is_no_junit_file(tmp_path):
     run = fly(written(tmp_path, MASS, head="flights = 20\n"), tmp_path / "out", "--junit", tmp_path)
     assert run.refused

@@ -39,7 +39,7 @@ def told_by(folder):
     text = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<pre>.*?</pre>", "", html, flags=re.DOTALL)
     assert not re.search(r"\b(nan|None|inf|Estimate)\b", text)
     cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", text)]
-    return re.sub(r"<[^>]+>", " ", text), cells
+    return re.sub(r"<[^>]+>", " ", text).replace("\u00a0", " "), cells
 
 
 def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
@@ -56,7 +56,7 @@ def reported(folder, vary, flights, outcome=None, metrics=None, head=""):
             ended = (np.zeros(len(numbers)) if outcome is None else outcome(values, numbers)).astype(np.int8)
             made = np.exp(random.normal(size=(len(numbers), len(METRICS)))) if metrics is None else metrics(values, numbers)
             store.write(chunk, table(read, numbers, drawn, ended, np.where(ended, 0.1, 0.4), made))
-        names = report.write_report(store, read, summarise(store), folder / "in" / "camp.toml")
+        names = report.write_report(store, read, summarise(store, read.varies), folder / "in" / "camp.toml")
         store.save(complete=True, files=names)
     return told_by(folder / "out")
 
@@ -199,6 +199,9 @@ def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):
         )
         assert text.count(f"Its {count} flights do not differ, so nothing is statistical.") == 2 * said
         assert ("Nothing varies from flight to flight." in text) == said
+        assert ("95 %" in text) == (not said)
+        assert (f"{count} flights: 100 % succeed." in text) == said
+        assert ("500 [500, 500] mm" in text) == (not said)
     assert "do not differ" not in reported(tmp_path / "noisy", "", 8)[0]
 
 
@@ -250,7 +253,7 @@ def test_correlated_keys_are_said_to_overlap_and_tables_and_grids_have_names(tmp
             * np.exp(20.0 * drawn["vehicle.mass"].values)[:, None]
         )
         store.write(store.chunks[0], table(read, numbers, drawn, np.zeros(400, dtype=np.int8), np.full(400, 0.4), made))
-        report.write_report(store, read, summarise(store), folder / "camp.toml")
+        report.write_report(store, read, summarise(store, read.varies), folder / "camp.toml")
     text, cells = told_by(tmp_path / "out")
     assert "shares overlap" in text
     assert "Of position RMSE (its logarithm), vehicle.mass explains most" in text
@@ -301,7 +304,7 @@ def test_a_disk_that_fails_leaves_the_report_before_and_nothing_else(tmp_path, u
     with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
         before[store.folder / "campaign.json"] = (store.folder / "campaign.json").read_bytes()
         with pytest.raises(UserError, match="No space left"):
-            report.write_report(store, read, summarise(store), tmp_path / "in" / "camp.toml")
+            report.write_report(store, read, summarise(store, read.varies), tmp_path / "in" / "camp.toml")
     assert {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()} == before
     assert leftovers(tmp_path / "out") == []
 
@@ -313,7 +316,7 @@ def test_a_new_report_takes_the_place_of_the_old_one_with_all_its_pictures(tmp_p
     read = read_campaign(tmp_path / "in" / "camp.toml")
     with opened(tmp_path / "out", read, 50, "lanes", resume=True) as store:
         store.save(files=[*store.manifest["files"], "figures/flight-7.png", "../elsewhere", "flights/00000.parquet"])
-        names = report.write_report(store, read, summarise(store), tmp_path / "in" / "camp.toml")
+        names = report.write_report(store, read, summarise(store, read.varies), tmp_path / "in" / "camp.toml")
     assert not stale.exists()
     assert (tmp_path / "out" / "flights" / "00000.parquet").exists()
     assert all((tmp_path / "out" / name).is_file() for name in names)

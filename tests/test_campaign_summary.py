@@ -177,7 +177,12 @@ def test_the_manifest_has_the_same_numbers():
 @pytest.mark.parametrize("one", [through(0.1), through(0.1, success=False), lost(2.0, 0.5, 1.0), lost(0.0)])
 def test_flights_that_do_not_differ_are_said_to_be_copies(one, chunks):
     said = "Its 3 flights do not differ, so nothing is statistical."
-    assert said in sentences(summarise(Made([one] * 3, chunks=chunks)))
+    found = summarise(Made([one] * 3, chunks=chunks))
+    assert said in sentences(found)
+    assert "95 %" not in " ".join(sentences(found))
+    assert "[" not in " ".join(sentences(found))
+    assert as_json(found)["copies"]
     for other in (through(0.2), lost(1.0, 0.5, 1.0)):
         assert not summarise(Made([one, one, other], chunks=chunks)).copies
     assert not summarise(Made([one])).copies
+    assert not summarise(Made([one] * 3), varied=True).copies  # which all end alike nonetheless

@@ -19,8 +19,8 @@ from quadstep.report.symbols import label, power_of_ten, rich
         ("J_M max(Lambda2)", "J<sub>M</sub> max(Λ<sub>2</sub>)", "$J_{M}$ max($Λ_{2}$)"),
         ("controller.K_r1, path.Lambda2", "controller.K_r1, path.Lambda2", "controller.K_r1, path.Lambda2"),
         ("norm of weights", "norm of weights", "norm of weights"),
-        ("to 10 m", "to 10 m", "to 10 m"),
-        ("27 um, 3 urad; um", "27 µm, 3 µrad; um", "27 µm, 3 µrad; um"),
+        ("to 10 m", "to 10\u00a0m", "to 10 m"),
+        ("27 um, 3 urad; um", "27\u00a0µm, 3\u00a0µrad; um", "27 µm, 3 µrad; um"),
         ("$r$", "$r$", "$r$"),
         ("|r|^2", "|r|²", "|$r$|²"),
         ("pitch_d, pitch", "pitch<sub>d</sub>, pitch", r"$\mathrm{pitch}_{d}$, pitch"),
@@ -44,6 +44,10 @@ def test_powers_of_ten():
         ("see `quadstep linear`", "see <code>quadstep linear</code>"),
         ("-6.48e-06 to -2 [-3, 4]", "−6.48 × 10⁻⁶ to −2 [−3, 4]"),
         ("a >= 2 and <= 3 +- 1", "a ≥ 2 and ≤ 3 ± 1"),
+        (
+            "95 % of 3 flights, 12 [11, 13] mm in 5 s, 2 m/s, 10^-6 m",
+            "95\u00a0% of 3 flights, 12 [11, 13]\u00a0mm in 5\u00a0s, 2\u00a0m/s, 10⁻⁶\u00a0m",
+        ),
         ("2026-11-22, Case-1, 10-4, 0x1e5, --flight 3", "2026-11-22, Case-1, 10-4, 0x1e5, --flight 3"),
     ],
 )

@@ -117,7 +117,12 @@ def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, fol
         *worst_section(store, campaign, summary, path, folder, sheet),
     ]
     drawn = [page.figure(folder / name, caption) for name, caption in GLANCE.items() if (folder / f"{name}.svg").is_file()]
-    return [text.glance(summary, drawn), *evidence, *text.opening(store, campaign, summary, path), *text.closing()]
+    return [
+        text.glance(summary, drawn),
+        *evidence,
+        *text.opening(store, campaign, summary, path),
+        *text.closing(summary.copies),
+    ]
 
 
 def number(column: pa.ChunkedArray) -> NDArray[np.float64]:

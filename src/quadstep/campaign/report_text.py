@@ -11,7 +11,7 @@ from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import COPIES, QUANTILES, Summary, Worst, sentences
+from quadstep.campaign.summary import COPIES, QUANTILES, Spread, Summary, Worst, sentences
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
@@ -28,17 +28,24 @@ SUCCEEDED, ABOVE = "completed, succeeded", "completed, above a limit"
 def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
-    answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
     if summary.copies:
-        answer += f" {COPIES.format(summary.flights)}"
+        answer = f"{units.percent(good)} of {summary.flights} flights succeed. {COPIES.format(summary.flights)}"
+        return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
+    answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
         what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g} % of completed flights: {words} below"
         span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
-        facts.append(page.Fact(what, units.quantity(one.value, unit), f"95 %: {units.interval(*one, unit)}", span))
+        facts.append(page.Fact(what, units.estimate(*one, unit), f"95 %: {units.interval(*one, unit)}", span))
     return page.summary(answer, facts, figures)
+
+
+def alone(spread: Spread) -> page.Fact:
+    """A metric where the flights do not differ."""
+    words, unit = units.metric(spread.metric)
+    return page.Fact(words, units.quantity(spread.quantiles[QUANTILES[0]].value, unit))
 
 
 def within(low: float, high: float) -> str:
@@ -89,7 +96,9 @@ def ended(summary: Summary) -> dict[str, int]:
 
 
 def outcomes(summary: Summary) -> list[str]:
-    """Every outcome with its exact interval."""
+    """Every outcome with its exact interval; without it where the flights do not differ."""
+    if summary.copies:
+        return [page.table(("outcome", "flights"), [(name, str(count)) for name, count in ended(summary).items() if count])]
     shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
     rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
     return [page.table(("outcome", "flights", "share of all [%]"), rows)]
@@ -102,12 +111,14 @@ def spanned(one: Estimate) -> page.Span:
 
 def percent(one: Estimate) -> str:
     """A share with its interval."""
-    value, low, high = (100.0 * part for part in one)
-    return f"{value:.4g} [{low:.4g}, {high:.4g}]"
+    return units.percent(*one).removesuffix(" %")
 
 
 def distributions(summary: Summary) -> list[str]:
-    """The quantiles as a table."""
+    """The quantiles as a table; of copies their value is all."""
+    if summary.copies:
+        facts = map(alone, summary.spreads)
+        return [page.table(("of completed flights", "value"), [(one.what, one.value) for one in facts])]
     rows = [
         (
             words,
@@ -242,17 +253,20 @@ def differing(one: Worst, log: FlightLog, campaign: Campaign) -> str:
     return f"When replayed in f64, {what}; the campaign flew it {why}."
 
 
-def closing() -> list[str]:
-    """How to read the report."""
-    return [
-        page.heading("How to read this", "reading"),
+def closing(copies: bool) -> list[str]:
+    """How to read the report. copies: whether the flights do not differ, so that there are no intervals."""
+    intervals = [
         page.paragraph(
             "Intervals are at 95 %. Shares of flights: exact (Clopper and Pearson 1934). Quantiles: between order statistics, "
             "distribution-free (Conover 1999). Indices: from the flights, grouped by similar values (Plischke, "
             "Borgonovo, Smith 2013), minus the share expected by chance for that many groups; intervals by bootstrap over the "
             "flights. An interval says how certain a number is if the keys vary as they did here; whether they do is for you "
             "to judge."
-        ),
+        )
+    ]
+    return [
+        page.heading("How to read this", "reading"),
+        *(intervals if not copies else []),
         page.paragraph(
             f"All flights are in {FLIGHTS}/*.parquet next to this page, one row per flight; campaign.json records what was "
             "flown, by which version and on which machine. The same campaign file gives the same flights."

@@ -59,7 +59,7 @@ def fly_campaign(
         try:
             for chunk, table in fly(missing, told):
                 store.write(chunk, table)
-            summary = summarise(store)
+            summary = summarise(store, campaign.varies)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
             raise interrupted(store) from None

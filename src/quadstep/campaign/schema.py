@@ -133,6 +133,11 @@ class Campaign(NamedTuple):
         """The number of flights if the command line does not set it."""
         return self.file.flights or self.file.combinations
 
+    @property
+    def varies(self) -> bool:
+        """Whether any key differs from flight to flight."""
+        return bool(self.file.keys)
+
     def check_count(self, flights: int) -> None:
         """Refuses a number of flights that would make too many files, or too large ones. Raises UserError."""
         columns = len(self.file.keys) + len(self.metrics) + 4

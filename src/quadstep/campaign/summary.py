@@ -54,8 +54,8 @@ class Summary(NamedTuple):
     copies: bool = False
 
 
-def summarise(store: Store) -> Summary:
-    """The summary of all finished flights. Raises UserError for files that cannot be read."""
+def summarise(store: Store, varied: bool = False) -> Summary:
+    """The summary of all finished flights. varied: whether any key varies. Raises UserError for files that cannot be read."""
     flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     count = flown.num_rows
     good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
@@ -67,11 +67,11 @@ def summarise(store: Store) -> Summary:
         if len(values):
             known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
             spreads.append(Spread(metric, len(values), known))
-    return Summary(count, share(good, count), counted, spreads, worst(flown), alike(flown))
+    return Summary(count, share(good, count), counted, spreads, worst(flown), not varied and alike(flown))
 
 
 def alike(flown: pa.Table) -> bool:
-    """Whether several flights do not differ."""
+    """Whether several flights end alike."""
     results = flown.drop_columns([FLIGHT]).combine_chunks()
     return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
 
@@ -99,7 +99,8 @@ def sentences(summary: Summary) -> list[str]:
     """The summary in words."""
     digits = max(6, len(str(summary.flights)) + 1)  # so that a single flight shows
     value, low, high = (f"{100.0 * part:.{digits}g}" for part in summary.success)
-    lines = [f"{units.counted(summary.flights, 'flight')}: {value} % succeed; 95 % interval {low} to {high} %."]
+    within = "" if summary.copies else f"; 95 % interval {low} to {high} %"
+    lines = [f"{units.counted(summary.flights, 'flight')}: {value} % succeed{within}."]
     if summary.copies:
         lines.append(COPIES.format(summary.flights))
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
@@ -108,6 +109,8 @@ def sentences(summary: Summary) -> list[str]:
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
+        if summary.copies:
+            parts = [units.quantity(spread.quantiles[QUANTILES[0]].value, unit)]
         lines.append(f"{words[0].upper()}{words[1:]} of the {spread.flights} completed flights: {'; '.join(parts)}.")
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
 
@@ -116,6 +119,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
     """The summary for the manifest."""
     return {
         "flights": summary.flights,
+        "copies": summary.copies,
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,
         "quantiles": {

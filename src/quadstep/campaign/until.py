@@ -149,7 +149,7 @@ def fly_until(
                 seen.append(look_at(store, look))
                 if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                     break
-            summary = summarise(store)
+            summary = summarise(store, campaign.varies)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
             raise interrupted(store) from None

@@ -8,6 +8,7 @@ from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.replay import replay_command
 from quadstep.campaign.run import REPORT, Finished
 from quadstep.campaign.summary import as_json
+from quadstep.errors import UserError
 from quadstep.exit_codes import UNMET
 from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
@@ -17,9 +18,14 @@ def verdict(
     done: Finished, file: Path, engine: CampaignEngine, least: float | None, decided: until.Decided | None = None
 ) -> Verdict:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
-    `--until` has shown, if it was given.
+    `--until` has shown, if it was given. Raises UserError where the flights do not differ but something is required of them.
     """
     summary, name = done.summary, done.campaign.file.name
+    if summary.copies and (decided or least is not None):
+        raise UserError(
+            f"{file}: {'--until' if decided else '--require'}: its {summary.flights} flights do not differ and show nothing "
+            "of others; let something vary, or judge one with `quadstep fly --require`"
+        )
     judged = None if least is None else Judged(least, summary.success, summary.flights)
     cases = (Case("flown"), *([judged.case] if judged else []), *([asked(decided)] if decided else []))
     measured = as_json(summary)

@@ -9,7 +9,7 @@ from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
 from quadstep.comparison.jobs import Fly
 from quadstep.comparison.markdown import markdown
-from quadstep.comparison.picture import draw_vehicle
+from quadstep.comparison.picture import MANY, draw_vehicle
 from quadstep.errors import UserError
 from quadstep.page.identity import identity
 from quadstep.report import page
@@ -59,6 +59,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         vehicle: page.figure(
             out / name,
             f"{metric} for every situation and controller{f', {vehicle}' if vehicle else ''}: median, to the 95 % quantile",
+            coded=len(found.controllers) > MANY,  # squares, whose colours are values
         )
         for vehicle, name in drawn.items()
     }

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import __version__
-from quadstep.report.symbols import rich
+from quadstep.report.symbols import rich, unbroken
 
 LOGO = (
     '<svg class="logo" viewBox="0 0 24 24" aria-hidden="true"><path d="M8.8 8.8l6.4 6.4M15.2 8.8l-6.4 6.4"/><circle cx="6" '
@@ -73,7 +73,7 @@ def subheading(text: str) -> str:
 
 def paragraph(text: str, set_as: Callable[[str], str] = rich) -> str:
     """A paragraph. set_as: `escape` for text in which nothing is a symbol."""
-    return f"<p>{set_as(text)}</p>"
+    return f"<p>{unbroken(set_as(text))}</p>"
 
 
 def note(text: str) -> str:

@@ -17,6 +17,9 @@ NAME = re.compile(r"(?<![\w.])([^\W\d_]+)(\d?)((?:_[^\W_]+)*)(?![\w]|\.\w)")
 """A letter or word, perhaps a digit, perhaps parts after underscores; nothing with dots, which are keys of files."""
 
 UNITS = frozenset(("m", "s", "N", "J", "W", "V", "g"))
+MEASURE = re.compile(r"(?<=[\d\]∞⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(?:%|[nµmkMG]?(?:m|s|g|N|J|W|V|Hz|rad)[²³]?)(?![\w²³]))")
+"""The space before a unit."""
+
 POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -71,7 +74,12 @@ def numerals(text: str) -> str:
     text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
     text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
-    return text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace(" +- ", " ± ")
+    return unbroken(text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace(" +- ", " ± "))
+
+
+def unbroken(text: str) -> str:
+    """The same, with no line break between a number, or its interval, and its unit."""
+    return MEASURE.sub("\N{NO-BREAK SPACE}", text)
 
 
 def prose(text: str) -> str:

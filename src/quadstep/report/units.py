@@ -82,6 +82,16 @@ def interval(value: float, low: float, high: float, unit: str = "-") -> str:
     return text if unit == "-" else f"{text}\u00a0{unit}"
 
 
+def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
+    """The number alone, as `interval` writes it beside its interval.
+
+    >>> estimate(0.01234, 0.0119, 0.0128, "m")
+    '12.3 mm'
+    """
+    text, bracket, rest = interval(value, low, high, unit).partition(" [")
+    return text + rest.partition("]")[2] if bracket else text
+
+
 def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
     """A share, with its interval if there is one; as many digits as it takes to tell it from 0 and from 100 %."""
     shares = [100.0 * one for one in (value, low, high)]
