@@ -11,7 +11,8 @@ from quadstep import Mission
 from quadstep.numbers import Vector, sqrt
 from quadstep.prove.backwards import STRIDE, block, from_the_start, grown, passage
 from quadstep.prove.certificate import read_certificate
-from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop
+from quadstep.prove.check import check_certificate
+from quadstep.prove.check_loop import CONSTANTS, PUSHES
 from quadstep.prove.linear import coordinates
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.tube import SAMPLES, Tube, tube
@@ -133,9 +134,9 @@ def test_remainders_of_different_numbers_have_different_directions(tmp_path, mon
     def after(self, x, ticks, p):
         raise CaughtError(x)
 
-    monkeypatch.setattr(Loop, "after", after)
+    monkeypatch.setattr("quadstep.prove.check_loop.Loop.after", after)
     with pytest.raises(CaughtError) as caught:
-        quadstep("prove", "--check", written(tmp_path, certificate))
+        check_certificate(written(tmp_path, certificate))
     (numbers,) = caught.value.args
     assert len({id(number.fresh) for number in numbers}) == 1
     half = [number * (0.5 / number.tight.max()) for number in numbers[:2]]

@@ -278,7 +278,7 @@ def test_every_public_name_is_there_and_says_what_it_is():
 
 def test_it_is_shown_in_a_line_and_in_a_notebook(paper):
     assert repr(paper) == "<Flight 'Line': completed 2 s, position RMSE 4.768 mm, 201 rows>"
-    shown = paper._repr_html_()
+    shown = paper._repr_html_().replace("\N{NO-BREAK SPACE}", " ")
     for said in ("Line", "Completed 2 s; position RMSE 4.768 mm.", "largest tilt [deg]", "x [mm]", "data:image/png;base64,"):
         assert said in shown
     assert len(shown) < 200_000
@@ -296,6 +296,6 @@ def test_a_flight_that_ends_at_once_is_an_outcome_like_any_other():
     assert lost.metrics() == {"outcome": "off_path", "ended[s]": 0.0}
     assert repr(lost) == "<Flight 'Flight': diverged (off_path) at 0 s, 0 rows>"
     assert lost.figures() == []
-    assert "Diverged at 0 s" in lost._repr_html_()
+    assert "Diverged at 0\N{NO-BREAK SPACE}s" in lost._repr_html_()
     with pytest.raises(UserError, match="ended before its second row"):
         lost.plot()
