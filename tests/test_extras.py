@@ -1,5 +1,6 @@
 """What is said where a command needs more than the core is what pip can install, whether or not quadstep is on an index."""
 
+import subprocess
 import sys
 import tomllib
 from importlib import metadata
@@ -9,8 +10,28 @@ import pytest
 
 from quadstep import extras
 from quadstep.extras import EXTRAS, missing_extra, requirements
+from tests.patience import PATIENCE
 
 DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+
+
+COMMANDS = {"campaign", "comparison", "envelope", "rare", "tuning", "verify"}
+"""Packages of commands that need an extra."""
+
+READERS = {"quadstep.logs.ardupilot", "quadstep.logs.mcap_file", "quadstep.logs.ulog", "quadstep.numbers.symbols"}
+"""Modules elsewhere that are loaded where an extra's package is used."""
+
+WITHOUT = f"""
+import importlib, pkgutil, sys
+sys.modules.update(dict.fromkeys({[*EXTRAS]}))
+import quadstep
+for module in pkgutil.walk_packages(quadstep.__path__, "quadstep."):
+    if module.name.partition(".")[2].partition(".")[0] not in {COMMANDS} and not module.name.endswith("__main__"):
+        try:
+            importlib.import_module(module.name)
+        except ImportError:
+            print(module.name)
+"""
 
 
 def absent(name):
@@ -52,3 +73,8 @@ def test_where_quadstep_is_not_installed_the_package_itself_is_named(monkeypatch
 def test_what_is_missing_beside_extras_is_no_matter_of_the_user():
     with pytest.raises(ModuleNotFoundError, match="numpy"):
         missing_extra("x", absent("numpy"))
+
+
+def test_all_else_loads_with_the_core_alone():
+    run = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, check=True, timeout=PATIENCE)
+    assert set(run.stdout.split()) == READERS

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
 from quadstep.identify.predictor import PredictorParameters
 from quadstep.identify.starts import voltage_of
 from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.numbers import vector
+from quadstep.numbers.rotations import from_rotation_vector
 
 BLOCK = 0.5
 """Length of an average [s]."""
@@ -130,7 +131,7 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
 
 def in_rotors_axes(block: Block, tilt: Floats) -> Block:
     """The averages in the axes of the rotors, turned by `tilt` about x and y [rad] from the measured ones."""
-    turn = Rotation.from_rotvec([tilt[0], tilt[1], 0.0]).as_matrix()
+    (turn,) = matrices(np.array([list(from_rotation_vector(vector(float(tilt[0]), float(tilt[1]), 0.0)))]))
     axes, velocity, rates, turning = (part @ turn for part in (block.axes, block.velocity, block.rates, block.turning))
     return block._replace(axes=axes, velocity=velocity, rates=rates, turning=turning)
 
