@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from fractions import Fraction
 from operator import mul
-from typing import NamedTuple, cast
+from typing import cast
 
-from proofs.statement import Setting as Supposed
+from proofs.statement import Stated
 from quadstep.numbers.terms import coq, term, variable, variables
 from quadstep.theory.region import NORMS, R1, SIZE, Bounds, Setting, Shape, decay
 
@@ -92,16 +92,8 @@ def bound(of: Callable[[str], Fraction] = number) -> Fraction:
     return sum((s[i] * (d[i] - sum(map(mul, q[i], s), Fraction(0))) for i in range(SIZE)), Fraction(0))
 
 
-class Lines(NamedTuple):
-    """The statement; name, says: as of others."""
-
-    name: str
-    says: str
-
-    @property
-    def settings(self) -> list[Supposed]:
-        """Its own, which has no name."""
-        return [Supposed("", (), ())]
+class Lines(Stated):
+    """The statement."""
 
     @property
     def prop(self) -> str:
@@ -116,11 +108,6 @@ class Lines(NamedTuple):
         supposed = " ->\n  ".join(line.strip() for line in given)
         quantified = f"forall ({' '.join(scalars)} : R) ({VECTORS} : vec) (J : vec -> vec)"
         return f"{quantified},\n  {supposed} ->\n  {LEVEL_RATE.strip()}\n  <= {coq(lines)}"
-
-    @property
-    def definition(self) -> str:
-        """As Coq's definition."""
-        return f"(* {self.says} *)\nDefinition {self.name} : Prop :=\n  {self.prop}.\n"
 
 
 def statements() -> list[Lines]:

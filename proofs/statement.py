@@ -1,7 +1,9 @@
 """What is proved: a statement written out of the code's own arithmetic."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple, Protocol, cast
+from dataclasses import dataclass
+from typing import NamedTuple, cast
 
 from quadstep.numbers import Matrix, Number, Vector, flatten
 from quadstep.numbers.terms import Term, coq, generalised, term, variable, variables
@@ -112,32 +114,33 @@ class Setting(NamedTuple):
         return f"Definition {self.name} ({' '.join(sorted(self.variables))} : R) : Prop :=\n  {claims}.\n"
 
 
-class Stated(Protocol):
-    """What Coq is to prove. name: of the proposition, which a theorem `NAME_holds` proves. says: in words. settings: as of a
-    `Statement`, its own last. definition: Coq's.
-    """
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def says(self) -> str: ...
-
-    @property
-    def settings(self) -> list[Setting]: ...
-
-    @property
-    def definition(self) -> str: ...
-
-
-class Statement(NamedTuple):
-    """For all values of every variable: where what is given holds, the claim holds.
-
-    name: of the Coq proposition, which a theorem `NAME_holds` proves. says: in words.
-    """
+@dataclass(frozen=True)
+class Stated(ABC):
+    """What Coq is to prove. name: of the proposition, which a theorem `NAME_holds` proves. says: in words."""
 
     name: str
     says: str
+
+    @property
+    def settings(self) -> list[Setting]:
+        """Those that it supposes, each after its base, its own last."""
+        return [Setting("", (), ())]
+
+    @property
+    @abstractmethod
+    def prop(self) -> str:
+        """The proposition in Coq."""
+
+    @property
+    def definition(self) -> str:
+        """As Coq's definition."""
+        return f"(* {self.says} *)\nDefinition {self.name} : Prop :=\n  {self.prop}.\n"
+
+
+@dataclass(frozen=True)
+class Statement(Stated):
+    """For all values of every variable: where what is given holds, the claim holds."""
+
     claim: Claim
     given: Setting
 
@@ -148,7 +151,7 @@ class Statement(NamedTuple):
 
     @property
     def settings(self) -> list[Setting]:
-        """Those that it supposes, each after its base, its own last."""
+        """The bases of what is given, and that."""
         found, setting = [self.given], self.given.base
         while setting:
             found, setting = [setting, *found], setting.base
@@ -160,11 +163,6 @@ class Statement(NamedTuple):
         names = sorted(variables_of([self.claimed]) | self.given.variables)
         quantifier = f"forall {' '.join(names)} : R,\n  " if names else ""
         return quantifier + " ->\n  ".join([*self.given.hypotheses, self.claimed.text])
-
-    @property
-    def definition(self) -> str:
-        """As Coq's definition."""
-        return f"(* {self.says} *)\nDefinition {self.name} : Prop :=\n  {self.prop}.\n"
 
 
 def variables_of(claims: Iterable[Claim]) -> set[str]:

@@ -1,26 +1,16 @@
 """How fast the inversion's angles turn while the force changes: T15, emitted from `control.inversion`."""
 
-from typing import NamedTuple
-
-from proofs.statement import Setting
+from proofs.statement import Stated
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import Vector
 from quadstep.numbers.terms import coq, term, variable
 
 
-class AlongForce(NamedTuple):
+class AlongForce(Stated):
     """Of every force (f1, f2, f3) that changes with time, f3 > 0: the inversion's angles have rates, and these are bounded.
 
-    name, says: as of a `Statement`. The rates are derivatives as Coq's library has them, of the angles as the code has them.
+    The rates are derivatives as Coq's library has them, of the angles as the code has them.
     """
-
-    name: str
-    says: str
-
-    @property
-    def settings(self) -> list[Setting]:
-        """Its own, which has no name."""
-        return [Setting("", (), ())]
 
     @property
     def prop(self) -> str:
@@ -35,11 +25,6 @@ class AlongForce(NamedTuple):
             f"  exists th ph : R,\n  {angles} /\\\n"
             "  (th * th + ph * ph) * (f2 t * f2 t + f3 t * f3 t) <= g1 * g1 + g2 * g2 + g3 * g3"
         )
-
-    @property
-    def definition(self) -> str:
-        """As Coq's definition."""
-        return f"(* {self.says} *)\nDefinition {self.name} : Prop :=\n  {self.prop}.\n"
 
 
 def statements() -> list[AlongForce]:

@@ -10,17 +10,8 @@ from quadstep.datasheet.campaign import campaign_text
 from quadstep.datasheet.estimate import estimate, vehicle_of
 from quadstep.datasheet.sheet import Datasheet
 from tests.commands import quadstep
+from tests.sheets import SHEET
 
-SHEET = """
-name = "Five inch"
-mass = 0.62
-wheelbase = 0.22
-kv = 1950
-cells = 4
-capacity = 1.5
-motor_mass = 0.033
-propeller = { inches = [5.1, 4.3] }
-"""
 SPEED, EXPONENT, K_F, K_M = 2600.0, 0.9, 1.7e-6, 2.2e-8
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep.airframe.motion import AirframeState
-from quadstep.identify.averages import blocks, forces, torques
+from quadstep.identify.averages import blocks, forces, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
 from quadstep.identify.errors import logged as measured_at
@@ -102,16 +102,24 @@ def test_averages_tell_thrust_tilt_and_centre_of_gravity(flights, truth):
         ("imu.tilt[1]", 0.1), ("drag.rotor[0]", 0.03),
     ):  # fmt: skip
         assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
-    found = torques(block, truth, start().geometry())
+    found = torques(block, truth, start().geometry(), False)
     for key, within in (("centre_of_gravity[0]", 0.1), ("centre_of_gravity[1]", 0.05), ("drag.flapping", 0.08)):
         assert found[key].value == pytest.approx(TRUTH[key], rel=within), key
+
+
+def test_measured_rotor_speeds_tell_the_same_torques_as_the_commands_behind_them(flights, truth):
+    block = blocks(flights, TRUTH["command.delay"], TRUTH["rotor.rise_time"], 9.81)
+    speeds = rotor_speeds(block.commands, block.volts, truth.curve, measured=False)
+    measured = torques(block._replace(commands=speeds / TRUTH["command.speed"]), truth, start().geometry(), True)
+    for key, value in torques(block, truth, start().geometry(), False).items():
+        assert measured[key].value == pytest.approx(value.value, rel=1e-9), key
 
 
 def test_averages_of_logs_without_noise_are_exact(truth):
     flights = logged(0, noise=0.0)
     block = blocks(flights, TRUTH["command.delay"], TRUTH["rotor.rise_time"], 9.81)
     found, _ = forces(block, truth, start().geometry(), speeds=False)
-    for key, value in torques(block, truth, start().geometry()).items():
+    for key, value in torques(block, truth, start().geometry(), False).items():
         found[key] = value
     # in a log, commands vary in straight lines between rows
     for key, within in (

@@ -11,6 +11,7 @@ from tests import campaigns, made_flights, studies, tuning
 from tests.autopilots import free_port, listening
 from tests.commands import quadstep
 from tests.needs import package
+from tests.sheets import SHEET
 from tests.terminals import ASCII, PROGRAM, in_terminal, with_streams
 
 CALM = """
@@ -24,14 +25,6 @@ end = [0.0, 0.0, 0.0]
 duration = 0.5
 [simulation]
 duration = 0.5
-"""
-SHEET = """
-name = "Five inch"
-mass = 0.62
-wheelbase = 0.22
-kv = 1950
-cells = 4
-propeller = { inches = [5.1, 4.3] }
 """
 NAME = "Übung 飛行 ±"
 REAL = f"name = '{NAME}'\n{campaigns.NOISY}"

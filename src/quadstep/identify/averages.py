@@ -6,13 +6,13 @@ forces would hide all of these parameters from prediction errors.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
-from quadstep.identify.predictor import PredictorParameters
+from quadstep.identify.predictor import Curve, PredictorParameters
 from quadstep.identify.starts import voltage_of
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.numbers import vector
@@ -218,7 +218,12 @@ def forces(
     return known, why
 
 
-def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[str, Told]:
+def rotor_speeds(commands: Floats, volts: Floats, curve: Curve, measured: bool) -> Floats:
+    """Speeds (..., rotors) [rad/s] of commands, or of measured speeds, at voltages (...) [V]."""
+    return cast(Floats, curve.speeds(cast(float, commands), cast(float, volts[..., None]), measured))
+
+
+def torques(block: Block, p: PredictorParameters, geometry: Geometry, measured: bool) -> dict[str, Told]:
     """Centre of gravity and flapping from mean torques, with a known thrust curve.
 
     I alpha + w x I w = torque - c x thrust + k_flap W v x e_z: about x torque - c_y T + k W v_y, about y torque + c_x T - k W
@@ -226,8 +231,7 @@ def torques(block: Block, p: PredictorParameters, geometry: Geometry) -> dict[st
     """
     airframe, curve = p.airframe, p.curve
     block = in_rotors_axes(block, np.array([float(one) for one in p.tilt]))
-    shift = (block.volts / curve.nominal) ** curve.voltage_exponent
-    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** curve.exponent * shift[..., None]
+    speeds = rotor_speeds(block.commands, block.volts, curve, measured)
     thrusts = airframe.rotor.thrust * (speeds**2).mean(axis=1)
     flows = (speeds[..., None] * hubs(block, geometry)).mean(axis=1)
     flow, pushes = flows.sum(axis=1), -flows * np.array([float(one) for one in airframe.drag.rotor])

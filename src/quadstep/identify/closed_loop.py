@@ -12,7 +12,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.guidance.setpoints import SetpointParameters, Setpoints
-from quadstep.identify.averages import BLOCK, blocks
+from quadstep.identify.averages import BLOCK, blocks, rotor_speeds
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.starts import laid_out, setpoint_of
 from quadstep.logs.flight import FlightRecord, Floats
@@ -199,10 +199,7 @@ def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:
     block = blocks([flight], float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
         return np.empty(0)
-    curve = p.curve
-    speeds = curve.speed * np.maximum(block.commands, 1e-3) ** (1.0 if flight.speeds else curve.exponent)
-    if not flight.speeds:
-        speeds = speeds * ((block.volts / curve.nominal) ** curve.voltage_exponent)[..., None]
+    speeds = rotor_speeds(block.commands, block.volts, p.curve, flight.speeds)
     lift = (p.airframe.rotor.thrust * speeds**2).sum(axis=2) / p.airframe.mass
     made = (lift[..., None] * block.axes[..., 2]).mean(axis=1)
     found: Floats = (made * block.gain).sum(axis=1) / (block.gain**2).sum(axis=1)

@@ -58,7 +58,7 @@ def averaged(
     """p with the parameters that averages determine; and why the others stay."""
     known, why = forces(block, p, geometry, speeds, rounds)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
-    more = torques(block, p, geometry)
+    more = torques(block, p, geometry, speeds)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
     return p, {**known, **more}, why
 

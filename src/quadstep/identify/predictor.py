@@ -39,6 +39,13 @@ class Curve(NamedTuple):
     nominal: Number
     delay: Number
 
+    def speeds(self, command: Number, voltage: Number, measured: bool) -> Number:
+        """w [rad/s] of a command, or of a measured speed, which is a share of the full one and depends on no voltage [V]."""
+        if measured:
+            return self.speed * maximum(command, 0.0)
+        shift = self.voltage_exponent * log(voltage / self.nominal)
+        return self.speed * exp(self.exponent * log(maximum(command, STANDING)) + shift)
+
 
 class Observer(NamedTuple):
     """How a prediction uses measurements, and how it continues without them. Pairs: one value for x and y, one for z.
@@ -215,14 +222,10 @@ class Predictor:
             s * (0.5 + s * (2.0 - 1.5 * s)),
             s * s * (0.5 * s - 0.5),
         )
-        shift = p.curve.voltage_exponent * log(p.rows.voltage.at(row) / p.curve.nominal)
-        found = []
+        voltage, found = p.rows.voltage.at(row), []
         for table in p.rows.motors:
             command = total(weight * table.at(low + step) for weight, step in zip(weights, (-1.0, 0.0, 1.0, 2.0), strict=True))
-            if self.speeds:
-                found.append(p.curve.speed * maximum(command, 0.0))
-                continue
-            found.append(p.curve.speed * exp(p.curve.exponent * log(maximum(command, STANDING)) + shift))
+            found.append(p.curve.speeds(command, voltage, self.speeds))
         return Vector(found)
 
     def goal(self, p: PredictorParameters, row: Number) -> Vector:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.airframe.residual import INPUTS, Residual
-from quadstep.identify.averages import followed, matrices
+from quadstep.identify.averages import followed, matrices, rotor_speeds
 from quadstep.identify.errors import HORIZONS
 from quadstep.identify.fit import EFFECTS
 from quadstep.identify.predictor import Predictor, PredictorParameters
@@ -49,15 +49,10 @@ def samples(
 
 def inputs(flight: FlightRecord, p: PredictorParameters) -> Floats:
     """Velocity and rates in body axes, mean rotor speed, of every row, shape (n, 7)."""
-    curve = p.curve
     turn = matrices(flight.channel("attitude"))
     body = np.einsum("nij,ni->nj", turn, flight.channel("velocity"))
-    commands = followed(flight, float(curve.delay), float(p.airframe.rotor.rise))
-    if flight.speeds:
-        speeds = curve.speed * commands
-    else:
-        shift = (voltage_of(flight) / curve.nominal) ** curve.voltage_exponent
-        speeds = curve.speed * np.maximum(commands, 1e-3) ** curve.exponent * shift[:, None]
+    commands = followed(flight, float(p.curve.delay), float(p.airframe.rotor.rise))
+    speeds = rotor_speeds(commands, voltage_of(flight), p.curve, flight.speeds)
     return np.concatenate([body, flight.channel("rates"), speeds.mean(axis=1, keepdims=True)], axis=1)
 
 

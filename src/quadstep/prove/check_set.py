@@ -17,14 +17,14 @@ from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.multirotor import Multirotor
-from quadstep.prove.check_loop import Loop, number, pushed
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop, number, pushed
 from quadstep.prove.set_certificate import SetCertificate, read_set
 from quadstep.prove.unknown import Unknown
 
 LONGEST = 1e6
 """Time up to which clocks are followed [s]."""
 
-PUSHES = 10
+UNKNOWNS = PUSHES + CONSTANTS
 UP = 1.0 + 1e-12
 
 
@@ -76,7 +76,7 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
 
 def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> Image:
     """The image one sample later. Raises UndefinedError, UserError."""
-    p = pushed(loop.plan.parameters, found.unknown, directions - PUSHES, directions, 1)
+    p = pushed(loop.plan.parameters, found.unknown, directions - UNKNOWNS, directions, 1)
     with np.errstate(all="ignore"):
         after = loop.after(numbers, ticks, p)
     for place in range(len(found.states)):
@@ -149,7 +149,7 @@ def failing(loop: Loop, found: SetCertificate) -> str:
     middle = 0.5 * (LONGEST / loop.plan.ticks.step + loop.span)
     away = np.array([middle - loop.span])
     later = Enclosure(np.array([middle]), None, away, away)
-    directions = count + count * count + PUSHES
+    directions = count + count * count + UNKNOWNS
     radii = np.asarray(discs.radii, dtype=np.float64)
     begun = starts(loop, found)
     side = np.zeros((count, axes))
@@ -158,8 +158,8 @@ def failing(loop: Loop, found: SetCertificate) -> str:
     try:
         numbers = box(found, found.rest, found.spread * radii, count, directions)
         kept = discs.reached(mapped(loop, found, numbers, later, directions), count, second=True)
-        numbers = box(found, begun, side, 0, axes + PUSHES)
-        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), axes + PUSHES), axes, second=False)
+        numbers = box(found, begun, side, 0, axes + UNKNOWNS)
+        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), axes + UNKNOWNS), axes, second=False)
     except UndefinedError as error:
         return f"nothing bounds a sample over the set: {error}"
     astray = discs.off @ discs.radii

@@ -37,11 +37,8 @@ class DrawingPool(ProcessPoolExecutor):
 
     def submit(self, function: Callable[Given, Result], /, *args: Given.args, **kwargs: Given.kwargs) -> Future[Result]:
         """Run a function in a process of the pool. Raises UserError where no process can be started for it."""
-        try:
-            with starting():
-                return super().submit(function, *args, **kwargs)
-        except (OSError, EOFError) as error:
-            raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
+        with failures_named(), starting():
+            return super().submit(function, *args, **kwargs)
 
     def close_results(self) -> None:
         """Once all processes are killed: what one of them had written half ends here, where the rest would be waited for."""
@@ -55,11 +52,18 @@ def start_server() -> None:
     """Load matplotlib in the background, so that the first figure need not wait for it. Raises UserError."""
     provide_writable()
     multiprocessing.get_context("forkserver").set_forkserver_preload([PRELOADED])
-    try:
+    with failures_named():
         resource_tracker.ensure_running()  # which the server needs, and which would let Ctrl-C through again
         with starting():
             forkserver.ensure_running()
-    except OSError as error:
+
+
+@contextmanager
+def failures_named() -> Iterator[None]:
+    """Raises UserError where a process cannot be started in this block."""
+    try:
+        yield
+    except (OSError, EOFError) as error:
         raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
 
 
@@ -105,11 +109,8 @@ def drawing_pool(workers: int | None = None) -> Iterator[DrawingPool]:
     """
     start_server()
     others = multiprocessing.active_children()
-    try:
-        with interrupts_held():  # or a semaphore stays that nobody knows of
-            pool = DrawingPool(workers)
-    except OSError as error:
-        raise UserError(f"no process to draw figures could be started: {error}; nothing was written") from None
+    with failures_named(), interrupts_held():  # or a semaphore stays that nobody knows of
+        pool = DrawingPool(workers)
     try:
         yield pool
         pool.shutdown()

@@ -70,16 +70,10 @@ def interval(value: float, low: float, high: float, unit: str = "-") -> str:
     >>> interval(0.01234, 0.0119, 0.0128, "m")
     '12.3 [11.9, 12.8] mm'
     """
-    ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
-    unit, factor = handy(unit, max(ends, default=0.0))
-    digits = digits_of(value, low, high)
-    largest = factor * max(ends, default=0.0)
-    plain = 1e-3 <= largest < 1e6 and value
-    places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None
-    text, below, above = (number(factor * one, digits, places) for one in (value, low, high))
+    text, below, above, unit = alike(value, low, high, unit)
     if not (math.isnan(low) or math.isnan(high)):
         text = f"{text} [{below}, {above}]"
-    return text if unit == "-" else f"{text}\u00a0{unit}"
+    return text + unit
 
 
 def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
@@ -88,8 +82,20 @@ def estimate(value: float, low: float, high: float, unit: str = "-") -> str:
     >>> estimate(0.01234, 0.0119, 0.0128, "m")
     '12.3 mm'
     """
-    text, bracket, rest = interval(value, low, high, unit).partition(" [")
-    return text + rest.partition("]")[2] if bracket else text
+    text, _, _, unit = alike(value, low, high, unit)
+    return text + unit
+
+
+def alike(value: float, low: float, high: float, unit: str) -> tuple[str, str, str, str]:
+    """A number and the ends of its interval with as many decimals, and the unit that follows them, if there is one."""
+    ends = [abs(one) for one in (value, low, high) if math.isfinite(one)]
+    unit, factor = handy(unit, max(ends, default=0.0))
+    digits = digits_of(value, low, high)
+    largest = factor * max(ends, default=0.0)
+    plain = 1e-3 <= largest < 1e6 and value
+    places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None
+    text, below, above = (number(factor * one, digits, places) for one in (value, low, high))
+    return text, below, above, "" if unit == "-" else f"\u00a0{unit}"
 
 
 def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
