@@ -7,7 +7,7 @@ from typing import cast
 
 from proofs.statement import Stated
 from quadstep.numbers.terms import coq, term, variable, variables
-from quadstep.theory.region import NORMS, R1, SIZE, Bounds, Setting, Shape, decay
+from quadstep.theory.region import BENDING, NORMS, R1, SIZE, Bounds, Setting, Shape, decay
 
 VECTORS = (
     "r1 I1 e1 e2 r2 I2 a b a_c b_c eps1 eps2 delta_f Be2 jerk r1_dot F_dot e2_dot c c_raw command_dot c_raw_dot "
@@ -29,7 +29,7 @@ LOOP = """
 """
 """The closed loop, nets off, as docs/theory.md has it: T9's outer and inner loop, the counter-rate, their rates."""
 
-KNOWN = """
+KNOWN = f"""
   0 <= thrust
   thrust <= u
   len delta_f <= thrust * (len a + len b)
@@ -38,7 +38,7 @@ KNOWN = """
   len command_dot * fz <= len F_dot
   len B_r1 <= column * len r1
   len B_r1_dot <= column * len r1_dot
-  len B_turned_r1 <= 244 / 100 * (len (scale w b) + len turned) * len r1
+  len B_turned_r1 <= {BENDING.numerator} / {BENDING.denominator} * (len (scale w b) + len turned) * len r1
   (forall (x y : vec) (t : R), J (add x (scale t y)) = add (J x) (scale t (J y)))
   (forall x y : vec, dot x (J y) = dot (J x) y)
   (forall x : vec, 0 <= dot x (J x) <= high * dot x x)

@@ -170,6 +170,7 @@ def test_lines_and_rates_come_from_the_functions_that_compute_them(monkeypatch):
     before = [statement.prop for statement in (*lines.statements(), *turning.statements())]
     monkeypatch.setattr(lines, "decay", lambda s, *rest, **rounded: decay(s._replace(gain_1=s.gain_2), *rest, **rounded))
     monkeypatch.setattr(turning, "invert_force", lambda force: invert_force(-force))
+    monkeypatch.setattr(turning, "coupling_columns", lambda t, w: tuple(-b for b in coupling_columns(t, w)))
     after = [statement.prop for statement in (*lines.statements(), *turning.statements())]
     assert all(old != new for old, new in zip(before, after, strict=True))
 

@@ -135,7 +135,7 @@ def test_every_statement_has_its_number_its_place_in_the_text_and_its_check():
     proved = {statement.name for statement in all_statements()}
     named = {name for row in table if "Coq" in row for name in re.findall(r"`(\w+)`", row.split("Coq")[1].split(";")[0])}
     assert named <= proved
-    assert {name for name in proved if re.fullmatch(r"T\d+(_near|_lines)?|B_norm|C_norm", name)} <= named
+    assert {name for name in proved if re.fullmatch(r"T\d+(_near|_lines)?|B_norm|B_rate|C_norm", name)} <= named
 
 
 @pytest.mark.parametrize("module", BOUNDS)

@@ -110,7 +110,7 @@ def forms_again(s: Setting, shape: Shape, bounds: Bounds) -> dict[str, Array]:
     c = column * u * r1 / p  # of which r1 is a state
     eta_dot = eta_f_dot + unit[R2] + slope * unit[E2] + c / r1 * unit[R1] + unit[AC] + unit[BC]
     rate[A] += p_a * f_dot / float(bounds.vertical)
-    rate[AC] += p_c * (column * r1 * f_dot + 2.44 * u * r1 * (eta_f_dot + eta_dot) + u * column * r1_dot) / p
+    rate[AC] += p_c * (column * r1 * f_dot + 1.28 * u * r1 * (eta_f_dot + eta_dot) + u * column * r1_dot) / p
     known[A] = p_a * held / float(bounds.vertical)
     known[AC] = p_c * (column * r1 * held + u * column * float(s.force) / m) / p
 

@@ -155,7 +155,7 @@ Proof.
     rewrite len_scale, Rabs_left by lra. lra. }
   assert (TP : 0 <= turn) by (eapply Rle_trans; [apply len_positive | exact TB]).
   assert (SP : 0 <= slow) by (eapply Rle_trans; [| exact RD]; apply Rmult_le_pos; [lra | apply len_positive]).
-  set (whirl := (fast * (column * r1_most) + (u * ((244 / 100) * (w * nb + turn) * r1_most) + u * (column * (slow / m)))) / p).
+  set (whirl := (fast * (column * r1_most) + (u * ((32 / 25) * (w * nb + turn) * r1_most) + u * (column * (slow / m)))) / p).
   assert (CDB : len c_raw_dot <= whirl).
   { apply Rmult_le_reg_l with p; [exact P |]. replace (p * len c_raw_dot) with (len (scale p c_raw_dot)) by (rewrite len_scale, Rabs_right by lra; reflexivity).
     rewrite CD. unfold whirl. match goal with |- _ <= p * (?x / p) => replace (p * (x / p)) with x by (field; lra) end.

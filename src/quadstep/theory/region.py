@@ -15,6 +15,9 @@ NORMS = ("r1", "I1", "e1", "e2", "r2", "I2", "a", "b", "a_c", "b_c")
 R1, I1, E1, E2, R2, I2, A, B, AC, BC = range(len(NORMS))
 SIZE = len(NORMS)
 
+BENDING = Fraction("1.28")
+"""|B_dot^T r| is at most so many times (|eta_f_dot| + |eta_dot|) |r|."""
+
 Form = list[list[Fraction]]
 Line = list[Fraction]
 
@@ -160,7 +163,7 @@ def decay(s: Setting, shape: Shape, bounds: Bounds, rounded: Callable[[Fraction]
     )  # |F_dot|
     command = times(1 / bounds.vertical, changing)  # |d/dt (theta_d, phi_d)|
     turning = plus(line(b=2 * w, r2=one, e2=s.slope_2, a_c=one, b_c=one), line(r1=column * u / s.coupling))
-    bending = Fraction("2.44") * u * r1  # |B_dot| <= 2.44 (|eta_f_dot| + |eta_dot|), times u |r1|
+    bending = BENDING * u * r1
     counter = times(
         1 / s.coupling, plus(times(column * r1, changing), times(bending, turning), times(column * u, speeding))
     )  # |d/dt c_raw|
