@@ -2,81 +2,34 @@
 
 import json
 import os
-import shutil
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.airframes import INSTRUCTIONS
+from benchmarks.beside_c import Row, beside_c
 from benchmarks.many_flights import drawn, plan, sweep
 from benchmarks.processes import run
-from benchmarks.yardstick import COMPILER, STRICT, Yardstick
-from quadstep.flight.kernel import host_width
+from benchmarks.yardstick import PAPER
 
-Row = tuple[str, str, str, str, str]
-
-FLIGHTS, REPEATS = 4096, 7
+FLIGHTS = 4096
 
 
-def in_turn(actions: list[Callable[[], object]], repeats: int = REPEATS) -> list[list[float]]:
-    """Seconds of each of several runs of each action, in turn so that a busy moment hits all alike."""
-    times: list[list[float]] = [[] for _ in actions]
-    for _ in range(repeats):
-        for action, taken in zip(actions, times, strict=True):
-            start = time.perf_counter()
-            action()
-            taken.append(time.perf_counter() - start)
-    return times
-
-
-def machine(double: bool) -> str:
-    """What the lanes are here."""
-    instructions = INSTRUCTIONS.get(host_width(False), "vectors")
-    return f"{host_width(double)} lanes of {instructions}, {os.cpu_count()} cores"
-
-
-def beside_c(folder: Path, double: bool, target: str, count: int = FLIGHTS) -> Row:
-    """A row: the paper's closed loop and the same by hand in C, compiled and flown in the same run."""
-    one, values, flights = plan(), drawn(count), sweep(double)
-    swept, other = flights.fly(values), sweep(not double).fly(values)
-    if swept.outcome.any():
-        raise RuntimeError("a flight of the benchmark was lost")
-    precision = np.abs(swept.metrics[:, 0] / other.metrics[:, 0] - 1.0)
-    accuracy = f"RMSE f32 to f64: median {np.median(precision):.0e}, largest {precision.max():.0e}"
-    steps, name = count * flights.ticks.last, f"paper's closed loop, {count} flights of 10 s, {'f64' if double else 'f32'}"
-    if shutil.which(COMPILER[0]) is None:
-        took = min(in_turn([lambda: flights.fly(values)])[0])
-        return name, f"{steps / took:.3g} steps/s ({machine(double)})", target, "no C compiler here", accuracy
-    by_hand, fused = (Yardstick(flights, one.start, one.parameters, values, folder, fused) for fused in (False, True))
-    known = by_hand.fly()
-    ours = np.column_stack([swept.outcome, swept.metrics[:, :2], swept.metrics[:, -2:].max(axis=1)])
-    apart = np.abs(ours - known).max()
-    own, *times = in_turn([lambda: flights.fly(values), by_hand.fly, fused.fly])
-    alike, faster = (statistics.median(c / mine for mine, c in zip(own, taken, strict=True)) for taken in times)
-    return (
-        name,
-        f"{steps / min(own):.3g} steps/s ({machine(double)}): {100.0 * alike:.0f} % of the C that rounds alike, "
-        f"{100.0 * faster:.0f} % of the C with fused operations",
-        target,
-        f"hand-vectorised C, {' '.join(COMPILER[:3])}: {STRICT} {steps / min(times[0]):.3g} steps/s, else "
-        f"{steps / min(times[1]):.3g}",
-        f"to the C: {apart:.0e} in RMSE [m], largest error [m], weights; {accuracy}",
-    )
+def beside(folder: Path, double: bool, target: str) -> Row:
+    """A row: the paper's closed loop."""
+    return beside_c(folder, "paper's closed loop", PAPER, plan(), sweep, drawn(FLIGHTS), double, target)
 
 
 def single_precision(folder: Path) -> Row:
     """In f32."""
-    return beside_c(folder, False, ">= 6.5e7 on two AVX-512 cores; >= 70 % of the C")
+    return beside(folder, False, ">= 6.5e7 on two AVX-512 cores; >= 70 % of the C")
 
 
 def double_precision(folder: Path) -> Row:
     """In f64."""
-    return beside_c(folder, True, ">= 2.5e7 on two AVX-512 cores; >= 70 % of the C")
+    return beside(folder, True, ">= 2.5e7 on two AVX-512 cores; >= 70 % of the C")
 
 
 READY = "from benchmarks.many_flights import sweep; sweep(False)"

@@ -5,7 +5,8 @@ import os
 import subprocess
 from pathlib import Path
 
-from benchmarks.campaigns import FLIGHTS, Row, in_turn, machine
+from benchmarks.beside_c import Row, in_turn, machine
+from benchmarks.campaigns import FLIGHTS
 from benchmarks.many_flights import drawn, sweep
 
 HOME = Path(__file__).parent

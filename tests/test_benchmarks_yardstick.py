@@ -1,0 +1,96 @@
+"""The hand-written C of the benchmarks flies the engine's flights, also where it takes a branch that is rarely needed."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks import many_flights, vehicles
+from benchmarks.airframes import CALM, plans
+from benchmarks.beside_c import summary
+from benchmarks.yardstick import PAPER, Yardstick
+from quadstep.flight.engines import FlightPlan
+from quadstep.flight.lanes import fly_lanes
+from quadstep.flight.scored import scored
+from quadstep.flight.sweep import Sweep, places
+from quadstep.numbers import flatten, leaf_names, rebuild
+from tests.needs import C_COMPILER, needs
+
+pytestmark = needs(C_COMPILER)
+
+FLIGHTS, SAMPLE = 32, 0.02
+
+HARD: dict[str, Any] = {
+    **CALM,
+    "wind": {
+        "mean": [6.0, 2.0, 0.5],
+        "swing": [1.0, 0.5, 0.2],
+        "swing_frequency": 4.0,
+        "gust": {"velocity": [3.0, -1.0, 0.5], "start": 0.2, "length": 0.6},
+    },
+    "start": {"position": [0.5, -0.4, 2.5], "attitude": [1.0, 0.3, 1.9], "rates": [3.0, -2.0, 1.0]},
+    "limits": {"distance": 7.0, "rate": 100.0},
+}
+"""A start on its side and turning: rotors at their limits, large turns, and some flights are lost."""
+
+LOOSE = {
+    "parameters.airframe.mass": (2.4, 2.9),
+    "start.rates.0": (-6.0, 6.0),
+    "start.rates.1": (-6.0, 6.0),
+    "parameters.airframe.drag.flapping": (0.0, 1e-3),
+    "parameters.airframe.drag.translational_lift": (0.0, 1e-2),
+    "parameters.airframe.rotor.fall": (0.03, 0.06),
+    "parameters.gains.weight_bounds.0": (0.1, 3.0),
+    "parameters.gains.weight_bounds.1": (0.1, 3.0),
+    "parameters.gains.integral_bounds.0": (0.05, 0.5),
+    "parameters.gains.integral_bounds.1": (0.05, 0.5),
+    "parameters.path.ramp": (-1.0, 2.0),
+}
+
+Varied = dict[str, tuple[float, float]]
+PAPERS = dict(zip(many_flights.VARYING, zip(many_flights.LOW, many_flights.HIGH, strict=True), strict=True))
+CALMS = dict(zip(vehicles.VARYING, zip(vehicles.LOW, vehicles.HIGH, strict=True), strict=True))
+
+
+def drawn(one: FlightPlan, varied: Varied, double: bool, seconds: float) -> tuple[Sweep, np.ndarray]:
+    """A sweep of short flights like this one, and what varies in them."""
+    loop, ticks = scored(one.loop, one.ticks._replace(last=round(seconds / one.ticks.step)), SAMPLE)
+    sweep = Sweep(loop, ticks, one.start, one.parameters, places(one.start, one.parameters, list(varied)), double)
+    low, high = np.array(list(varied.values())).T
+    return sweep, np.random.default_rng(3).uniform(low, high, (FLIGHTS, len(varied)))
+
+
+@pytest.mark.parametrize("fused", [False, True])
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("kind", ["paper", "calm", "hard"])
+def test_the_c_flies_the_same_flights(kind: str, double: bool, fused: bool, tmp_path: Path) -> None:
+    source = PAPER if kind == "paper" else vehicles.SOURCE
+    one = {"paper": many_flights.plan, "calm": vehicles.calm, "hard": lambda: plans(HARD, 1)[0]}[kind]()
+    sweep, values = drawn(one, {"paper": PAPERS, "calm": CALMS, "hard": LOOSE}[kind], double, 2.0)
+    swept = sweep.fly(values)
+    lost = np.count_nonzero(swept.outcome)
+    assert 0 < lost < FLIGHTS if kind == "hard" else lost == 0
+    by_hand = Yardstick(source, sweep, one.start, one.parameters, values, tmp_path, fused).fly()
+    assert np.allclose(by_hand.scores, summary(swept), rtol=1e-12 if double else 2e-4, atol=0.0)
+
+
+def test_the_c_reaches_the_same_state_and_has_learned_the_same(tmp_path: Path) -> None:
+    one = vehicles.calm()
+    sweep, values = drawn(one, CALMS, True, 1.0)
+    by_hand = Yardstick(vehicles.SOURCE, sweep, one.start, one.parameters, values, tmp_path, fused=False).fly()
+    starts, parameters = [], []
+    for row in values:
+        leaves = flatten((one.start, one.parameters))
+        for place, value in zip(sweep.varying, row.tolist(), strict=True):
+            leaves[place] = value
+        start, numbers = rebuild((one.start, one.parameters), iter(leaves))
+        starts.append(start)
+        parameters.append(numbers)
+    finals = [log.final for log in fly_lanes(one.loop, parameters, starts, one.ticks._replace(last=sweep.ticks.last))]
+    names = leaf_names(finals[0], "cycle")
+    kept = [i for i, name in enumerate(names) if name.startswith(("cycle.state", "cycle.memory.w", "cycle.memory.i"))]
+    assert len(kept) > 80
+    assert np.allclose(
+        by_hand.cycles[:, kept], np.array([flatten(final) for final in finals])[:, kept], rtol=1e-11, atol=1e-12
+    )
