@@ -152,7 +152,7 @@ def test_the_words_have_the_numbers():
     text = "\n".join(sentences(summarise(Made(TABLE))))
     assert "10 flights: 40 % succeed" in text
     exact = binomtest(4, 10).proportion_ci(0.95, "exact")
-    assert f"{100 * exact.low:.6g} to {100 * exact.high:.6g} %" in text
+    assert f"the 95 % interval is {100 * exact.low:.1f} % to {100 * exact.high:.1f} %." in text
     assert "1 not-finite, 3 off-path, 1 spinning" in text
     assert "Position RMSE of the 5 completed flights: 50 % below 300" in text
 

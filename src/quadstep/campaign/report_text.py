@@ -11,7 +11,7 @@ from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import COPIES, QUANTILES, Spread, Summary, Worst, sentences
+from quadstep.campaign.summary import COPIES, QUANTILES, Spread, Summary, Worst, sentences, within
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
@@ -46,11 +46,6 @@ def alone(spread: Spread) -> page.Fact:
     """A metric where the flights do not differ."""
     words, unit = units.metric(spread.metric)
     return page.Fact(words, units.quantity(spread.quantiles[QUANTILES[0]].value, unit))
-
-
-def within(low: float, high: float) -> str:
-    """An interval of a share in words."""
-    return f"{units.percent(low)} to {units.percent(high)}"
 
 
 def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> list[str]:

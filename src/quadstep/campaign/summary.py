@@ -95,12 +95,16 @@ def worst(flown: pa.Table) -> list[Worst]:
     return [Worst(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
 
 
+def within(low: float, high: float) -> str:
+    """An interval of a share in words."""
+    return f"{units.percent(low)} to {units.percent(high)}"
+
+
 def sentences(summary: Summary) -> list[str]:
     """The summary in words."""
-    digits = max(6, len(str(summary.flights)) + 1)  # so that a single flight shows
-    value, low, high = (f"{100.0 * part:.{digits}g}" for part in summary.success)
-    within = "" if summary.copies else f"; 95 % interval {low} to {high} %"
-    lines = [f"{units.counted(summary.flights, 'flight')}: {value} % succeed{within}."]
+    value, low, high = summary.success
+    interval = "" if summary.copies else f"; the 95 % interval is {within(low, high)}"
+    lines = [f"{units.counted(summary.flights, 'flight')}: {units.percent(value)} succeed{interval}."]
     if summary.copies:
         lines.append(COPIES.format(summary.flights))
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])

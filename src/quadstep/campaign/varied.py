@@ -160,7 +160,7 @@ def in_words(one: Distribution) -> str:
         values = listed(one.options) if one.values else f"{one.count} from {one.low:g} to {one.high:g}"
         return f"each of {values} in turn"
     if isinstance(one, LogNormal):
-        return f"log-normal, median {one.median:g}, sigma {one.sigma:g}{cut_off(one)}"
+        return f"log-normal, median {one.median:g}, σ {one.sigma:g}{cut_off(one)}"
     return f"normal, mean {one.mean:g}, deviation {one.deviation:g}{cut_off(one)}"
 
 

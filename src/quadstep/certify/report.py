@@ -4,7 +4,7 @@ from pathlib import Path
 
 from quadstep.certify.certificate import Certificate
 from quadstep.certify.record import table
-from quadstep.certify.verdict import kind
+from quadstep.certify.verdict import answer, kind
 from quadstep.report import page, units
 
 
@@ -15,8 +15,9 @@ def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: st
         "L and its rate, |r| and b_r, |W_tilde| and b_w, and the term that the proof omits; all axes logarithmic",
     )
     body = [
-        page.summary(f"{verdict[0].upper()}{verdict[1:]}.", facts(c), [shown]),
+        page.summary(answer(c), facts(c), [shown]),
         page.heading("Measured values and bounds", "measured"),
+        page.paragraph(f"Verdict: {verdict}."),
         page.table(("", "measured", "bound"), table(c)),
         page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
     ]

@@ -39,6 +39,19 @@ def after(c: Certificate) -> str:
     return f"{came}, left it again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
 
 
+def answer(c: Certificate) -> str:
+    """What a reader wants to know first, in a sentence; everything else is in the verdict."""
+    if kind(c) != "diverged":
+        said = verdict(c)
+        return f"{said[0].upper()}{said[1:]}."
+    ended, found = f"The flight diverged and ended at {c.ended:.4g} s", c.conditions.broken()
+    if not c.conditions.printed_hold:
+        return f"{ended}; the conditions of Theorem 5.1 do not hold."
+    if not found:
+        return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected."
+    return f"{ended} although the conditions of Theorem 5.1 hold as printed: {'; '.join(found)}."
+
+
 def verdict(c: Certificate) -> str:
     """The verdict line."""
     what, k = kind(c), c.conditions
@@ -47,7 +60,7 @@ def verdict(c: Certificate) -> str:
         said = f"the printed conditions {'hold' if k.printed_hold else 'do not hold'} (smallest margin {printed:.4g})"
         found = k.broken()
         rest = f"; broken on this flight: {'; '.join(found)}" if found else f"; so do the corrected conditions: {margins(c)}"
-        return f"diverged: the flight ended at {c.ended:.4g} s; {said}{rest}; numbers up to {c.until:.4g} s"
+        return f"diverged: the flight ended at {c.ended:.4g} s; {said}{rest}; all numbers are from the first {c.until:.4g} s"
     if what == "conditions broken":
         return f"conditions broken: {'; '.join(k.broken())}; largest |r| of the flight {c.r.max():.4g}"
     if what == "untested":

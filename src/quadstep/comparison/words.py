@@ -110,8 +110,8 @@ def of_all(found: Comparison) -> str:
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if pairs:
         text += (
-            f" Which of two tracks better is decided for {decided} of {len(pairs)} pairs{over}, and which loses fewer flights "
-            f"for {kept}."
+            f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}, the number of lost flights in "
+            f"{kept or 'none'}."
         )
     return f"{text} {first[0]} has the best mean rank." if many > 1 else text
 

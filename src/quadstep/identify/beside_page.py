@@ -69,7 +69,7 @@ def drawn(job: FigureJob, caption: str) -> str:
     """A figure, inline."""
     with TemporaryDirectory() as folder:
         job.draw(Path(folder), SVG)
-        return figure(Path(folder) / f"{job.name}.svg", caption)
+        return figure(Path(folder) / f"{job.name}.svg", caption, set_as=escape)
 
 
 def numbers(one: Tracking) -> tuple[str, str, str, str]:

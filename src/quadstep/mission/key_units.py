@@ -3,6 +3,7 @@
 from pydantic import BaseModel
 
 from quadstep.mission.fields import Quantity
+from quadstep.report.symbols import prose
 
 
 def unit(mission: BaseModel, key: str) -> str:
@@ -19,6 +20,6 @@ def unit(mission: BaseModel, key: str) -> str:
 
 
 def label(mission: BaseModel, key: str) -> str:
-    """A key and its unit."""
+    """A key and its unit, as a person reads it."""
     found = unit(mission, key)
-    return f"{key} [{found}]" if found else key
+    return f"{key} [{prose(found)}]" if found else key

@@ -4,13 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.ticker import AsinhLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import AsinhLocator, NullLocator
 
 from quadstep.campaign.pictures import logarithmic
 from quadstep.rare.done import Done
 from quadstep.rare.pieces import Kind
+from quadstep.report.axes import powers
 from quadstep.report.canvas import drawing, margins, new_figure, write
 from quadstep.report.sheet import Sheet
+from quadstep.report.units import metric
 
 OWN, OTHER, END = "black", "#2166ac", "#b2182b"
 
@@ -62,6 +64,7 @@ def draw_event(axes: Axes, name: str, pieces: Sequence[Done]) -> None:
         axes.set_xscale("asinh", linear_width=LINEAR)
         axes.xaxis.set_major_locator(AsinhLocator(LINEAR, numticks=5))
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_major_formatter(powers())
     axes.margins(x=0.15)
-    axes.set_xlabel(f"score: {', '.join(scores)}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")
+    only = next(iter(scores), "")
+    axes.set_xlabel(f"score: {metric(only)[0]}" if len(scores) == 1 else f"score: largest of {len(scores)} metrics")

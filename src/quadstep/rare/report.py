@@ -11,11 +11,16 @@ from quadstep.campaign.varied import text_of, told
 from quadstep.rare.done import Done
 from quadstep.rare.kept import Kept
 from quadstep.rare.picture import draw_levels
-from quadstep.rare.summary import Summary, sentences
+from quadstep.rare.summary import Summary, rounded, sentences
 from quadstep.report import page, units
 from quadstep.report.sheet import Sheet
 
 REPORT, FIGURES, LEVELS = "report.html", "figures", "levels"
+
+SHOWN = (
+    "The probability of reaching each score, level by level; at the right, ×, that of failing. Black and red: the replicates; "
+    "blue: other methods and scores."
+)
 
 READING = (
     "A replicate steers flights towards failure in steps: each keeps the flights with the highest scores and flies more like "
@@ -69,9 +74,9 @@ def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figur
         page.Fact("flights", f"{summary.flights:,}", "in all"),
     ]
     if summary.one_by_one:
-        facts.append(page.Fact("plain Monte Carlo", units.number(summary.one_by_one, 2), "flights for the same accuracy"))
+        facts.append(page.Fact("plain Monte Carlo", rounded(summary.one_by_one), "flights for the same accuracy"))
     return [
-        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", "Path to failure: probability over score")]),
+        page.summary(answer, facts, [page.figure(figures / f"{LEVELS}.svg", SHOWN)]),
         *(page.paragraph(line) for line in more),
         *(page.paragraph(f"Warning: {line}") for line in summary.warnings),
         page.heading("Replicates", "replicates"),

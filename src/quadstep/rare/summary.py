@@ -153,6 +153,11 @@ def as_json(found: Summary) -> dict[str, object]:
     }
 
 
+def rounded(flights: float) -> str:
+    """A number of flights to two digits."""
+    return f"{float(f'{flights:.2g}'):,.0f}" if flights < 1e9 else f"{flights:.2g}"
+
+
 def sentences(found: Summary, method: Method) -> list[str]:
     """The summary in words."""
     value, low, high = (f"{part:.3g}" for part in found.probability)
@@ -164,8 +169,8 @@ def sentences(found: Summary, method: Method) -> list[str]:
     if found.one_by_one:
         times = found.one_by_one / found.flights
         lines.append(
-            f"{found.flights:,} flights in all; plain Monte Carlo would need {found.one_by_one:.2g} for the same accuracy, "
-            f"{times:.2g} times as many."
+            f"{found.flights:,} flights in all; plain Monte Carlo would need {rounded(found.one_by_one)} for the same "
+            f"accuracy, {times:.2g} times as many."
         )
     lines.append(
         f"Plain Monte Carlo flights: {found.crude.failures:,} of {found.crude.flights:,} failed, a probability from "

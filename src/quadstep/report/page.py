@@ -28,6 +28,9 @@ HEADINGS = re.compile(r'<h2 id="([^"]*)">(.*?)</h2>')
 FEWEST_HEADINGS = 3
 """For which a page has a list of contents."""
 
+LONG = 30
+"""Letters of a word that may be broken on paper, so that its table fits."""
+
 
 class Span(NamedTuple):
     """A number with its interval, drawn. text: as it is written. low, value, high: on the scale from `least` to `most`."""
@@ -86,10 +89,11 @@ def listing(lines: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{rich(line)}</li>' for line in lines)}</ul>"
 
 
-def links(places: Iterable[tuple[str, str]]) -> str:
-    """A list of links: address and text of each. Paper has none."""
+def links(places: Iterable[tuple[str, str]], before: str = "") -> str:
+    """A list of links: address and text of each, and a sentence before them. Paper has none."""
+    said = f'<p class="screen">{rich(before)}</p>' if before else ""
     items = (f'<li><a href="{escape(place)}">{escape(text)}</a></li>' for place, text in places)
-    return f'<ul class="screen">{"".join(items)}</ul>'
+    return f'{said}<ul class="screen">{"".join(items)}</ul>'
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = rich) -> str:
@@ -99,6 +103,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callabl
         if isinstance(content, Span):
             return f'<td class="number">{set_as(content.text)}{drawn_interval(content)}</td>'
         text, kind = content if isinstance(content, tuple) else (content, "")
+        kind = kind or "long" * any(len(word) > LONG for word in text.split())
         return f'<td class="{escape(kind)}">{set_as(text)}</td>' if kind else f"<td>{set_as(text)}</td>"
 
     head = "".join(f"<th>{set_as(name)}</th>" for name in header)
@@ -135,11 +140,12 @@ def summary(answer: str, facts: Iterable[Fact] = (), figures: Sequence[str] = ()
     return f'<p class="answer">{rich(answer)}</p>{tiles}<div class="summary">{"".join(figures)}</div>'
 
 
-def figure(path: Path, caption: str, coded: bool = False) -> str:
+def figure(path: Path, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
     """A figure drawn inline: from its SVG file, or from the PNG beside it where there is none.
 
     path: of either, its ending may be left out. Where there is only a PDF, it is named. The ids of an SVG get the file's name
     in front, so that several can stand on one page. coded: whether its colours stand for values and stay the same in the dark.
+    set_as: of the caption, as for `paragraph`.
     """
     name = path.name.removesuffix(".svg").removesuffix(".png")
     svg, png = (path.with_name(f"{name}.{ending}") for ending in ("svg", "png"))
@@ -148,18 +154,18 @@ def figure(path: Path, caption: str, coded: bool = False) -> str:
         drawing = text[text.index("<svg") :]
         for mark in ('id="', 'href="#', "url(#"):
             drawing = drawing.replace(mark, f"{mark}{name}-")
-        return inline_figure(drawing, caption, coded)
+        return inline_figure(drawing, caption, coded, set_as)
     if png.is_file():
         data = base64.b64encode(png.read_bytes()).decode()
-        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, coded)
+        return inline_figure(f'<img alt="" src="data:image/png;base64,{data}">', caption, coded, set_as)
     return note(f"{caption}: drawn in {name}.pdf.")
 
 
-def inline_figure(drawing: str, caption: str, coded: bool = False) -> str:
-    """A figure from its markup. coded: as for `figure`."""
+def inline_figure(drawing: str, caption: str, coded: bool = False, set_as: Callable[[str], str] = rich) -> str:
+    """A figure from its markup. coded, set_as: as for `figure`."""
     shown = f'<div class="drawn" role="img" aria-label="{escape(caption)}">{drawing}</div>'
     kind = ' class="coded"' if coded else ""
-    return f"<figure{kind}>{shown}<figcaption>{rich(caption)}</figcaption></figure>"
+    return f"<figure{kind}>{shown}<figcaption>{set_as(caption)}</figcaption></figure>"
 
 
 def page_text(title: str, sections: Iterable[str], kind: str = "", more: str = "") -> str:

@@ -74,16 +74,17 @@ def numerals(text: str) -> str:
     text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
     text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
-    return unbroken(text.replace("&gt;=", "≥").replace("&lt;=", "≤").replace(" +- ", " ± "))
+    return unbroken(text.replace("&gt;=", "≥").replace("&lt;=", "≤"))
 
 
 def unbroken(text: str) -> str:
-    """The same, with no line break between a number, or its interval, and its unit."""
-    return MEASURE.sub("\N{NO-BREAK SPACE}", text)
+    """The same, with no line break inside a power of ten, or between a number, or its interval, and its unit."""
+    return MEASURE.sub("\N{NO-BREAK SPACE}", text).replace(" × 10", "\N{NO-BREAK SPACE}×\N{NO-BREAK SPACE}10")
 
 
 def prose(text: str) -> str:
-    """Minus, micro and powers as such."""
+    """Minus, plus or minus, micro and powers as such."""
+    text = re.sub(r"\+-(?=[ \d])", "±", text)
     text = re.sub(r"(?<=\d )u(?=(?:m|rad|N|J|W)\b)", "µ", text).replace(" - ", " − ")
     return re.sub(r"\^(-?\d)\b", lambda match: match[1].translate(POWERS), text)
 
