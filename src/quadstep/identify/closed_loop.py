@@ -24,6 +24,8 @@ SETTLING = 1.0
 """Time at the start that is not compared [s]."""
 
 LONGEST_LEAD = 1.2
+INTEGRAL = 4.0 / 3.0
+"""I gain of the body rates over their P gain [1/s]: PX4's defaults (0.2 over 0.15); ArduPilot's are 1, the Crazyflie's 2."""
 KNOWING = 3.0
 """Beginning of a flight that tells its own level of thrust [s]."""
 
@@ -84,9 +86,9 @@ def tracking(position: Floats, attitude: Floats, rates: Floats, setpoint: Floats
 def as_flown(vehicle: AirframeSection) -> dict[str, object]:
     """Gains of the cascaded PID for flying like the real vehicle.
 
-    The rate loop is as fast as the rotors allow. The others and their limits are identified from the flights
-    (`guided_prediction`): there the acceleration for the setpoint acts after rotors and attitude, here before them, so the
-    position loop makes up for it.
+    The rate loop is as fast as the rotors allow; its integral takes over the torques of flapping and of the centre of gravity.
+    The others and their limits are identified from the flights (`guided_prediction`): there the acceleration for the setpoint
+    acts after rotors and attitude, here before them, so the position loop makes up for it.
     """
     late = vehicle.rotor.rise_time + (vehicle.command.delay if vehicle.command else 0.0)
     rate = 1.5 / late
@@ -94,7 +96,7 @@ def as_flown(vehicle: AirframeSection) -> dict[str, object]:
         "rate": [rate, rate, 0.4 * rate],
         "rate_derivative": [0.5 * rate * vehicle.rotor.rise_time] * 2 + [0.0],
         "rate_filter": 200.0,
-        "rate_integral": 1.0,
+        "rate_integral": [INTEGRAL * rate, INTEGRAL * rate, INTEGRAL * 0.4 * rate],
         "attitude": [0.3 * rate, 0.3 * rate, 0.15 * rate],
     }
     seen = vehicle.guided_prediction
