@@ -58,8 +58,10 @@ CHROMIUM_PROGRAM = program("chromium", "chromium-browser", "google-chrome", "goo
 
 FIREFOX_PROGRAM = program("firefox-esr", "firefox")
 
-CRAZYPAD = Path(__file__).parent.parent.parent / "shared" / "data" / "crazypad"
-"""Flights of a Crazyflie that are not ours to carry lie beside the checkout."""
+DATA = Path(__file__).parent.parent.parent / "shared" / "data"
+"""Flights of Crazyflies that are not ours to carry lie beside the checkout."""
+
+CRAZYPAD, NANOBENCH = DATA / "crazypad", DATA / "nanobench"
 
 CHROMIUM = Need("Chromium", "install it (Debian: chromium)", lambda: CHROMIUM_PROGRAM is not None)
 FIREFOX = Need("Firefox", "install it (Debian: firefox-esr)", lambda: FIREFOX_PROGRAM is not None, spared=True)
@@ -108,10 +110,16 @@ RECORDINGS = Need(
     (CRAZYPAD / "normal_motor.csv").is_file,
     spared=True,
 )
+FLIGHTS = Need(
+    "the NanoBench flights",
+    "put them into ../shared/data/nanobench (docs/logs.md says whose they are)",
+    (NANOBENCH / "B2_circle_fast_rep1.csv").is_file,
+    spared=True,
+)
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
-    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
+    GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
     SITE, BASH, ZSH, FISH,
 )  # fmt: skip
 

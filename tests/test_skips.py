@@ -54,6 +54,7 @@ def test_only_what_a_machine_may_well_lack_is_spared():
         "an NVIDIA graphics processor",
         "a machine without a graphics processor",
         "a processor with other instructions",
+        "the NanoBench flights",
         "the CrazyPAD recordings",
         "Firefox",
         "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
