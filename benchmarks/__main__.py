@@ -15,14 +15,15 @@ from benchmarks.million import million_flights
 from benchmarks.page import case_1_page, paper_page
 from benchmarks.peers import crazyflow, rotorpy
 from benchmarks.processes import import_time, installed_size, one_mission, reproduction
-from benchmarks.vehicles import vehicle_in_double, vehicle_in_single
+from benchmarks.vehicles import noisy_in_double, noisy_in_single, quiet_in_double, quiet_in_single
 
 Row = tuple[str, str, str, str, str]
 
 MEASURES = (
     import_time, one_mission, compilation, case_1_flight, throughput, full_vehicle, calm_vehicle, estimated_vehicle,
-    opaque_controller, single_precision, double_precision, vehicle_in_single, vehicle_in_double, ready, cost,
-    million_flights, case_1_page, paper_page, gpu, crazyflow, rotorpy, reproduction, installed_size,
+    opaque_controller, single_precision, double_precision, noisy_in_single, noisy_in_double, quiet_in_single,
+    quiet_in_double, ready, cost, million_flights, case_1_page, paper_page, gpu, crazyflow, rotorpy, reproduction,
+    installed_size,
 )  # fmt: skip
 
 

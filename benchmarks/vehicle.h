@@ -4,19 +4,20 @@
 #include "yardstick.h"
 
 #define ARM ((num)0.159099025767075) /* [m] rotors at (+-ARM, +-ARM): front left, rear left, rear right, front right */
+/* What the nets' inputs are divided by: m/s, rad/s, rad/s^2, m/s^2. */
 #define SPEED 5
 #define RATE 5
 #define TURN 50
 #define GRAVITY 10
 
-/* The numbers of a flight, in the order of `flatten`; those of battery, turbulence and noise are not read. */
+/* The numbers of a flight, in the order of `flatten`; some are not read: of the battery, of the accelerometer. */
 typedef struct {
     V mass, inertia[3], gravity;
     V thrust, torque, spinning, rise, fall, slowest, fastest, radius;
     V parasitic[3], hub[3], flapping, lift, battery[5], ground;
     V shares[4][4], least, most, per_square;
-    V wind[3], swing[3], swing_frequency, gust[3], gust_start, gust_length, turbulence[3];
-    V noise[10], key[4];
+    V wind[3], swing[3], swing_frequency, gust[3], gust_start, gust_length, wind_20, height, airspeed;
+    V gyro_noise, gyro_bias, gyro_walk, accelerometer[3], position_noise, velocity_noise, attitude_noise, felt_gravity, key[4];
     V centre[3], amplitude[3], frequency[3], phase[3], yaw, yaw_rate, ramp;
     V m, i[3], g, most_thrust, slope1[3], gain1[3], integral1[3], slope2[3], gain2[3], integral2[3], coupling[3], filter[3];
     V rate1, damping1, rate2, damping2, learning_start, weight_bounds[2], integral_bounds[2];
@@ -30,7 +31,8 @@ typedef struct {
 /* Everything that lives from tick to tick, in the order of `flatten`. */
 typedef struct {
     V position[3], velocity[3], attitude[4], rates[3], speeds[4], charge;
-    V air[6];
+    V begun, along, across[2], vertical[2];
+    V bias[3 * NOISE];
     Fix queued[2], fix;
     V gyro[3];
     V integral1[3], integral2[3], weights1[N][3], weights2[N][3];

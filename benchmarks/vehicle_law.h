@@ -119,12 +119,12 @@ INLINE void follow(Cycle *c, const Numbers *p, const Constant *k, const num *wei
     turn_of(e2, between);
     rotation(b, between);
     for (int i = 0; i < 3; i++) rates[i] = dot(b[i], c->filtered_rates), change[i] = dot(b[i], acceleration);
-    cross(crossed, c->rates, rates);
+    cross(crossed, c->gyro, rates);
     for (int i = 0; i < 3; i++) {
         change[i] -= crossed[i];
-        rates[i] -= c->rates[i];
+        rates[i] -= c->gyro[i];
         r2[i] = rates[i] + p->slope2[i] * e2[i];
-        chi[i] = c->rates[i] * ((num)1 / RATE), chi[3 + i] = change[i] * ((num)1 / TURN);
+        chi[i] = c->gyro[i] * ((num)1 / RATE), chi[3 + i] = change[i] * ((num)1 / TURN);
     }
     for (int j = 0; j < N; j++) {
         const num *w = weights + 10 * j;
@@ -133,8 +133,8 @@ INLINE void follow(Cycle *c, const Numbers *p, const Constant *k, const num *wei
     }
     output(y, c->weights2, mu);
     V on = (V)((t >= p->learning_start) & (I)c->flying);
-    for (int i = 0; i < 3; i++) spun[i] = p->i[i] * c->rates[i];
-    cross(crossed, c->rates, spun);
+    for (int i = 0; i < 3; i++) spun[i] = p->i[i] * c->gyro[i];
+    cross(crossed, c->gyro, spun);
     V learning = on * made * h, share = c->flying * made * h;
     for (int i = 0; i < 3; i++) {
         V want = change[i] + p->slope2[i] * rates[i] + on * y[i];

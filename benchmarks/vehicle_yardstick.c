@@ -1,4 +1,4 @@
-/* A real vehicle's closed loop by hand, for speed: the flights of `airframes.CALM`.
+/* A real vehicle's closed loop by hand, for speed: the flights of `airframes.CALM`; with NOISE those of `FULL`.
  *
  * The same loop as `Scored(Loop(Multirotor, Orbit(), RotationBackstepping(), MovingAir(), Suite(delay=2)))`: four rotors in an
  * X that lag, with drag, flapping, lift and gyroscopic torques; gyro and attitude loop every tick, fixes that are two periods
@@ -9,7 +9,11 @@
  * with the fix, a part of the attitude net too; the rotors' lag, linear, costs two products a stage; turns are polynomials
  * without roots; what flights rarely need (a rotor at its limit, a projection, a large turn) is a branch for the whole block.
  */
+#ifndef NOISE
+#define NOISE 0
+#endif
 #include "vehicle_law.h"
+#include "vehicle_noise.h"
 
 /* What moves besides the position and the rotors: velocity, body rates, attitude. */
 #define MOVING 10
@@ -56,10 +60,10 @@ INLINE void derivative(V *rate, const Numbers *p, const Constant *k, const V *wi
 }
 
 /* RK4. A rotor's gap to its command falls by the same factors in every step; the position follows from the accelerations. */
-INLINE void advance(Cycle *c, const Numbers *p, const Constant *k, num t, num h) {
+INLINE void advance(Cycle *c, const Numbers *p, const Constant *k, const V *blowing, num t, num h) {
     V wind[3], wanted[4], gap[4], pull[4], factor[4][4], w[4];
     V x[MOVING], begin[MOVING], rate[MOVING], first[MOVING], middle[MOVING];
-    for (int i = 0; i < 3; i++) wind[i] = p->wind[i];
+    for (int i = 0; i < 3; i++) wind[i] = blowing[i];
     if (k->swings) {
         V s, cosine;
         turn(p->swing_frequency * (t + (num)0.5 * h), &s, &cosine);
@@ -107,20 +111,28 @@ INLINE void advance(Cycle *c, const Numbers *p, const Constant *k, num t, num h)
  * position loop, law and score; gyro and law run every tick. */
 void fly(int64_t blocks, int64_t last, const int64_t *every, num h, const num *weights1, const num *weights2,
          const Numbers *numbers, Cycle *cycles, Score *scores) {
+    every += NOISE; /* with it the first is the turbulence's */
     for (int64_t block = 0; block < blocks; block++) {
         const Numbers *p = numbers + block;
         const Constant k = constant(p, h);
         Cycle c = cycles[block];
         Score score = {0};
         score.ended = all((num)last);
-        V up[3], known[N];
+        V up[3], known[N], wind[3];
+        memcpy(wind, p->wind, sizeof wind);
+        Noise noise;
+        if (NOISE) noise = noise_of(p, h, (num)every[-1] * h, (num)every[1] * h);
         int limited = 0;
         for (int64_t tick = 0; tick <= last; tick++) {
             num t = (num)tick * h;
+            if (NOISE && tick % every[-1] == 0) stir(wind, &c, p, &noise, tick);
+            memcpy(c.gyro, c.rates, sizeof c.gyro);
+            if (NOISE) sense(&c, &noise, tick);
             if (tick % every[1] == 0) {
                 V r[3][3], speed[3];
                 c.fix = c.queued[0], c.queued[0] = c.queued[1];
                 memcpy(&c.queued[1], &c, sizeof(Fix)); /* the state begins with these */
+                if (NOISE) disturb(&c, p, &noise, tick);
                 rotation(r, c.fix.attitude);
                 for (int i = 0; i < 3; i++) {
                     up[i] = r[i][2];
@@ -155,7 +167,7 @@ void fly(int64_t blocks, int64_t last, const int64_t *every, num h, const num *w
                 if (!end(&score, failed, code, tick)) break;
             }
             if (due) sample(&score, tick == 0, off2, c.thrust, c.torque, norm);
-            if (tick < last) advance(&c, p, &k, t, h);
+            if (tick < last) advance(&c, p, &k, wind, t, h);
         }
         cycles[block] = c;
         scores[block] = score;

@@ -1,14 +1,16 @@
 """The hand-written C of the benchmarks flies the engine's flights, also where it takes a branch that is rarely needed."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks import many_flights, vehicles
+from benchmarks import many_flights
 from benchmarks.airframes import CALM, plans
 from benchmarks.beside_c import summary
+from benchmarks.vehicles import NOISY, QUIET, Vehicles
 from benchmarks.yardstick import PAPER, Yardstick
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.lanes import fly_lanes
@@ -19,7 +21,7 @@ from tests.needs import C_COMPILER, needs
 
 pytestmark = needs(C_COMPILER)
 
-FLIGHTS, SAMPLE = 32, 0.02
+FLIGHTS, SECONDS, SAMPLE = 32, 2.0, 0.02
 
 HARD: dict[str, Any] = {
     **CALM,
@@ -34,7 +36,7 @@ HARD: dict[str, Any] = {
 }
 """A start on its side and turning: rotors at their limits, large turns, and some flights are lost."""
 
-LOOSE = {
+LOOSE: dict[str, tuple[float, float]] = {
     "parameters.airframe.mass": (2.4, 2.9),
     "start.rates.0": (-6.0, 6.0),
     "start.rates.1": (-6.0, 6.0),
@@ -48,37 +50,53 @@ LOOSE = {
     "parameters.path.ramp": (-1.0, 2.0),
 }
 
-Varied = dict[str, tuple[float, float]]
-PAPERS = dict(zip(many_flights.VARYING, zip(many_flights.LOW, many_flights.HIGH, strict=True), strict=True))
-CALMS = dict(zip(vehicles.VARYING, zip(vehicles.LOW, vehicles.HIGH, strict=True), strict=True))
+
+Case = tuple[Path, FlightPlan, Sweep, np.ndarray]
 
 
-def drawn(one: FlightPlan, varied: Varied, double: bool, seconds: float) -> tuple[Sweep, np.ndarray]:
-    """A sweep of short flights like this one, and what varies in them."""
-    loop, ticks = scored(one.loop, one.ticks._replace(last=round(seconds / one.ticks.step)), SAMPLE)
-    sweep = Sweep(loop, ticks, one.start, one.parameters, places(one.start, one.parameters, list(varied)), double)
-    low, high = np.array(list(varied.values())).T
-    return sweep, np.random.default_rng(3).uniform(low, high, (FLIGHTS, len(varied)))
+def paper(double: bool) -> Case:
+    """Of the paper's loop."""
+    one = many_flights.plan()
+    return PAPER, one, shortened(one, many_flights.VARYING, double), many_flights.drawn(FLIGHTS)
+
+
+def hard(double: bool) -> Case:
+    """Of a real vehicle in trouble."""
+    one, (low, high) = plans(HARD, 1)[0], np.array(list(LOOSE.values())).T
+    values = np.random.default_rng(3).uniform(low, high, (FLIGHTS, len(LOOSE)))
+    return QUIET.source, one, shortened(one, tuple(LOOSE), double), values
+
+
+def real(vehicles: Vehicles, double: bool) -> Case:
+    """Of the benchmark's vehicles."""
+    return vehicles.source, vehicles.plan(), vehicles.sweep(double, SECONDS, SAMPLE), vehicles.drawn(FLIGHTS)
+
+
+CASES = {"paper": paper, "hard": hard, "quiet": partial(real, QUIET), "noisy": partial(real, NOISY)}
+
+
+def shortened(one: FlightPlan, varying: tuple[str, ...], double: bool) -> Sweep:
+    """A sweep of flights like this one."""
+    loop, ticks = scored(one.loop, one.ticks._replace(last=round(SECONDS / one.ticks.step)), SAMPLE)
+    return Sweep(loop, ticks, one.start, one.parameters, places(one.start, one.parameters, varying), double)
 
 
 @pytest.mark.parametrize("fused", [False, True])
 @pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("kind", ["paper", "calm", "hard"])
-def test_the_c_flies_the_same_flights(kind: str, double: bool, fused: bool, tmp_path: Path) -> None:
-    source = PAPER if kind == "paper" else vehicles.SOURCE
-    one = {"paper": many_flights.plan, "calm": vehicles.calm, "hard": lambda: plans(HARD, 1)[0]}[kind]()
-    sweep, values = drawn(one, {"paper": PAPERS, "calm": CALMS, "hard": LOOSE}[kind], double, 2.0)
+@pytest.mark.parametrize("case", CASES)
+def test_the_c_flies_the_same_flights(case: str, double: bool, fused: bool, tmp_path: Path) -> None:
+    source, one, sweep, values = CASES[case](double)
     swept = sweep.fly(values)
     lost = np.count_nonzero(swept.outcome)
-    assert 0 < lost < FLIGHTS if kind == "hard" else lost == 0
+    assert 0 < lost < FLIGHTS if case == "hard" else lost == 0
     by_hand = Yardstick(source, sweep, one.start, one.parameters, values, tmp_path, fused).fly()
     assert np.allclose(by_hand.scores, summary(swept), rtol=1e-12 if double else 2e-4, atol=0.0)
 
 
-def test_the_c_reaches_the_same_state_and_has_learned_the_same(tmp_path: Path) -> None:
-    one = vehicles.calm()
-    sweep, values = drawn(one, CALMS, True, 1.0)
-    by_hand = Yardstick(vehicles.SOURCE, sweep, one.start, one.parameters, values, tmp_path, fused=False).fly()
+@pytest.mark.parametrize("case", ["quiet", "noisy"])
+def test_the_c_reaches_the_same_state_and_has_learned_the_same(case: str, tmp_path: Path) -> None:
+    source, one, sweep, values = CASES[case](True)
+    by_hand = Yardstick(source, sweep, one.start, one.parameters, values, tmp_path, fused=False).fly()
     starts, parameters = [], []
     for row in values:
         leaves = flatten((one.start, one.parameters))
