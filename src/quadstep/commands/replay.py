@@ -1,18 +1,23 @@
 """`quadstep replay`."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.errors import UserError
+from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.report.units import counted
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
+    from quadstep.identify.closed_loop import Beside
+    from quadstep.identify.estimator import Estimated
     from quadstep.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
@@ -43,20 +48,32 @@ def replay(
     predictions: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to write these predictions (JSON).", show_default=False)
     ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Write a report, its figures and tables.", show_default=False)
+    ] = None,
+    overwrite: OverwriteOption = False,
+    figures: FiguresOption = USUAL,
+    width: WidthOption = None,
+    style: StyleOption = SCREEN,
 ) -> None:
     """Predict logged flights from their measured states and commands, and report the errors.
 
     Mean errors 1, 10 and 50 samples ahead stand beside those of two guesses: velocity and rates stay what they are
-    ("constant"), or the rates are zero.
+    ("constant"), or the rates are zero. --out writes report.html, figures/, prediction_errors.csv and, where they were
+    asked for, tracking.csv and estimates.csv.
     """
-    from quadstep.identify.replay import ready
+    from quadstep.identify.replayed import Asked, replayed
     from quadstep.logs.judge import judge
     from quadstep.logs.read import read_log
+    from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
         raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
+    if starts and out:
+        raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
     if page and not controller:
         raise UserError("--page requires --controller: it compares that simulated flight with the real one")
+    drawn_on = sheet(figures, width, style)
     check_names(logs)
     chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
@@ -64,44 +81,37 @@ def replay(
         raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
     flights = [read_log(log, mapping) for log in logs]
     judged = [(flight.name, one) for flight in flights for one in judge(flight, section.geometry())]
-    warnings = [f"warning: {name}: {one.text}" for name, one in judged if one.wrong]
+    warnings = [f"{name}: {one.text}" for name, one in judged if one.wrong]
     if starts and predictions:
         write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return
-    if estimator:
-        show_estimates(flights, warnings)
-    if chosen:
-        show_flown(flights, section, chosen, page, warnings)
-    if estimator or controller:
-        return
-    from quadstep.identify.closed_loop import hover_ratio, later_ratio
-    from quadstep.identify.table import compare
+    asked = Asked(Path(vehicle).stem, section, chosen, estimator, commands_only, residual, out is not None)
+    if out:
+        from quadstep.identify.replay_report import identity
 
-    numbers, guided = ready(flights, section, commands_only)
-    found = compare(flights, section, numbers, guided)
+        files_to_replace(out, identity(flights, asked), overwrite)  # before anything is computed
+    found = replayed(flights, asked)
     warn(warnings)
-    knows = "commands and setpoints" if guided else "commands alone"
-    show_compared(f"{found.starts} predictions of {counted(found.predicted.shape[2], 'flight')} from {knows}", found)
-    if residual:
-        effects = section.effects.model_copy(update={"residual": True})
-        numbers, guided = ready(flights, section.model_copy(update={"effects": effects}), commands_only)
-        show_compared(f"The same with the learned residual, from {knows}", compare(flights, section, numbers, guided))
-    ratios, later = (
-        [one for one in (of(flight, section) for flight in flights) if math.isfinite(one)] for of in (hover_ratio, later_ratio)
-    )
-    if ratios:
-        mean = sum(ratios) / len(ratios)
-        say(
-            f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f} on average, "
-            f"{min(ratios):.3f} to {max(ratios):.3f}"
-            + (f"; relative to that of a flight's first seconds {min(later):.3f} to {max(later):.3f}" if later else "")
-        )
+    if found.estimates:
+        show_estimates(found.estimates)
+    if chosen:
+        show_flown(found.flown, str(chosen["type"]), page)
+    if not (estimator or chosen):
+        for one in found.predictions:
+            show_compared(one.title, one.compared)
+        if found.thrust:
+            say(found.thrust)
+    if out:
+        from quadstep.identify.replay_report import REPORT, write
+
+        write(out, flights, asked, found, warnings, overwrite, drawn_on)
+        say_whole(f"Report: {out / REPORT}")
 
 
-def warn(warnings: list[str]) -> None:
+def warn(warnings: Sequence[str]) -> None:
     """Say them, once there is a result: an error stands alone."""
-    while warnings:
-        complain(warnings.pop(0))
+    for one in warnings:
+        complain(f"warning: {one}")
 
 
 def write_predictions(
@@ -144,19 +154,10 @@ def controller_of(given: str) -> dict[str, object]:
     return table
 
 
-def show_flown(
-    flights: "list[FlightRecord]",
-    section: "AirframeSection",
-    controller: dict[str, object],
-    page: Path | None,
-    warnings: list[str],
-) -> None:
+def show_flown(found: "Sequence[Beside]", controller: str, page: Path | None) -> None:
     """Real flights beside simulated ones."""
     from quadstep.identify.beside_page import write
-    from quadstep.identify.closed_loop import fly_again
 
-    found = fly_again(flights, section, controller)
-    warn(warnings)
     rows = []
     for one in found:
         real, flown = one.real, one.simulated
@@ -171,9 +172,9 @@ def show_flown(
             )
         )
     header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]", "lost")
-    show_table(f"Logged setpoints simulated with {controller['type']}", header, rows)
+    show_table(f"Logged setpoints simulated with {controller}", header, rows)
     if page:
-        write(page, found, str(controller["type"]))
+        write(page, found, controller)
         say_whole(f"Wrote {page}")
     count = len(found)
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
@@ -185,17 +186,13 @@ def show_flown(
     )
 
 
-def show_estimates(flights: "list[FlightRecord]", warnings: list[str]) -> None:
+def show_estimates(found: "Sequence[Estimated]") -> None:
     """The filter beside the log's own estimate."""
-    from quadstep.identify.estimator import estimate
-
     rows = []
-    for flight in flights:
-        found = estimate(flight)
-        for who, one in (("filter", found.filter), ("the log's own", found.own)):
+    for flight in found:
+        for who, one in (("filter", flight.filter), ("the log's own", flight.own)):
             if one:
                 numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
                 rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
-    warn(warnings)
     header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [deg]", "yaw [deg]")
     show_table("RMS errors; the filter gets gyro, accelerometer and a position at 20 Hz with 5 mm noise", header, rows)

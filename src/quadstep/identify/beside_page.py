@@ -23,7 +23,8 @@ MOST_FACTS = 4
 
 def write(path: Path, found: Sequence[Beside], controller: str) -> None:
     """Write the page. Raises UserError."""
-    body = [summary(answer(found), facts(found)), *sections(found, controller)]
+    pictures = [drawn(*flight_picture(one, place)) for place, one in enumerate(found)]
+    body = [summary(answer(found), facts(found)), *sections(found, controller, pictures)]
     write_beside(path, page_text("Real and simulated flights", body, "Replay"))
 
 
@@ -46,30 +47,38 @@ def facts(found: Sequence[Beside]) -> list[Fact]:
     ]
 
 
-def sections(found: Sequence[Beside], controller: str) -> list[str]:
-    """Each flight with its figure and how it follows its setpoints."""
+def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) -> list[str]:
+    """Each flight with its figure, if that is not shown elsewhere, and how it follows its setpoints."""
     parts = [paragraph(f"Logged setpoints simulated with {controller}, starting from the measured state.")]
-    for place, one in enumerate(found):
+    for one, picture in zip(found, pictures, strict=True):
         parts.append(heading(f"{one.name}, simulated", f"{one.name}-again", escape))
         if one.lost:
             parts.append(paragraph(f"The simulated flight ended: {one.lost}."))
         rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]
-        parts.append(table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]"), rows))
-        lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
-        reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
-        panels = [
-            Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
-        ]
-        job = FigureJob(f"again{place}", "", one.time, panels)
-        parts.append(drawn(job, "Setpoint, real and simulated position"))
+        parts += [table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]"), rows), picture]
     return parts
+
+
+def flight_picture(one: Beside, place: int) -> tuple[FigureJob, str]:
+    """The figure of a flight, and its caption. place: of the flight among the others."""
+    lines = {"setpoint": one.setpoint, "real": one.real_position, "simulated": one.flown_position}
+    reach = max(float(np.abs(values).max(initial=0.0)) for values in lines.values())
+    panels = [
+        Panel(name, "m", {key: values[:, i] for key, values in lines.items()}, reach=reach) for i, name in enumerate("xyz")
+    ]
+    return FigureJob(f"again{place}", "", one.time, panels), f"{one.name}: setpoint, real and simulated position"
 
 
 def drawn(job: FigureJob, caption: str) -> str:
     """A figure, inline."""
     with TemporaryDirectory() as folder:
-        job.draw(Path(folder), SVG)
-        return figure(Path(folder) / f"{job.name}.svg", caption, set_as=escape)
+        return drawn_in(Path(folder), job, caption, SVG)
+
+
+def drawn_in(folder: Path, job: FigureJob, caption: str, sheet: Sheet) -> str:
+    """The same, kept in a folder. The caption has names of files, not symbols."""
+    job.draw(folder, sheet)
+    return figure(folder / job.name, caption, set_as=escape)
 
 
 def numbers(one: Tracking) -> tuple[str, str, str, str]:

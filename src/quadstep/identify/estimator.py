@@ -39,12 +39,29 @@ class Errors(NamedTuple):
     yaw: float
 
 
+class Deviation(NamedTuple):
+    """An estimate minus the truth over time: position [m] and velocity [m/s], (n, 3); tilt [rad] and yaw [rad], (n,)."""
+
+    position: Floats
+    velocity: Floats
+    tilt: Floats
+    yaw: Floats
+
+    def rms(self, skip: int) -> Errors:
+        """Root mean squares after the first `skip` rows."""
+        squares = ((self.position**2).sum(axis=1), (self.velocity**2).sum(axis=1), self.tilt**2, self.yaw**2)
+        return Errors(*(float(np.sqrt(np.nanmean(one[skip:]))) for one in squares))
+
+
 class Estimated(NamedTuple):
-    """A flight: the filter's errors, and those of the log's own estimate where there is one."""
+    """A flight: the filter's errors, and those of the log's own estimate where there is one; time [s] (n,): of both."""
 
     name: str
     filter: Errors
     own: Errors | None
+    time: Floats
+    filter_deviation: Deviation
+    own_deviation: Deviation | None
 
 
 def estimate(flight: FlightRecord) -> Estimated:
@@ -60,12 +77,13 @@ def estimate(flight: FlightRecord) -> Estimated:
         raise UserError(f"{flight.name}: the flight without a gap is too short for an estimator")
     part = slice(first, last)
     truth = {name: flight.channel(name)[part] for name in ("position", "velocity", "attitude")}
-    found = filtered(flight, part, truth)
+    found = deviation(filtered(flight, part, truth), truth)
     skip = round(SETTLING / flight.period)
     own = None
     if all(f"estimated_{name}" in flight.channels for name in truth):
-        own = errors({name: flight.channel(f"estimated_{name}")[part] for name in truth}, truth, skip)
-    return Estimated(flight.name, errors(found, truth, skip), own)
+        own = deviation({name: flight.channel(f"estimated_{name}")[part] for name in truth}, truth)
+    time = np.arange(last - first) * flight.period
+    return Estimated(flight.name, found.rms(skip), own.rms(skip) if own else None, time, found, own)
 
 
 def filtered(flight: FlightRecord, part: slice, truth: dict[str, Floats]) -> dict[str, Floats]:
@@ -91,19 +109,14 @@ def filtered(flight: FlightRecord, part: slice, truth: dict[str, Floats]) -> dic
     return {"position": values[:, :3], "velocity": values[:, 3:6], "attitude": values[:, 6:]}
 
 
-def errors(found: dict[str, Floats], truth: dict[str, Floats], skip: int) -> Errors:
-    """Root mean squares after the first `skip` rows."""
-    mine, theirs = matrices(found["attitude"][skip:]), matrices(truth["attitude"][skip:])
+def deviation(found: dict[str, Floats], truth: dict[str, Floats]) -> Deviation:
+    """An estimate minus the truth."""
+    mine, theirs = matrices(found["attitude"]), matrices(truth["attitude"])
     up = np.einsum("ni,ni->n", mine[:, 2], theirs[:, 2])
     heading = [np.arctan2(one[:, 1, 0], one[:, 0, 0]) for one in (mine, theirs)]
-    off = np.angle(np.exp(1j * (heading[0] - heading[1])))
-
-    def rms(values: Floats) -> float:
-        return float(np.sqrt(np.nanmean(values)))
-
-    return Errors(
-        position=rms(((found["position"] - truth["position"])[skip:] ** 2).sum(axis=1)),
-        velocity=rms(((found["velocity"] - truth["velocity"])[skip:] ** 2).sum(axis=1)),
-        tilt=rms(np.arccos(np.clip(up, -1.0, 1.0)) ** 2),
-        yaw=rms(off**2),
+    return Deviation(
+        position=found["position"] - truth["position"],
+        velocity=found["velocity"] - truth["velocity"],
+        tilt=np.arccos(np.clip(up, -1.0, 1.0)),
+        yaw=np.angle(np.exp(1j * (heading[0] - heading[1]))),
     )

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from quadstep.atomic import write_beside
 from quadstep.errors import UserError
-from quadstep.identify.beside_page import SVG, drawn, sections
+from quadstep.identify.beside_page import SVG, drawn, flight_picture, sections
 from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
@@ -191,4 +191,5 @@ def again(flights: Sequence[FlightRecord], vehicle: AirframeSection) -> list[str
             found += fly_again([flight], vehicle, {"type": "pid"})
         except UserError:
             continue
-    return [heading("Real and simulated flights", "again"), *sections(found, "pid")] if found else []
+    pictures = [drawn(*flight_picture(one, place)) for place, one in enumerate(found)]
+    return [heading("Real and simulated flights", "again"), *sections(found, "pid", pictures)] if found else []

@@ -22,6 +22,7 @@ MOST_PREDICTIONS = 20_000
 class Compared(NamedTuple):
     """Mean errors of each flight, shape (horizons, groups, flights): of the predictions, of "constant", of "zero rate"."""
 
+    names: tuple[str, ...]
     horizons: tuple[int, ...]
     predicted: Floats
     constant: Floats
@@ -54,24 +55,25 @@ def predicted(
 
 
 def compare(
-    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False
-) -> Compared:
+    flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False,
+    horizons: tuple[int, ...] = HORIZONS,
+) -> Compared:  # fmt: skip
     """Predictions from all over some flights against the measurements. guided: whether they may use setpoints."""
-    rows = [usable(flight, max(HORIZONS)) for flight in flights]
+    rows = [usable(flight, max(horizons)) for flight in flights]
     stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
     rows = [one[::stride] for one in rows]
     kept = [i for i, one in enumerate(rows) if len(one)]
     if not kept:
         raise UserError(f"{', '.join(flight.name for flight in flights)}: less than a second of measured flight without a gap")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
-    starts, states = predicted(flights, vehicle, p, rows, guided=guided)
+    starts, states = predicted(flights, vehicle, p, rows, horizons, guided)
     period, now = flights[0].period, logged(flights, starts, 0)
-    shape = (len(HORIZONS), len(GROUPS), len(flights))
+    shape = (len(horizons), len(GROUPS), len(flights))
     found = [np.empty(shape) for _ in range(3)]
-    for h, (horizon, state) in enumerate(zip(HORIZONS, states, strict=True)):
+    for h, (horizon, state) in enumerate(zip(horizons, states, strict=True)):
         truth = logged(flights, starts, horizon)
         for place, guess in enumerate((state, constant(now, horizon * period), zero_rate(now, horizon * period))):
             lengths = norms(guess, truth)
             for i in range(len(flights)):
                 found[place][h, :, i] = lengths[:, starts.flight == i].mean(axis=1)
-    return Compared(HORIZONS, found[0], found[1], found[2], len(starts.row))
+    return Compared(tuple(flight.name for flight in flights), horizons, found[0], found[1], found[2], len(starts.row))

@@ -60,6 +60,7 @@ class Result(NamedTuple):
 KINDS = {
     "campaign.json": "Campaign", "claims.json": "Reproduction", "certificate.json": "Certificate",
     "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
+    "prediction_errors.csv": "Replay",
 }  # fmt: skip
 """What a result is of, by a file that it has."""
 

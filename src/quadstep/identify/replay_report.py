@@ -1,0 +1,213 @@
+"""`quadstep replay --out`: the report, with its figures and tables."""
+
+import hashlib
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from quadstep import __version__
+from quadstep.analysis.statistics import Estimate
+from quadstep.identify import beside_page
+from quadstep.identify.beside_page import drawn_in, flight_picture
+from quadstep.identify.errors import GROUPS, HORIZONS
+from quadstep.identify.estimator import FIX_EVERY, FIX_NOISE, Estimated
+from quadstep.identify.replay_picture import FACTOR, UNIT, draw_errors, estimate_picture
+from quadstep.identify.replayed import Asked, Predictions, Replayed
+from quadstep.identify.table import Compared
+from quadstep.logs.flight import FlightRecord
+from quadstep.report import page
+from quadstep.report.publish import MANIFEST, publishing, write_json
+from quadstep.report.sheet import Sheet
+from quadstep.report.tables import write_csv
+from quadstep.report.units import counted, handy, interval, number, percent, quantity
+
+REPORT = "report.html"
+AHEAD = 50
+"""Samples ahead, of which the summary speaks."""
+
+SI = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
+
+
+def identity(flights: Sequence[FlightRecord], asked: Asked) -> str:
+    """A digest of the logs and of what is asked of them."""
+    digest = hashlib.sha256(f"{asked!r} {[(one.name, one.period) for one in flights]}".encode())
+    for flight in flights:
+        for values in (flight.time, flight.motors, *flight.channels.values()):
+            digest.update(values.tobytes())
+    return f"replay-{digest.hexdigest()[:16]}"
+
+
+def write(
+    folder: Path, flights: Sequence[FlightRecord], asked: Asked, found: Replayed, warnings: Sequence[str], overwrite: bool,
+    sheet: Sheet,
+) -> None:  # fmt: skip
+    """Write every file of the folder. Raises UserError."""
+    named = flights[0].name if len(flights) == 1 else counted(len(flights), "flight")
+    title = f"{asked.vehicle}, {named}"
+    with publishing(folder, identity(flights, asked), overwrite) as out:
+        write_tables(out, found)
+        (out / "figures").mkdir()
+        body = sections(out / "figures", flights, asked, found, warnings, sheet.with_svg())
+        page.write_page(out / REPORT, title, body, "Replay")
+        compared = found.predictions[0].compared
+        write_json(out / MANIFEST, {"name": title, "version": __version__, **numbers(compared)})
+
+
+def write_tables(out: Path, found: Replayed) -> None:
+    """What was found as CSV, in SI."""
+    names = [f"{name}[{SI[group]}]" for group in GROUPS for name in columns(group)]
+    rows = error_rows(found.predictions[0].compared, found.period)
+    write_csv(out / "prediction_errors.csv", ("flight", "samples_ahead", "ahead[s]", *names), rows)
+    if found.flown:
+        header = ("flight", "which", "rmse[m]", "lead[s]", "tilt[rad]", "rate[rad/s]")
+        both = [(one.name, who, *of) for one in found.flown for who, of in (("real", one.real), ("simulated", one.simulated))]
+        write_csv(out / "tracking.csv", header, both)
+    if found.estimates:
+        header = ("flight", "estimate", "position[m]", "velocity[m/s]", "tilt[rad]", "yaw[rad]")
+        write_csv(out / "estimates.csv", header, [(one.name, *who) for one in found.estimates for who in estimators(one)])
+
+
+def columns(group: str) -> tuple[str, str, str]:
+    """Names of a group's errors in the table."""
+    return group, f"{group}_constant", f"{group}_zero_rate"
+
+
+def error_rows(found: Compared, period: float) -> list[tuple[object, ...]]:
+    """Mean errors of each flight at each horizon, in SI."""
+    several = (found.predicted, found.constant, found.zero)
+    return [
+        (name, horizon, horizon * period, *(float(one[h, g, i]) for g in range(len(GROUPS)) for one in several))
+        for i, name in enumerate(found.names)
+        for h, horizon in enumerate(found.horizons)
+    ]
+
+
+def numbers(found: Compared) -> dict[str, object]:
+    """Mean errors over the flights, in SI, and their ratios to those of "constant"."""
+    said: dict[str, object] = {"flights": len(found.names), "predictions": found.starts}
+    for horizon in HORIZONS:
+        for group in GROUPS:
+            said[f"{group}_error_{horizon}_ahead[{SI[group]}]"] = found.means(horizon, group)[0]
+            said[f"{group}_error_{horizon}_ahead_to_constant"] = found.ratio(horizon, group).value
+    return said
+
+
+def sections(
+    folder: Path, flights: Sequence[FlightRecord], asked: Asked, found: Replayed, warnings: Sequence[str], sheet: Sheet
+) -> list[str]:
+    """The body of the report; draws the figures into a folder."""
+    compared = found.predictions[0].compared
+    draw_errors(folder / "errors", compared, found.period, sheet)
+    caption = "Mean error of predictions over how far ahead they are, beside two guesses that need no model"
+    glance = [page.figure(folder / "errors", caption)]
+    flown = [drawn_in(folder, *flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
+    estimated = [drawn_in(folder, *estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]
+    parts = [
+        page.summary(answer(found), facts(found), [*glance, *flown[:1], *estimated[:1]]),
+        page.paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
+        page.heading("Predictions", "predictions"),
+        page.paragraph(
+            "Means over all predictions of a flight, then over flights. “Constant”: velocity and rates stay what they are; "
+            "“zero rate”: velocity stays and the rates are zero. The ratios are means of those of the flights, with 95 % "
+            "intervals where there are several."
+        ),
+    ]
+    for one in found.predictions:
+        parts += [page.subheading(one.title), error_table(one, found.period)]
+    if found.thrust:
+        parts.append(page.paragraph(f"{found.thrust}."))
+    if found.flown and asked.controller:
+        parts.append(page.heading("Real and simulated flights", "simulated"))
+        parts += beside_page.sections(found.flown, str(asked.controller["type"]), ["", *flown[1:]])
+    if found.estimates:
+        parts += [page.heading("Estimates", "estimates"), estimate_table(found.estimates), *estimated[1:]]
+    if warnings:
+        parts += [page.heading("What the logs contradict", "warnings"), *(page.paragraph(one, escape) for one in warnings)]
+    return parts
+
+
+def answer(found: Replayed) -> str:
+    """The result in a sentence."""
+    compared = found.predictions[0].compared
+    error, _, _ = compared.means(AHEAD, "position")
+    ratio = compared.ratio(AHEAD, "position")
+    said = [
+        f"{in_time(AHEAD, found.period)} ahead the predicted position is off by {quantity(error, 'm')} on average, "
+        f"{share(ratio)} of the error if velocity and rates stayed constant"
+    ]
+    if found.flown:
+        said.append(beside_page.answer(found.flown).rstrip("."))
+    if found.estimates:
+        said.append(f"the Kalman filter's position is off by {quantity(filtered(found.estimates), 'm')} (RMS)")
+    first, *rest = said
+    return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
+
+
+def share(ratio: Estimate) -> str:
+    """A ratio, with its interval."""
+    return percent(ratio.value, ratio.low, ratio.high)
+
+
+def filtered(found: Sequence[Estimated]) -> float:
+    """RMS of the filter's position errors over flights [m]."""
+    return float(np.sqrt(np.mean([one.filter.position**2 for one in found])))
+
+
+def facts(found: Replayed) -> list[page.Fact]:
+    """Errors half a second ahead, how close the simulation is, and the filter."""
+    compared = found.predictions[0].compared
+    shown = []
+    for group in GROUPS:
+        ratio = compared.ratio(AHEAD, group)
+        error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
+        more = f"{in_time(AHEAD, found.period)} ahead: {share(ratio)} of constant"
+        shown.append(page.Fact(group, error, more, drawn(ratio)))
+    return shown
+
+
+def drawn(ratio: Estimate) -> page.Span:
+    """A ratio on the scale from nothing to the error of "constant", or beyond."""
+    if np.isnan(ratio.low):
+        return page.Span(number(ratio.value), ratio.value, ratio.value, ratio.value, 0.0, max(1.0, ratio.value))
+    return page.Span(interval(*ratio), ratio.low, ratio.value, ratio.high, 0.0, max(1.0, ratio.high))
+
+
+def in_time(horizon: int, period: float) -> str:
+    """How far ahead that is."""
+    return f"{horizon * period:.2g}\u00a0s"
+
+
+def error_table(found: Predictions, period: float) -> str:
+    """Mean errors at each of `HORIZONS`."""
+    rows: list[Sequence[page.Cell]] = []
+    for group in GROUPS:
+        for horizon in HORIZONS:
+            means = [FACTOR[group] * one for one in found.compared.means(horizon, group)]
+            unit, factor = handy(UNIT[group], max(means))
+            texts = [f"{number(factor * one)}\u00a0{unit}" for one in means]
+            to_zero = number(found.compared.ratio(horizon, group, "zero").value)
+            rows.append((group, f"{in_time(horizon, period)} ({horizon})", *texts,
+                         drawn(found.compared.ratio(horizon, group)), to_zero))  # fmt: skip
+    header = ("what", "ahead (samples)", "error", "constant", "zero rate", "error to constant", "to zero rate")
+    return page.table(header, rows)
+
+
+def estimators(one: Estimated) -> list[tuple[str, float, float, float, float]]:
+    """Each estimate that there is of a flight, and its errors."""
+    return [(who, *of) for who, of in (("filter", one.filter), ("the log's own", one.own)) if of]
+
+
+def estimate_table(found: Sequence[Estimated]) -> str:
+    """RMS errors of estimates."""
+    rows = []
+    for one in found:
+        for who, position, velocity, tilt, yaw in estimators(one):
+            angles = [f"{number(np.degrees(angle))}\u00a0deg" for angle in (tilt, yaw)]
+            rows.append((one.name, who, quantity(position, "m"), quantity(velocity, "m/s"), *angles))
+    sensors = page.paragraph(
+        f"RMS errors. The filter gets gyro, accelerometer, and a position at {1.0 / FIX_EVERY:.0f} Hz with "
+        f"{quantity(FIX_NOISE, 'm', 1)} noise."
+    )
+    return sensors + page.table(("flight", "estimate", "position", "velocity", "tilt", "yaw"), rows, escape)

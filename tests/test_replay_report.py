@@ -1,0 +1,121 @@
+"""`quadstep replay --out`: the report, its figures and tables."""
+
+import csv
+import json
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+
+from quadstep.identify.averages import matrices
+from tests.commands import files, quadstep
+from tests.made_flights import MAPPING, logged, table, write
+
+FELT = 'acceleration = { columns = ["ax", "ay", "az"], unit = "m/s^2" }\n'
+
+
+def felt(flight):
+    """Specific force in body axes, from velocity and attitude."""
+    pull = np.gradient(flight.channel("velocity"), flight.period, axis=0) + np.array([0.0, 0.0, 9.80665])
+    return np.einsum("nji,nj->ni", matrices(flight.channel("attitude")), pull)
+
+
+def text_of(page):
+    """What a page says, without the style and the figures."""
+    body = re.sub(r"<(style|svg).*?</\1>", "", page.read_text(), flags=re.DOTALL)
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", body)).replace("\u00a0", " ").split())
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    """Two logs with an accelerometer, and their mapping."""
+    folder = tmp_path_factory.mktemp("logs")
+    (folder / "map.toml").write_text(MAPPING + FELT)
+    for i, flight in enumerate(logged(0)[:2]):
+        header, rows = table(flight)
+        more = [[repr(float(value)) for value in row] for row in felt(flight)]
+        write(folder / f"B{i}_made.csv", [*header, "ax", "ay", "az"], [a + b for a, b in zip(rows, more, strict=True)])
+    return folder
+
+
+def replayed(logs, out, *more, count=2):
+    flights = [logs / f"B{i}_made.csv" for i in range(count)]
+    return quadstep("replay", *flights, "--vehicle", "crazyflie", "--mapping", logs / "map.toml", "--out", out, *more)
+
+
+def rows_of(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_report_shows_predictions_simulations_and_estimates(tmp_path, logs):
+    run = replayed(logs, tmp_path / "r", "--controller", "pid", "--estimator")
+    assert run.code == 0, run.err
+    assert run.out.splitlines()[-1] == f"Report: {tmp_path / 'r' / 'report.html'}"
+    said = text_of(tmp_path / "r" / "report.html")
+    content = json.loads((tmp_path / "r" / "metrics.json").read_text())
+    error = 1e3 * content["position_error_50_ahead[m]"]
+    assert re.search(rf"0\.5 s ahead the predicted position is off by {error:.3g}\d* mm on average, \d", said)
+    assert "the simulated RMSE is within a factor of two" in said
+    assert "the Kalman filter's position is off by" in said
+    for words in ("crazyflie, 2 flights", "zero rate", "B0_made: setpoint, real", "B1_made: how far estimates", "Thrust"):
+        assert words.lower() in said.lower(), words
+    names = files(tmp_path / "r")
+    for name in ("errors", "again0", "again1", "estimate0", "estimate1"):
+        assert {f"figures/{name}.png", f"figures/{name}.svg"} <= set(names)
+    assert (tmp_path / "r" / "report.html").read_text().count("<figure") == 5
+    assert [row["which"] for row in rows_of(tmp_path / "r" / "tracking.csv")] == ["real", "simulated"] * 2
+    assert [row["flight"] for row in rows_of(tmp_path / "r" / "estimates.csv")] == ["B0_made", "B1_made"]
+    errors = rows_of(tmp_path / "r" / "prediction_errors.csv")
+    assert [int(row["samples_ahead"]) for row in errors] == [1, 2, 5, 10, 20, 50] * 2
+    half = [float(row["position[m]"]) for row in errors if row["samples_ahead"] == "50"]
+    assert content["position_error_50_ahead[m]"] == sum(half) / 2
+
+
+def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
+    run = replayed(logs, tmp_path / "r", "--figures", "pdf", "--width", "88mm", count=1)
+    assert run.code == 0, run.err
+    plain = quadstep("replay", logs / "B0_made.csv", "--vehicle", "crazyflie", "--mapping", logs / "map.toml")
+    assert run.out.startswith(plain.out.rstrip())
+    names = files(tmp_path / "r")
+    assert {"figures/errors.pdf", "figures/errors.svg"} <= set(names)
+    assert not {"tracking.csv", "estimates.csv", "figures/errors.png"} & set(names)
+    assert "Estimates" not in text_of(tmp_path / "r" / "report.html")
+
+
+def test_a_folder_holds_one_replay(tmp_path, logs):
+    assert replayed(logs, tmp_path / "r", count=1).code == 0
+    first = files(tmp_path / "r")
+    assert replayed(logs, tmp_path / "r", count=1).code == 0
+    assert files(tmp_path / "r") == first
+    run = replayed(logs, tmp_path / "r", "--commands-only", count=1)
+    assert run.code == 2
+    assert "holds other results (crazyflie, B0_made)" in run.err
+    assert files(tmp_path / "r") == first
+    assert replayed(logs, tmp_path / "r", "--commands-only", "--overwrite", count=1).code == 0
+
+
+def test_a_log_that_contradicts_its_mapping_is_named_in_the_report(tmp_path, logs):
+    other = tmp_path / "map.toml"
+    other.write_text((logs / "map.toml").read_text().replace("rad/s", "deg/s"))
+    log = logs / "B0_made.csv"
+    run = quadstep("replay", log, "--vehicle", "crazyflie", "--mapping", other, "--out", tmp_path / "r")
+    assert run.code == 0
+    assert "warning: B0_made: rates: x: radians where degrees are expected" in run.err
+    assert "B0_made: rates: x: radians where degrees are expected" in text_of(tmp_path / "r" / "report.html")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--starts", "s.json", "--predictions", "p.json"), "--out: cannot be combined with --starts"),
+        (("--figures", "gif"), "--figures: 'gif' is not known"),
+    ],
+)
+def test_bad_requests_are_one_line(tmp_path, logs, more, said):
+    run = replayed(logs, tmp_path / "r", *more)
+    assert run.code == 2
+    assert said in run.err
+    assert run.err.count("\n") == 1
+    assert not (tmp_path / "r").exists()
