@@ -47,7 +47,7 @@ export function drawFigure(surface: Surface, panel: Panel, frame: Frame, palette
     y: (v: number): number => (Number.isFinite(v) ? yOf(panel, frame, v) : Number.NaN),
   };
   surface.clipped({ ...box, top: box.top - 2, height: box.height + 4 }, () => {
-    const order = { wanted: 0, kept: 1, file: 2, ghost: 3, flown: 4 };
+    const order = { desired: 0, kept: 1, file: 2, ghost: 3, flown: 4 };
     for (const curve of [...panel.curves].sort((a, b) => order[a.role] - order[b.role])) {
       const first = panel.across ? 0 : indexAt(curve.times, time.least) - 1;
       const last = panel.across ? curve.times.length : indexAt(curve.times, time.most) + 1;

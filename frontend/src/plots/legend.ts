@@ -22,7 +22,7 @@ export class Legend {
       this.cells.push({ curve, cell });
       this.element.append(h("div", {}, h("dt", {}, mark(curve, palette), h("span", {}, ...rich(curve.label))), cell));
     }
-    for (const role of ["wanted", "ghost", "kept", "file"] as const) {
+    for (const role of ["desired", "ghost", "kept", "file"] as const) {
       const first = panel.curves.find((curve) => curve.role === role);
       if (first) this.roles.append(h("span", {}, mark(first, palette, palette.muted), role));
     }

@@ -20,7 +20,7 @@ export function netPanel(net: Net): Panel {
     const base = { hue: HUES[i]!, dash: DASHES[i]!, times };
     return [
       { ...base, label: axis, name: axis, role: "flown", values: column(width - 6 + i) },
-      { ...base, label: `${axis}, to cancel`, name: `${axis}, to cancel`, role: "wanted", values: column(width - 3 + i) },
+      { ...base, label: `${axis}, to cancel`, name: `${axis}, to cancel`, role: "desired", values: column(width - 3 + i) },
     ];
   });
   const note = `The pale bands are the force that would cancel the disturbance. Below, at the cursor: the activity of each of the ${neurons} neurons, and its three weights.`;

@@ -5,8 +5,8 @@ import { indexAt } from "./curve";
 
 export type Hue = "blue" | "orange" | "green" | "vermillion" | "pink" | "sky" | "ink" | "muted";
 
-/** Flown: a thin line. Wanted: the pale band it should stay on. Ghost: the other controller, dotted. Kept: an earlier flight, faint. File: a log that was opened. */
-export type Role = "flown" | "wanted" | "ghost" | "kept" | "file";
+/** Flown: a thin line. Desired: the pale band it should stay on. Ghost: the other controller, dotted. Kept: an earlier flight, faint. File: a log that was opened. */
+export type Role = "flown" | "desired" | "ghost" | "kept" | "file";
 
 export interface Curve {
   /** As quadstep logs it, and as it can stand on a canvas. */
@@ -40,7 +40,7 @@ const FILE: readonly number[] = [10, 3, 1.5, 3];
 /** How a curve is drawn. */
 export function strokeOf(curve: Curve, palette: Palette): { colour: string; width: number; dash: readonly number[]; opacity: number } {
   const colour = palette[curve.hue];
-  if (curve.role === "wanted") return { colour, width: 5, dash: SOLID, opacity: palette.dark ? 0.34 : 0.26 };
+  if (curve.role === "desired") return { colour, width: 5, dash: SOLID, opacity: palette.dark ? 0.34 : 0.26 };
   if (curve.role === "ghost") return { colour, width: 1.5, dash: GHOST, opacity: 0.85 };
   if (curve.role === "kept") return { colour, width: 1.2, dash: SOLID, opacity: 0.5 };
   if (curve.role === "file") return { colour, width: 1.3, dash: FILE, opacity: 0.95 };

@@ -27,7 +27,7 @@ export function panelOf(data: PanelData, flight: Flight, overlays: readonly Over
       const hue = HUES[style % HUES.length]!;
       if (values) curves.push({ label, name, role, hue, dash: DASHES[style % DASHES.length]!, times: from.times, values });
     };
-    add(line.label, flight, line.dashed ? "wanted" : "flown");
+    add(line.label, flight, line.dashed ? "desired" : "flown");
     if (!line.dashed) for (const one of overlays) add(`${line.label}, ${one.name}`, one.flight, one.role);
   }
   if (!curves.length) return undefined;

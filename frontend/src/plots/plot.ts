@@ -186,7 +186,7 @@ export class Plot {
   private dots(surface: CanvasSurface, frame: Frame, t: number, colours: Palette): void {
     for (const curve of this.panel.curves) {
       const value = valueAt(curve, t);
-      if (curve.role === "wanted" || !Number.isFinite(value)) continue;
+      if (curve.role === "desired" || !Number.isFinite(value)) continue;
       surface.circle(xOf(frame, t), yOf(this.panel, frame, value), 3, colours[curve.hue], colours.panel);
     }
   }

@@ -66,7 +66,7 @@ function legend({ data, ghost, flight, given }: Shown, colours: Palette): void {
     return h("li", {}, mark, text);
   };
   const entries = [
-    entry(colours.blue, 5, [], "wanted", 0.32),
+    entry(colours.blue, 5, [], "desired", 0.32),
     entry(colours.blue, 2.4, [], "flown"),
     ghost ? entry(colours.vermillion, 2.2, [4, 3], "ghost") : null,
     data.scene.thrust && flight.has(data.scene.thrust) ? entry(colours.orange, 3, [], "thrust") : null,

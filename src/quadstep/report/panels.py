@@ -65,12 +65,12 @@ def input_columns(log: FlightLog, efforts: Mapping[str, str]) -> tuple[str, ...]
 
 
 def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> list[Panel]:
-    """Thrust and torques; where the log tells them apart, wanted and within the limits."""
+    """Thrust and torques; where the log tells them apart, commanded and within the limits."""
     panels = []
     for name in input_columns(log, efforts or {}):
         panel = against(log, name)
         if f"{name}_a" in log.columns:
-            panel = panel._replace(lines={"wanted": log.column(name), "within limits": log.column(f"{name}_a")})
+            panel = panel._replace(lines={"commanded": log.column(name), "within limits": log.column(f"{name}_a")})
         panels.append(panel)
     return panels
 
