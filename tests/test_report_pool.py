@@ -106,8 +106,9 @@ def test_a_pool_that_cannot_be_made_is_no_fault_of_the_folder(mission, tmp_path,
 
 def test_a_server_that_was_killed_is_started_again(tmp_path):
     start_server()
-    os.kill(forkserver._forkserver._forkserver_pid, signal.SIGKILL)
-    time.sleep(0.1)
+    server = forkserver._forkserver._forkserver_pid
+    os.kill(server, signal.SIGKILL)
+    os.waitid(os.P_PID, server, os.WEXITED | os.WNOWAIT)
     with drawing_pool() as pool:
         pool.submit(figure().draw, tmp_path).result()
 

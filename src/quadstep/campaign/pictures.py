@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from quadstep.campaign.varied import Bins, spans_decades
 from quadstep.report import units
 from quadstep.report.axes import STEPS, plain, powers
 from quadstep.report.canvas import drawing, headline, margins, new_figure, write
+from quadstep.report.fitting import wrapped
 from quadstep.report.sheet import Sheet
 
 Numbers = NDArray[np.float64]
@@ -115,9 +117,12 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
         margins(figure, sheet, 0.19, 0.55 / height, 0.97 if timed else 0.6, 0.94, 0.5)
         counts = list(outcomes.values())
         axes[0].barh(range(len(counts)), [100.0 * count / flights for count in counts], color=FILL, edgecolor=LINE, height=0.6)
+        narrow = sheet.inches(9.0) < NARROW
         for row, count in enumerate(counts):
-            axes[0].text(102.0 * count / flights, row, f" {count} ({100.0 * count / flights:.3g} %)", va="center")
-        axes[0].set_yticks(range(len(counts)), list(outcomes))
+            said = f" {count}" if narrow else f" {count} ({100.0 * count / flights:.3g} %)"
+            axes[0].text(102.0 * count / flights, row, said, va="center")
+        names = [wrapped(name, 0.3 * sheet.inches(9.0), rcParams["font.size"]) for name in outcomes]
+        axes[0].set_yticks(range(len(counts)), names)
         axes[0].set_ylim(len(counts) - 0.5, -0.5)
         axes[0].set_xlim(0.0, 150.0)
         axes[0].set_xticks([0, 25, 50, 75, 100])
@@ -134,6 +139,10 @@ def draw_outcomes(path: Path, outcomes: Mapping[str, int], ended: Mapping[str, N
             axes[1].yaxis.set_major_locator(MaxNLocator(5, integer=True))
             axes[1].legend()
         write(figure, path, sheet)
+
+
+NARROW = 3.0
+"""Width of a figure [in] that has no room for shares beside numbers of flights."""
 
 
 def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], sheet: Sheet = SCREEN) -> None:
@@ -170,7 +179,10 @@ def draw_ranking(path: Path, ranking: Mapping[str, Mapping[str, Estimate]], shee
             else "share of the variance [%], 95 % interval"
         )
         axes.grid(axis="y", visible=False)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        if sheet.width is None:
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        else:
+            figure.legend(loc="outside upper left", ncols=sheet.side_by_side(2, 2.0))
         write(figure, path, sheet)
 
 

@@ -1,10 +1,10 @@
 """A replayed flight of a campaign as a figure: its error over time, its path from above and from the side."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from quadstep.campaign.pictures import SCREEN, logarithmic
@@ -42,9 +42,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
     with drawing(sheet):
         narrow = sheet.side_by_side(3, 2.2) < 3
         figure = new_figure(sheet, 9.6, 3.0, 3.8 if narrow else 2.6)
-        places: Any = [["errors", "errors"], ["top", "side"]] if narrow else [["errors", "top", "side"]]
-        panels = figure.subplot_mosaic(places, width_ratios=(1.0, 1.0) if narrow else (1.5, 1.0, 1.0))
-        errors, top, side = (panels[name] for name in ("errors", "top", "side"))
+        errors, top, side = panels(figure, narrow)
         margins(figure, sheet, 0.075, 0.16, 0.985, 0.82, 0.33)
         seen = distance > 0.0
         if seen.any() and spans_decades(float(np.quantile(distance[seen], 0.05)), float(distance.max())):
@@ -55,7 +53,7 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
             errors.plot(*thin(t, distance), **LINES[0])
             errors.set_ylim(bottom=0.0)
         errors.set_xlabel("time [s]")
-        errors.set_ylabel("distance from the path [m]")
+        errors.set_ylabel("distance from the path [m]" if sheet.width is None else "distance [m]")
         low, high = view(wanted, flown)
         across = int(np.argmax(np.ptp(wanted[:, :2], axis=0)))  # from the side: along the longer of x and y
         for axes, a, b in ((top, 0, 1), (side, across, 2)):
@@ -65,15 +63,28 @@ def draw_flight(path: Path, log: FlightLog, title: str, sheet: Sheet = SCREEN) -
             axes.set_box_aspect(1.0)
             axes.set_xlabel(f"{'xyz'[a]} [m]")
             axes.set_ylabel(f"{'xyz'[b]} [m]")
-        top.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        if narrow:
+            top.figure.legend(*top.get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        else:
+            top.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
         if sheet.titled:
             headline(figure, sheet, (0.01, 0.945), title)
         write(figure, path, sheet)
 
 
+def panels(figure: Figure, narrow: bool) -> tuple[Axes, Axes, Axes]:
+    """The axes of the error, the view from above and that from the side; narrow: below the error."""
+    if not narrow:
+        errors, top, side = figure.subplots(1, 3, width_ratios=(1.5, 1.0, 1.0))
+        return errors, top, side
+    above, below = figure.subfigures(2, 1, squeeze=False)[:, 0]
+    top, side = below.subplots(1, 2)
+    return above.subplots(), top, side
+
+
 def draw_path(axes: Axes, wanted: NDArray[np.float64], flown: NDArray[np.float64]) -> None:
     """One view: the desired path, the flown one, where it began and where it ended."""
-    for points, name, style in ((wanted, "wanted", LINES[3]), (flown, "flown", LINES[0])):
+    for points, name, style in ((wanted, "desired", LINES[3]), (flown, "flown", LINES[0])):
         axes.plot(*points[:: max(1, len(points) // 2000)].T, label=name, **style)
     axes.plot(*flown[0], marker="o", color="black", markerfacecolor="white", markersize=5, linestyle="")
     axes.plot(*flown[-1], marker="x", color="black", markersize=6, linestyle="")

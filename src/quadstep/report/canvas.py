@@ -10,7 +10,9 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 
+from quadstep.report.fitting import fit, wrapped
 from quadstep.report.sheet import Sheet
 
 STYLE: dict[str, object] = {
@@ -76,11 +78,14 @@ def headline(figure: Figure, sheet: Sheet, place: tuple[float, float], text: str
     if sheet.width is None:
         figure.text(*place, text, fontsize=size)
     else:
-        figure.suptitle(text, x=0.01, ha="left", fontsize="medium")
+        size = FontProperties(size="medium").get_size_in_points()
+        figure.suptitle(wrapped(text, 0.97 * figure.get_figwidth(), size), x=0.01, ha="left", fontsize=size)
 
 
 def write(figure: Figure, path: Path, sheet: Sheet) -> None:
     """`path` with each of the sheet's endings; the same figure gives the same bytes, whenever it is drawn."""
+    if sheet.width is not None:
+        fit(figure)
     for ending in sheet.formats:
         figure.set_dpi(sheet.dpi)
         file = path.with_name(f"{path.name}.{ending}")

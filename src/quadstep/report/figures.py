@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
 from quadstep.report.canvas import LINES, drawing, write
+from quadstep.report.fitting import wrapped
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
@@ -24,6 +25,9 @@ BUCKETS = 400
 
 LONGEST_LABEL = 26
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
+
+TITLE = 10
+"""Size of a title [pt]."""
 
 LEFT, RIGHT, BETWEEN, LABEL = 0.85, 0.15, 1.0, 0.62
 """Room [in] left and right of the panels, between them, and from an axis to the middle of its label."""
@@ -126,12 +130,14 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
     columns = sheet.side_by_side(columns)
     rows = -(-len(panels) // columns)
     width = sheet.inches(3.2 + 3.6 * columns)
-    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows
+    title = title if sheet.width is None else wrapped(title, width - 0.3, TITLE)
+    more = 0.17 * title.count("\n")
+    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows + more * sheet.titled
     figure = Figure(figsize=(width, height), dpi=sheet.dpi)
     tight = sheet.width is not None
-    left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.85, 0.95, 0.68) if sheet.titled else (0.7, 0.78, 0.56)
+    left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.9, 1.0, 0.72) if sheet.titled else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
-    top = 0.55 if sheet.titled else 0.32
+    top = 0.55 + more if sheet.titled else 0.32
     figure.subplots_adjust(
         left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
     )
@@ -142,6 +148,8 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
         axes.set_visible(False)
     for axes in grid.flat:
         axes.yaxis.set_label_coords(-far / across, 0.5)
+        if tight:
+            axes.yaxis.label.set_verticalalignment("center")  # of one line or two
     if log_time:
         logarithmic_time(grid[0, 0], t)
     shown = list(grid.T.flat[: len(panels)])
@@ -156,5 +164,5 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
         if axes not in lowest:
             grid_alone(axes)
     if sheet.titled:
-        figure.text(0.15 / width, 1.0 - 0.22 / height, title, fontsize=10)
+        figure.text(0.15 / width, 1.0 - (0.22 + more) / height, title, fontsize=TITLE, va="bottom" if more else "baseline")
     return figure

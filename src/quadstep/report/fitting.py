@@ -1,0 +1,51 @@
+"""Titles and labels of figures of a given width, broken into lines where they are longer than what they name."""
+
+import re
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+WORD = re.compile(r"[\d.]+ %\S*|\S*\[[^\]]*\]\S*|(?:\$[^$]*\$|\S)+")
+"""What stays together: a share, a unit in its brackets, a symbol, a word."""
+
+COMMAND = re.compile(r"\\[a-z]+|[{}$_^]")
+"""Of mathtext, what is no letter."""
+
+LETTER = 0.55
+"""Width of a letter over the size of its font, on average."""
+
+BESIDE = 1.25
+"""A label beside an axis may be so many times as long: axes above one another have some room between them."""
+
+
+def wrapped(text: str, room: float, size: float) -> str:
+    """The text in lines that fit into `room` [in]. size: of the font [pt]."""
+    most, lines = max(1.0, 72.0 * room / (LETTER * size)), [""]
+    for word in WORD.findall(text):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and letters(longer) > most:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def letters(text: str) -> int:
+    """How many are seen."""
+    return len(COMMAND.sub("", text.replace(r"\mathrm", "")))
+
+
+def fit(figure: Figure) -> None:
+    """Break the labels of axes, and their titles, that are longer than the axes."""
+    figure.draw_without_rendering()  # which lays it out
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        for text in (axes.yaxis.label, axes.xaxis.label, *titles(axes.get_children())):
+            room = (BESIDE * box.height if text is axes.yaxis.label else box.width) / figure.dpi
+            text.set_text(wrapped(text.get_text(), room, float(text.get_fontsize())) if text.get_text() else "")
+
+
+def titles(artists: Sequence[object]) -> list[Text]:
+    """The texts among an axes' own parts that stand above it."""
+    return [one for one in artists if isinstance(one, Text) and one.get_position()[1] >= 1.0]

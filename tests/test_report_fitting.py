@@ -1,0 +1,64 @@
+"""Titles and labels of figures of a given width are broken where they are longer than what they name."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from quadstep.report.canvas import drawing, headline, new_figure
+from quadstep.report.figures import arranged
+from quadstep.report.fitting import fit, wrapped
+from quadstep.report.panel import Panel
+from quadstep.report.sheet import Sheet
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("short", "short"),
+        ("distance from the path [m]", "distance from\nthe path [m]"),
+        ("filtered errors [m/s, rad/s]", "filtered errors\n[m/s, rad/s]"),
+        ("the middle of 80 %", "the middle of\n80 %"),
+        (r"$\mathrm{roll}_d$ − $\mathrm{roll}$ [mrad]", "$\\mathrm{roll}_d$ − $\\mathrm{roll}$\n[mrad]"),
+        ("an_unbreakable_name_of_a_key", "an_unbreakable_name_of_a_key"),
+    ],
+)
+def test_units_shares_and_symbols_stay_together(text, lines):
+    assert wrapped(text, 1.1, 9.0) == lines
+
+
+@pytest.mark.parametrize("width", [60.0, 88.0])
+def test_nothing_stands_beyond_the_edge_of_a_narrow_figure(width):
+    sheet, t = Sheet(("svg",), width), np.linspace(0.0, 1.0, 50)
+    panels = [Panel("norm of the weights", "-", {"a": t}), Panel("filtered errors", "m/s, rad/s", {"b": 1e-3 * t - 4e-4})]
+    with drawing(sheet):
+        figure = arranged("Case 1: three position commands at once: learning", t, panels, 1, sheet, False)
+        fit(figure)
+        inside(figure)
+
+
+def test_a_figure_that_lays_itself_out_has_room_for_its_labels():
+    sheet = Sheet(("svg",), 60.0)
+    with drawing(sheet), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = new_figure(sheet, 9.0, 3.0)
+        axes = figure.subplots(1, 2)[0]
+        axes.set_ylabel("share of all flights that are worse than this one")
+        headline(figure, sheet, (0.0, 0.0), "A title that is a good deal longer than its figure is wide")
+        fit(figure)
+        inside(figure)
+
+
+def inside(figure):
+    """All words of a figure are on it."""
+    figure.draw_without_rendering()
+    wide, high = figure.get_size_inches() * figure.dpi
+    labels = [label for axes in figure.axes for label in (axes.xaxis.label, axes.yaxis.label)]
+    texts = [one for one in (*labels, *figure.texts) if one.get_text()]
+    assert len(texts) > 1
+    for text in texts:
+        box = text.get_window_extent()
+        assert box.x0 >= -1.0, text
+        assert box.x1 <= wide + 1.0, text
+        assert box.y0 >= -1.0, text
+        assert box.y1 <= high + 1.0, text
