@@ -7,7 +7,7 @@ import pytest
 
 from quadstep.report.canvas import drawing, headline, new_figure
 from quadstep.report.figures import arranged
-from quadstep.report.fitting import fit, wrapped
+from quadstep.report.fitting import beside, fit, wrapped
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
 
@@ -62,3 +62,10 @@ def inside(figure):
         assert box.x1 <= wide + 1.0, text
         assert box.y0 >= -1.0, text
         assert box.y1 <= high + 1.0, text
+
+
+def test_a_legend_has_as_many_columns_as_fit():
+    names = ["L", "errors", "integrals", "weights"]
+    assert [beside(wide, names, 4) for wide in (2.4, 3.5, 7.0)] == [1, 2, 4]
+    assert beside(7.0, names, 3) == 3
+    assert beside(7.0, names[:1], 4) == 1

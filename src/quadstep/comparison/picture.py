@@ -12,6 +12,7 @@ from quadstep.comparison.heat import draw_heat
 from quadstep.comparison.words import share_lost, title, unit_of
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
+from quadstep.report.fitting import beside
 from quadstep.report.sheet import Sheet
 
 SHAPES, FACES = "osD^v<>ph*", ("black", "white", "#b2182b", "#2166ac")
@@ -59,7 +60,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
         axes.grid(visible=False, axis="y")
         scaled(axes)
         axes.set_xlabel(f"{title(found.metrics[found.metric])}: median with 95 % interval, line to the 95 % quantile")
-        figure.legend(loc="outside upper left", ncols=min(4, len(names)), fontsize=8)
+        figure.legend(loc="outside upper left", ncols=beside(figure.get_figwidth(), list(names), 4), fontsize=8)
         write(figure, path, sheet)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quadstep.report.axes import STEADY, STEPS, linear, logarithmic, logarithmic_time, peaked, plain, signed_logarithmic
 from quadstep.report.canvas import LINES, drawing, write
-from quadstep.report.fitting import wrapped
+from quadstep.report.fitting import beside, wrapped
 from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.sheet import Sheet
 from quadstep.report.symbols import label, prose
@@ -25,6 +25,9 @@ BUCKETS = 400
 
 LONGEST_LABEL = 26
 """Letters of a quantity and its unit that are as long as a panel is high: of more, the unit has a line of its own."""
+
+NAMES = 4
+"""Most names of a legend beside one another."""
 
 TITLE = 10
 """Size of a title [pt]."""
@@ -83,11 +86,18 @@ def draw(axes: Axes, t: Numbers, panel: Panel, log_time: bool = False) -> None:
         linear(axes, drawn)
     space = "\n" if len(panel.label) + len(unit) > LONGEST_LABEL else " "
     axes.set_ylabel(name if unit == "-" else f"{name}{space}[{unit}]", parse_math=True)
+    ncols = beside(axes.figure.bbox.width / axes.figure.dpi, list(map(label, lines)), NAMES)
     legend = axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4, handlelength=2.2, columnspacing=1.2
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols, handlelength=2.2, columnspacing=1.2
     )  # above the lines
     for text in legend.get_texts():
         text.set_parse_math(True)
+
+
+def legend_rows(panel: Panel, width: float) -> int:
+    """Of its legend in a figure of this width [in]."""
+    names = list(map(label, panel.lines))
+    return -(-len(names) // beside(width, names, NAMES)) if names else 1
 
 
 def grid_alone(axes: Axes) -> None:
@@ -131,13 +141,13 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
     rows = -(-len(panels) // columns)
     width = sheet.inches(3.2 + 3.6 * columns)
     title = title if sheet.width is None else wrapped(title, width - 0.3, TITLE)
-    more = 0.17 * title.count("\n")
-    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows + more * sheet.titled
+    more = 0.17 * title.count("\n") * sheet.titled + 0.15 * max(legend_rows(panel, width) - 1 for panel in panels[::rows])
+    height = (0.8 if sheet.titled else 0.6) + (1.6 if sheet.width is None else 1.25) * rows + more
     figure = Figure(figsize=(width, height), dpi=sheet.dpi)
     tight = sheet.width is not None
     left, between, far = (LEFT, BETWEEN, LABEL) if not tight else (0.9, 1.0, 0.72) if sheet.titled else (0.75, 0.83, 0.6)
     across = (width - left - RIGHT - between * (columns - 1)) / columns
-    top = 0.55 + more if sheet.titled else 0.32
+    top = (0.55 if sheet.titled else 0.32) + more
     figure.subplots_adjust(
         left / width, 0.45 / height, 1.0 - RIGHT / width, 1.0 - top / height, between / across, 0.32 if not tight else 0.42
     )
@@ -164,5 +174,8 @@ def arranged(title: str, t: Numbers, panels: Sequence[Panel], columns: int, shee
         if axes not in lowest:
             grid_alone(axes)
     if sheet.titled:
-        figure.text(0.15 / width, 1.0 - (0.22 + more) / height, title, fontsize=TITLE, va="bottom" if more else "baseline")
+        lines = title.count("\n")
+        figure.text(
+            0.15 / width, 1.0 - (0.22 + 0.17 * lines) / height, title, fontsize=TITLE, va="bottom" if lines else "baseline"
+        )
     return figure

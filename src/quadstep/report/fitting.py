@@ -3,7 +3,10 @@
 import re
 from collections.abc import Sequence
 
+import numpy as np
+from matplotlib import rcParams
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.text import Text
 
 WORD = re.compile(r"[\d.]+ %\S*|\S*\[[^\]]*\]\S*|(?:\$[^$]*\$|\S)+")
@@ -17,6 +20,11 @@ LETTER = 0.55
 
 BESIDE = 1.25
 """A label beside an axis may be so many times as long: axes above one another have some room between them."""
+
+SIDES, MARK, SPACE = 1.05, 4.4, 1.2
+"""What stands beside axes [in], above which a legend is; what a name in it needs besides, and what of this the last one does
+not need, in sizes of the font.
+"""
 
 
 def wrapped(text: str, room: float, size: float) -> str:
@@ -44,6 +52,16 @@ def fit(figure: Figure) -> None:
         for text in (axes.yaxis.label, axes.xaxis.label, *titles(axes.get_children())):
             room = (BESIDE * box.height if text is axes.yaxis.label else box.width) / figure.dpi
             text.set_text(wrapped(text.get_text(), room, float(text.get_fontsize())) if text.get_text() else "")
+
+
+def beside(wide: float, names: Sequence[str], most: int) -> int:
+    """How many of a legend's names fit beside one another above the axes of a figure so wide [in]."""
+    room = 72.0 * (wide - SIDES) / FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
+    for count in range(min(most, len(names)), 1, -1):
+        columns = np.array_split([letters(name) for name in names], count)
+        if sum(LETTER * int(column.max()) + MARK for column in columns) - SPACE <= room:
+            return count
+    return 1
 
 
 def titles(artists: Sequence[object]) -> list[Text]:

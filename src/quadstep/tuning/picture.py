@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import LINES, drawing, headline, margins, new_figure, write
+from quadstep.report.fitting import beside
 from quadstep.report.sheet import Sheet
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Candidate, Found
@@ -20,6 +21,11 @@ def draw_search(path: Path, title: str, asked: Asked, found: Found, sheet: Sheet
         margins(figure, sheet, 0.11, 0.09, 0.97, 0.88, 0.2, 0.25)
         draw_objective(top, found)
         draw_gains(bottom, asked, found)
+        for axes, most in ((top, 3), (bottom, 4)):
+            marks, names = axes.get_legend_handles_labels()
+            if marks:
+                ncols = beside(figure.get_figwidth(), names, most)
+                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=ncols)
         bottom.set_xlabel("flights")
         figure.align_ylabels()
         if sheet.titled:
@@ -53,8 +59,6 @@ def draw_objective(axes: Axes, found: Found) -> None:
         axes.set_yscale("log")
         plain_decades(axes.yaxis)
     axes.set_ylabel("objective")
-    if known:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=3)
 
 
 def draw_gains(axes: Axes, asked: Asked, found: Found) -> None:
@@ -69,7 +73,6 @@ def draw_gains(axes: Axes, asked: Asked, found: Found) -> None:
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0.0, 1.0], ["low", "high"])
     axes.set_ylabel("gain of the best so far")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, ncols=4)
 
 
 def leaders(found: Found) -> list[Candidate]:
