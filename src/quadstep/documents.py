@@ -71,9 +71,14 @@ def read_json(path: Path, links: bool = True) -> Any:
     except RecursionError:
         raise too_deep(source) from None
     except ValueError as error:
-        raise UserError(f"{source}: not valid JSON: {error}") from None
+        raise UserError(f"{source}: not valid JSON: {fault(error)}") from None
     check(content, source, finite=True)
     return content
+
+
+def fault(error: ValueError) -> str:
+    """Where JSON cannot be read, or what in it is not allowed."""
+    return f"line {error.lineno}, column {error.colno}" if isinstance(error, json.JSONDecodeError) else str(error)
 
 
 def too_deep(source: str) -> UserError:

@@ -24,7 +24,8 @@ export class Legend {
     }
     for (const role of ["desired", "ghost", "kept", "file"] as const) {
       const first = panel.curves.find((curve) => curve.role === role);
-      if (first) this.roles.append(h("span", {}, mark(first, palette, palette.muted), role));
+      const name = role === "desired" && panel.title.includes("commanded") ? "commanded" : role;
+      if (first) this.roles.append(h("span", {}, mark(first, palette, palette.muted), name));
     }
   }
 

@@ -206,7 +206,7 @@ def worst(summary: Summary, values: Sequence[Mapping[str, object]], path: Path, 
     ]
     commands = "\n".join(escape(replay_command(path, one.flight, folder)) for one in flights)
     return [
-        page.paragraph("Flights that ended first, then those farthest from the path."),
+        page.paragraph("Flights that failed come first: those that ended first, then those farthest from the path."),
         page.table(("flight", *(str(one.flight) for one in flights)), rows, escape),
         page.paragraph("To replay them with their full logs:"),
         f"<pre>{commands}</pre>",

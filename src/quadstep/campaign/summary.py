@@ -88,9 +88,12 @@ def finite(column: pa.ChunkedArray) -> NDArray[np.float64]:
 
 
 def worst(flown: pa.Table) -> list[Worst]:
-    """The flights that ended first, then those farthest from the path; among equals the lower number first."""
-    keys = [(TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
-    order = pc.select_k_unstable(flown, k=min(WORST, flown.num_rows), sort_keys=keys)
+    """Flights that failed first: of these and of the others those that ended first, then the farthest from the path; among
+    equals the lower number first.
+    """
+    keys = [("good", "ascending"), (TIME, "ascending"), (LARGEST, "descending"), (FLIGHT, "ascending")]
+    known = flown.append_column("good", flown[SUCCESS].cast(pa.int8()))
+    order = pc.select_k_unstable(known, k=min(WORST, flown.num_rows), sort_keys=keys)
     rows = flown.take(order).to_pylist()
     return [Worst(row[FLIGHT], row[OUTCOME], row[TIME], row[RMSE], row[LARGEST]) for row in rows]
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from quadstep.errors import UserError
 from quadstep.identify.parameters import Free
 from quadstep.identify.problem import Problem
 from quadstep.logs.flight import Floats
@@ -115,7 +116,7 @@ def search(
         tried = [damping * factor for factor in DAMPING]
         candidates = []
         for one in tried:
-            step = -np.linalg.solve(hessian + np.diag(one * diagonal), gradient)
+            step = -solved(hessian + np.diag(one * diagonal), gradient)
             candidates.append(point + size * np.clip(step, -LARGEST_STEP, LARGEST_STEP))
         results = problem.residuals(candidates)
         costs = [cost(one, weights) + prior_cost(x, prior, count) for one, x in zip(results, candidates, strict=True)]
@@ -148,3 +149,14 @@ def curvature(problem: Problem, point: Floats, weights: Weights, prior: Prior | 
         for place, deviation in zip(prior.places, prior.deviation, strict=True):
             hessian[place, place] += (size[place] / deviation) ** 2
     return Curvature(gradients / size, hessians / np.outer(size, size), hessian / np.outer(size, size))
+
+
+def solved(matrix: Floats, right: Floats) -> Floats:
+    """The solution of a linear system. Raises UserError where predictions do not depend on some parameter any more."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise UserError(
+            "the fit breaks down: predictions no longer depend on the parameters; do --vehicle and its mass suit the vehicle "
+            "that flew?"
+        ) from None

@@ -3,10 +3,14 @@
 import json
 from collections.abc import Iterable
 
+from pydantic import ValidationError
+
+from quadstep.errors import UserError
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.parameters import leaves_of
 from quadstep.identify.predictor import Observer
 from quadstep.mission.airframe import AirframeSection
+from quadstep.mission.check import describe
 from quadstep.mission.vehicle_list import numbers
 from quadstep.numbers import Vector
 
@@ -55,7 +59,14 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
     if found.guided:
         content["guided_prediction"] = observer_content(found.guided)
     content["sources"] = sources(vehicle, found, stretch, mass_source)
-    return AirframeSection.model_validate(content)
+    try:
+        return AirframeSection.model_validate(content)
+    except ValidationError as error:
+        said = describe(AirframeSection, error.errors()[0])
+        raise UserError(f"the fit leaves what a vehicle may have: {said}; {UNLIKE}") from None
+
+
+UNLIKE = "do --vehicle and its mass suit the vehicle that flew?"
 
 
 def rounded(value: float) -> float:

@@ -98,15 +98,15 @@ def worst(found: Found) -> list[Worst]:
 
 def facts(found: Found) -> list[Fact]:
     """The same for a report's summary: the least of the most common margins."""
-    asked = {
-        "gain up [dB]": ("gain margin", "dB"),
-        "phase [deg]": ("phase margin", "degrees"),
-        "delay [ms]": ("delay margin", "ms"),
-    }
-    made = []
-    for one in worst(found):
-        if one.margin in asked:
-            what, unit = asked[one.margin]
-            value = one.text if one.text == "none" else f"{one.text}\u00a0{unit}"
-            made.append(Fact(f"least {what}", value, ", ".join(part for part in (one.channel, one.where) if part)))
+    known, made = {one.margin: one for one in worst(found)}, []
+    up, down = (known.get(f"gain {way} [dB]") for way in ("up", "down"))
+    ways = [(one, way) for one, way in ((up, "up"), (down, "down")) if one and one.text != "none"]
+    gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
+    for what, one, unit, way in (
+        ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get("phase [deg]"), "°", ""),
+        ("delay", known.get("delay [ms]"), "\u00a0ms", ""),
+    ):  # fmt: skip
+        if one:
+            value = one.text if one.text == "none" else f"{one.text.removeprefix('-') if way else one.text}{unit}"
+            made.append(Fact(f"least {what} margin", value, ", ".join(part for part in (one.channel, one.where, way) if part)))
     return made

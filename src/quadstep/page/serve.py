@@ -250,7 +250,7 @@ def server(folder: Path, port: int, access: Access = Access()) -> Server:  # noq
         return (SixServer if ":" in access.host else Server)((access.host, port), kind)
     except OSError as error:
         raise UserError(
-            f"port {port} of {access.host} cannot be used: {error.strerror or error}; choose another --port"
+            f"port {port} of {access.host} cannot be used: {error.strerror or error}; choose another --host or --port"
         ) from None
     except OverflowError:
         raise UserError(f"port {port}: should be from 0 to 65535") from None

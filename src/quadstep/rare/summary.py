@@ -26,11 +26,23 @@ FEW_AGAIN = 0.1
 
 
 class Crude(NamedTuple):
-    """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval."""
+    """Flights drawn as the campaign draws, and how many of them failed. rate: with its exact 99 % interval. kinds: of failure,
+    each of which has as large a part of the flights to itself, so that the rate is the sum of theirs.
+    """
 
     flights: int
     failures: int
     rate: Estimate
+    kinds: int = 1
+
+    @property
+    def said(self) -> str:
+        """In words."""
+        each = f", looking for one of {self.kinds} kinds of failure each" if self.kinds > 1 else ""
+        return (
+            f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
+            f"{self.rate.low:.3g} to {self.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence"
+        )
 
 
 class Summary(NamedTuple):
@@ -101,7 +113,7 @@ def crude_of(own: Sequence[Done]) -> Crude:
     ends = [exact_share(failed, flown, tail) for flown, failed in rates.values()]
     rate = Estimate(*(min(1.0, sum(part)) for part in zip(*ends, strict=True)))
     flown, failed = (sum(part) for part in zip(*rates.values(), strict=True))
-    return Crude(flown, failed, rate)
+    return Crude(flown, failed, rate, len(rates))
 
 
 def warnings(found: Summary) -> list[str]:
@@ -119,10 +131,7 @@ def warnings(found: Summary) -> list[str]:
             "per level (rare.flights) or another score (rare.score)."
         )
     if found.crude.rate.low > found.probability.high or found.crude.rate.high < found.probability.low:
-        said.append(
-            f"Plain Monte Carlo flights disagree: {found.crude.failures:,} of {found.crude.flights:,} failed, a probability "
-            f"from {found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
-        )
+        said.append(f"Plain Monte Carlo flights disagree: {found.crude.said}.")
     for what, probability in found.opinions.items():
         if probability > max(MORE * found.probability.value, found.probability.high):
             said.append(
@@ -172,10 +181,7 @@ def sentences(found: Summary, method: Method) -> list[str]:
             f"{found.flights:,} flights in all; plain Monte Carlo would need {rounded(found.one_by_one)} for the same "
             f"accuracy, {times:.2g} times as many."
         )
-    lines.append(
-        f"Plain Monte Carlo flights: {found.crude.failures:,} of {found.crude.flights:,} failed, a probability from "
-        f"{found.crude.rate.low:.3g} to {found.crude.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence."
-    )
+    lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
     if found.again is not None:
         lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
     return lines
