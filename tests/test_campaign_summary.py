@@ -95,6 +95,11 @@ def test_worst_flights_that_tie_are_those_of_the_lowest_numbers_in_any_table():
         assert [one.flight for one in summarise(Made(rows, chunks=7)).worst] == wanted
 
 
+def test_flights_that_failed_come_before_those_that_went_farther_and_succeeded():
+    some = [through(0.1, 9.0), through(0.2, 1.0, False), through(0.1, 8.0), lost(3.0, 0.1, 0.2), through(0.2, 2.0, False)]
+    assert [one.flight for one in summarise(Made(some)).worst] == [3, 4, 1, 0, 2]
+
+
 def test_fewer_flights_than_worst():
     assert [one.flight for one in summarise(Made(TABLE[:2])).worst] == [1, 0]
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from quadstep.airframe.motion import AirframeState
+from quadstep.errors import UserError
 from quadstep.identify.averages import blocks, forces, rotor_speeds, torques
 from quadstep.identify.closed_loop import as_flown, hover_ratio, later_ratio
 from quadstep.identify.errors import differences
@@ -22,6 +23,7 @@ from quadstep.identify.replay import predictions_of, read_starts, ready
 from quadstep.identify.report import write as write_report
 from quadstep.identify.residual import trained
 from quadstep.identify.run import Run
+from quadstep.identify.search import solved
 from quadstep.identify.starts import laid_out, starts_at
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.logs.signals import spectrum
@@ -222,6 +224,14 @@ def test_the_first_seconds_tell_a_flights_own_level_of_thrust(tmp_path, flights,
     assert later_ratio(fading, vehicle) < 0.98
     short = replace(weaker, lost=weaker.time - weaker.time[0] > 4.0)
     assert math.isnan(later_ratio(short, vehicle))
+
+
+def test_a_fit_that_leaves_what_vehicles_may_have_is_one_line(truth):
+    far = with_values(truth, {"airframe.rotor.inertia": 1e-18})
+    with pytest.raises(UserError, match=r"^the fit leaves what a vehicle may have: rotor\.inertia: .*suit the vehicle"):
+        identified_vehicle(start(), with_fitted(Identified(far, None, {}, {})), "made", "given")
+    with pytest.raises(UserError, match=r"^the fit breaks down: .*suit the vehicle"):
+        solved(np.zeros((2, 2)), np.ones(2))
 
 
 def written(folder, truth):

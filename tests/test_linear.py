@@ -17,7 +17,7 @@ from quadstep.linear.record import record
 from quadstep.linear.sampled import Loops
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
-from quadstep.linear.worst import cells, holding
+from quadstep.linear.worst import cells, facts, holding
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import yaw_pitch_roll
 
@@ -57,6 +57,15 @@ def found():
         return made[key]
 
     return of
+
+
+@pytest.mark.parametrize("law", sorted({law for law, _ in KNOWN})[:3])
+def test_a_report_begins_with_the_least_gain_margin_of_both_ways(found, law):
+    analysis = found(law).analysis
+    ends = [end for one in analysis.margins for end in (one.gain_up, 1.0 / max(one.gain_down, 1e-9))]
+    fact = facts([("", analysis)])[0]
+    assert fact.what == "least gain margin"
+    assert fact.value == f"{20.0 * math.log10(min(ends)):.1f}\u00a0dB"
 
 
 @pytest.mark.parametrize(("law", "latency"), KNOWN)

@@ -129,6 +129,16 @@ def test_a_threshold_keeps_equal_scores_together():
     assert beyond(np.array([0.0] * 850 + [1.0] * 150), 0.1) == 1.0
 
 
+def test_plain_flights_that_look_for_several_kinds_of_failure_add_their_rates():
+    one = piece(1e-3, crude_failures=2)
+    (event,) = one.events
+    both = one.model_copy(update={"events": [event.model_copy(update={"failure": kind}) for kind in ("a", "b")]})
+    found = summarise([both, both]).crude
+    assert (found.flights, found.failures, found.kinds) == (4 * event.crude, 8, 2)
+    assert found.rate.value == pytest.approx(2.0 * 2 / event.crude)
+    assert f"8 of {found.flights:,} failed, looking for one of 2 kinds of failure each: a probability of " in found.said
+
+
 @pytest.mark.parametrize(("count", "sigma"), [(10, 0.8), (5, 0.05), (5, 0.4)])
 def test_the_interval_holds_the_mean_of_skewed_estimates(count, sigma):
     """Of a thousand sets of log-normal estimates; Student's on the raw numbers holds it less often."""
