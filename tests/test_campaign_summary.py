@@ -67,7 +67,7 @@ def test_shares_outcomes_and_quantiles_by_hand():
     assert (rmse.metric, rmse.flights, list(rmse.quantiles)) == (RMSE, 5, [0.5])
     assert rmse.quantiles[0.5].value == pytest.approx(0.3)
     assert (largest.metric, largest.quantiles[0.5].value) == (LARGEST, 5.0)
-    assert rmse.quantiles[0.5].low <= 0.3 <= rmse.quantiles[0.5].high
+    assert not rmse.quantiles[0.5].bounded
 
 
 def test_the_worst_are_those_that_ended_first_then_those_farthest_off_then_the_lower_number():
@@ -116,7 +116,7 @@ def test_all_lost():
 def test_all_good_and_only_one():
     found = summarise(Made([through(0.1)]))
     assert tuple(found.success) == pytest.approx((1.0, 0.025, 1.0))
-    assert found.spreads[0].quantiles[0.5] == (0.1, 0.1, 0.1)
+    assert found.spreads[0].quantiles[0.5].value == 0.1
     assert sentences(found)[0].startswith("1 flight: 100 % succeed; ")
 
 
@@ -160,6 +160,23 @@ def test_the_words_have_the_numbers():
     assert f"the 95 % interval is {100 * exact.low:.1f} % to {100 * exact.high:.1f} %." in text
     assert "1 not-finite, 3 off-path, 1 spinning" in text
     assert "Position RMSE of the 5 completed flights: 50 % below 300" in text
+
+
+@pytest.mark.parametrize("count", [1, 5, 6])
+def test_a_median_of_fewer_than_six_flights_has_no_interval(count):
+    found = summarise(Made([through(float(i + 1)) for i in range(count)]), varied=True)
+    median = found.spreads[0].quantiles[0.5]
+    text = "\n".join(sentences(found))
+    ends = as_json(found)["quantiles"][RMSE]["0.5"]
+    if count == 6:
+        assert (median.low, median.high) == (1.0, 6.0)  # that half a chance falls six times on one side: 2/64 < 5 %
+        assert "6 completed flights: 50 % below 3.5 [1.0, 6.0] m" in text
+    else:
+        assert np.isnan([median.low, median.high]).all()
+        assert (ends["low"], ends["high"]) == (None, None)
+        assert (
+            "of the completed flight: 1.00 m." if count == 1 else "50 % below 3.00 m (too few flights for a 95 % interval)."
+        ) in text
 
 
 def test_rates_near_one_are_not_rounded_to_it():

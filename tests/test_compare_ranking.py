@@ -7,8 +7,20 @@ import numpy as np
 import pytest
 from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
 
-from quadstep.comparison.ranking import compare, corrected, differences, holm, median_difference, overall, pair, signed_ranks
-from quadstep.comparison.spread import Flown, losses, ordered_quantile, spread
+from quadstep.analysis.statistics import ordered_quantile
+from quadstep.comparison.ranking import (
+    ALPHA,
+    compare,
+    corrected,
+    differences,
+    fewest,
+    holm,
+    median_difference,
+    overall,
+    pair,
+    signed_ranks,
+)
+from quadstep.comparison.spread import Flown, losses, spread
 
 METRIC = "position_rmse"
 
@@ -36,6 +48,18 @@ def test_the_correction_is_over_all_situations_of_a_study():
     assert alone.pairs[0].p == one.pairs[0].p
     assert together[0].pairs[0].p == pytest.approx(min(1.0, 10 * one.pairs[0].p))
     assert {found.pairs[0].p for found in together} == {together[0].pairs[0].p}
+
+
+@pytest.mark.parametrize(("pairs", "flights"), [(1, 6), (3, 7), (18, 10), (325, 14)])
+def test_the_fewest_flights_that_can_decide_are_those_of_flights_that_agree_entirely(pairs, flights):
+    def decided(count):
+        a, b = flown(np.arange(1.0, 1.0 + count)), flown([math.inf] * count)
+        found = pair("a", "b", a, b, METRIC)
+        return [holm([p] + [1.0] * (pairs - 1))[0] < ALPHA for p in (found.p, found.p_lost)]
+
+    assert fewest(pairs) == flights
+    assert decided(flights) == [True, True]
+    assert decided(flights - 1) == [False, False]
 
 
 def test_a_pair_has_the_p_value_of_wilcoxon_and_the_median_of_the_flights_differences():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, share
+from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, ranks_about, share
 
 
 @pytest.mark.parametrize(("x", "a", "b"), [(0.3, 2.0, 5.0), (0.99, 30.0, 0.5), (1e-4, 1.0, 1e4), (0.5, 4e5, 4.1e5)])
@@ -29,6 +29,13 @@ def test_intervals_of_mean_and_quantile_hold_the_truth_as_often_as_they_say():
         held += [about.low <= 1.0 <= about.high, median.low <= np.log(2.0) <= median.high]
     assert (held / 200 > 0.88).all()
     assert (held / 200 < 0.995).all()
+
+
+@pytest.mark.parametrize("q", [0.01, 0.5, 0.95, 0.999])
+@pytest.mark.parametrize("count", [1, 5, 6, 71, 72, 1000, 999_983])
+def test_the_ranks_about_a_quantile_are_those_of_the_binomial_distribution(count, q):
+    below, above = stats.binom.ppf([0.025, 0.975], count, q)
+    assert ranks_about(count, q) == (below, above + 1)
 
 
 def test_the_same_values_give_the_same_interval():

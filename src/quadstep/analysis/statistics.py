@@ -5,6 +5,7 @@ brings SciPy; tests hold it against SciPy's.
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +16,20 @@ RESAMPLES = 2000
 
 
 class Estimate(NamedTuple):
-    """A value and the interval that holds it with 95 % confidence."""
+    """A value and the interval that holds it with 95 % confidence; an end for which there are too few values is NaN."""
 
     value: float
     low: float
     high: float
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there are enough values for both ends of the interval."""
+        return not (math.isnan(self.low) or math.isnan(self.high))
+
+    def as_json(self) -> dict[str, float | None]:
+        """For a file; an end that there is not is null."""
+        return {name: None if math.isnan(value) else value for name, value in self._asdict().items()}
 
 
 def share(count: int, total: int) -> Estimate:
@@ -46,13 +56,38 @@ def mean(values: NDArray[np.float64]) -> Estimate:
 
 
 def quantile(values: NDArray[np.float64], q: float) -> Estimate:
-    """A quantile with an interval between order statistics, free of distribution (Conover 1999; normal approximation)."""
-    ordered = np.sort(values)
-    count = len(ordered)
-    spread = 1.959963984540054 * math.sqrt(count * q * (1.0 - q))
-    low, high = math.floor(count * q - spread), math.ceil(count * q + spread)
-    value = float(np.quantile(ordered, q))
-    return Estimate(value, float(ordered[max(low - 1, 0)]), float(ordered[min(high, count - 1)]))
+    """A quantile, linear between order statistics, with the interval of `ordered_quantile`. Needs a finite value."""
+    return ordered_quantile(values, q)._replace(value=float(np.quantile(values, q)))
+
+
+def ordered_quantile(values: NDArray[np.float64], q: float) -> Estimate:
+    """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
+
+    Values may be infinite; an end of the interval for which there are too few values is NaN. Needs at least one value.
+    """
+    ordered, count = np.sort(values), len(values)
+    low, high = ranks_about(count, q)
+    return Estimate(
+        float(ordered[max(0, math.ceil(count * q) - 1)]),
+        float(ordered[low - 1]) if low >= 1 else math.nan,
+        float(ordered[high - 1]) if high <= count else math.nan,
+    )
+
+
+@cache
+def ranks_about(count: int, q: float) -> tuple[int, int]:
+    """Ranks, from 1, of the values between which a quantile of so many lies; 0 or count + 1 where there is no such value."""
+    tail = 0.5 * (1.0 - LEVEL)
+    return binomial_quantile(tail, count, q), binomial_quantile(1.0 - tail, count, q) + 1
+
+
+def binomial_quantile(p: float, count: int, q: float) -> int:
+    """The fewest successes k of so many trials, each of chance q, with P(X <= k) >= p."""
+    low, high = -1, count
+    while high - low > 1:
+        k = (low + high) // 2
+        low, high = (low, k) if incomplete_beta(1.0 - q, count - k, k + 1) >= p else (k, high)
+    return high
 
 
 def beta_quantile(p: float, a: float, b: float) -> float:

@@ -1,6 +1,7 @@
 """The text of a campaign's report.html."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from quadstep.campaign.replay import replay_command
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.sensitivity import Interaction
 from quadstep.campaign.store import Store
-from quadstep.campaign.summary import COPIES, QUANTILES, Spread, Summary, Worst, sentences, within
+from quadstep.campaign.summary import COPIES, FEW, QUANTILES, Spread, Summary, Worst, sentences, within
 from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
@@ -38,7 +39,8 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
         share, one = list(spread.quantiles.items())[-1]
         what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g} % of completed flights: {words} below"
         span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
-        facts.append(page.Fact(what, units.estimate(*one, unit), f"95 %: {units.interval(*one, unit)}", span))
+        interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
+        facts.append(page.Fact(what, units.estimate(*one, unit), interval, span))
     return page.summary(answer, facts, figures)
 
 
@@ -118,7 +120,7 @@ def distributions(summary: Summary) -> list[str]:
         (
             words,
             f"{100.0 * q:g} %",
-            page.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, max(e.high for e in known.values())),
+            page.Span(units.interval(*one, unit), *(one.low, one.value, one.high), 0.0, largest(known.values())),
         )
         for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
         for q, one in known.items()
@@ -130,6 +132,11 @@ def distributions(summary: Summary) -> list[str]:
         ),
         page.table(("of completed flights", "share below", "value with its 95 % interval"), rows),
     ]
+
+
+def largest(known: Iterable[Estimate]) -> float:
+    """The largest number that is there."""
+    return max(number for one in known for number in one if not math.isnan(number))
 
 
 def ranking(

@@ -19,6 +19,8 @@ FEWEST = 20
 """Fewest flights beyond a quantile for its interval to mean anything."""
 
 
+FEW = "too few flights for a 95 % interval"
+
 COPIES = "Its {} flights do not differ, so nothing is statistical."
 """Of a campaign of copies of one flight."""
 
@@ -116,9 +118,13 @@ def sentences(summary: Summary) -> list[str]:
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
-        if summary.copies:
-            parts = [units.quantity(spread.quantiles[QUANTILES[0]].value, unit)]
-        lines.append(f"{words[0].upper()}{words[1:]} of the {spread.flights} completed flights: {'; '.join(parts)}.")
+        median = spread.quantiles[QUANTILES[0]]
+        if summary.copies or spread.flights == 1:
+            parts = [units.quantity(median.value, unit)]
+        elif not median.bounded:
+            parts = [f"{parts[0]} ({FEW})"]
+        whose = "the completed flight" if spread.flights == 1 else f"the {spread.flights} completed flights"
+        lines.append(f"{words[0].upper()}{words[1:]} of {whose}: {'; '.join(parts)}.")
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]  # which pages have between number and unit
 
 
@@ -130,7 +136,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,
         "quantiles": {
-            spread.metric: {str(q): estimate._asdict() for q, estimate in spread.quantiles.items()}
+            spread.metric: {str(q): estimate.as_json() for q, estimate in spread.quantiles.items()}
             for spread in summary.spreads
         },
         "worst": [one._asdict() for one in summary.worst],

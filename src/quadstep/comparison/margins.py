@@ -13,14 +13,13 @@ from typing import NamedTuple, TypedDict, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.statistics import Estimate, share
+from quadstep.analysis.statistics import Estimate, ordered_quantile, share
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, digests
 from quadstep.comparison.schema import Content, MarginEntry
-from quadstep.comparison.spread import ordered_quantile
 from quadstep.comparison.study import FIRST, Situation, Study
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError

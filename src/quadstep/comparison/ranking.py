@@ -176,6 +176,15 @@ def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
     ]
 
 
+def fewest(pairs: int) -> int:
+    """Fewest flights with which any of so many pairs can differ significantly.
+
+    Wilcoxon's and McNemar's tests of n flights give no p-value below 2^(1 - n), and Holm's correction multiplies the smallest
+    by the number of pairs.
+    """
+    return math.floor(2.0 + math.log2(pairs / ALPHA))
+
+
 def holm(ps: Sequence[float]) -> list[float]:
     """Holm's step-down correction."""
     order = sorted(range(len(ps)), key=lambda place: ps[place])

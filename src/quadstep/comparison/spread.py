@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
-from scipy.stats import binom
 
-from quadstep.analysis.statistics import LEVEL, Estimate, share
+from quadstep.analysis.statistics import Estimate, ordered_quantile, share
 from quadstep.campaign.flown import OUTCOME, OUTCOMES
 from quadstep.campaign.schema import Campaign
 
@@ -79,17 +78,3 @@ def effort(flown: Flown) -> Effort:
         return float(values.mean()) if len(values) else math.nan
 
     return Effort(mean("energy"), mean("rotor_activity"), mean("saturation"))
-
-
-def ordered_quantile(values: Floats, q: float) -> Estimate:
-    """A quantile as one of the values, with an interval between two others, free of distribution and exact (Conover 1999).
-
-    Values may be infinite; an end of the interval for which there are too few values is NaN.
-    """
-    ordered, count = np.sort(values), len(values)
-    tail = 0.5 * (1.0 - LEVEL)
-    low, high = int(binom.ppf(tail, count, q)), int(binom.ppf(1.0 - tail, count, q)) + 1
-    value = float(ordered[max(0, math.ceil(count * q) - 1)])
-    return Estimate(
-        value, float(ordered[low - 1]) if low >= 1 else math.nan, float(ordered[high - 1]) if high <= count else math.nan
-    )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.ranking import ALPHA, Ranked
+from quadstep.comparison.ranking import ALPHA, Ranked, fewest
 from quadstep.comparison.study import Situation
 from quadstep.report.units import counted
 
@@ -108,7 +108,12 @@ def of_all(found: Comparison) -> str:
     over = f" over {many} situations" if many > 1 else ""
     first, *_ = found.overall().items()
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
-    if pairs:
+    if pairs and found.seeds < fewest(len(pairs)):
+        text += (
+            f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
+            f"{'take' if len(pairs) > 1 else 'takes'} at least {fewest(len(pairs))} flights each."
+        )
+    elif pairs:
         text += (
             f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}, the number of lost flights in "
             f"{kept or 'none'}."
