@@ -61,7 +61,7 @@ def test_hover_with_lagging_rotors_is_proved_to_hold_for_ever(proved):
     out, file = proved
     assert "proved: every flight whose start is within" in out
     assert "for ever: 1e+06 s" in out
-    for needed in ("attitude", "deg", "rates", "deg/s", "speeds", "rad/s", "m/s", "mm"):
+    for needed in ("attitude", "°", "rates", "°/s", "speeds", "rad/s", "m/s", "mm"):
         assert needed in out
     assert read_set(file).start > 8e-4
 

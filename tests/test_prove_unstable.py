@@ -69,8 +69,8 @@ def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path):
     assert "disproved: hover is unstable." in run.out
     said = " ".join(run.out.split())
     assert "met at any sample from 0.01 s on, every flight gets out of a box about the rest within 0.34 s" in said
-    assert "rates disproved 1e-15, 0.269, 1e-15 deg/s 0.679, 0.679, 0.0452 deg/s" in said
-    assert "mm; rates 0.679, 0.679, 0.0452 deg/s | 0.34 s |" in PAGE.read_text()
+    assert "rates disproved 1e-15, 0.269, 1e-15°/s 0.679, 0.679, 0.0452°/s" in said
+    assert "mm; rates 0.679, 0.679, 0.0452°/s | 0.34 s |" in PAGE.read_text()
     assert not (tmp_path / "out").exists()
 
 

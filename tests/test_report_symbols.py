@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from quadstep.report.symbols import label, power_of_ten, rich
+from quadstep.report.symbols import label, power_of_ten, rich, typed
 
 
 @pytest.mark.parametrize(
@@ -33,6 +33,18 @@ def test_names_are_set_as_symbols(text, html, math):
         MathTextParser("path").parse(math)  # Matplotlib understands it
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("tau_psi at most 2.3e-04 N m; t_f = 3 s", "τψ at most 2.3 × 10⁻⁴ N m; t_f = 3 s"),
+        ("y 0.0e+00 m, 27 um (bound taken: 1e-6)", "y 0 m, 27 µm (bound taken: 10⁻⁶)"),
+        ("tau_phi_a <b> & `x`", "τφ_a <b> & `x`"),
+    ],
+)
+def test_in_a_terminal_greek_letters_and_powers_are_plain_text(text, shown):
+    assert typed(text) == shown
+
+
 def test_powers_of_ten():
     assert (power_of_ten(-6), power_of_ten(12)) == ("10⁻⁶", "10¹²")
 
@@ -41,6 +53,7 @@ def test_powers_of_ten():
     ("text", "html"),
     [
         ("1.364e+05, 2.5e+07, 3.4e-06", "136\u202f400, 2.5\u00a0×\u00a010⁷, 3.4\u00a0×\u00a010⁻⁶"),
+        ("1e-06 to 1.0e-06", "10⁻⁶ to 1.0\u00a0×\u00a010⁻⁶"),
         ("see `quadstep linear`", "see <code>quadstep linear</code>"),
         ("-6.48e-06 to -2 [-3, 4]", "−6.48\u00a0×\u00a010⁻⁶ to −2 [−3, 4]"),
         ("a >= 2 and <= 3 +- 1", "a ≥ 2 and ≤ 3 ± 1"),

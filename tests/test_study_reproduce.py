@@ -12,7 +12,7 @@ import pytest
 
 from quadstep import __version__
 from quadstep.flight.columns import COLUMNS
-from quadstep.report.symbols import rich
+from quadstep.report.symbols import rich, typed
 from tests import golden
 from tests.commands import ISSUE_COLUMNS, columns, files, strict_json
 from tests.terminals import in_terminal
@@ -53,9 +53,10 @@ def test_it_ends_well_with_the_claims_table_and_the_place_of_the_report(run, cla
     assert done.code == 0, done.text
     assert done.text.startswith("Section 6 of the paper, claim by claim\n")
     assert f"Report: {out / 'report.html'}" in done.lines
+    assert "τψ at most" in done.text
     shown = re.sub(r"\s", "", done.text)
     for claim in claims:
-        assert all(word in done.text for word in claim["name"].split())
+        assert all(word in done.text for word in typed(claim["name"]).split())
     assert shown.count("holds") >= sum(claim["verdict"] == "holds" for claim in claims)
 
 

@@ -171,7 +171,7 @@ def show_flown(found: "Sequence[Beside]", controller: str, page: Path | None) ->
                 one.lost,
             )
         )
-    header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]", "lost")
+    header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
     show_table(f"Logged setpoints simulated with {controller}", header, rows)
     if page:
         write(page, found, controller)
@@ -180,10 +180,7 @@ def show_flown(found: "Sequence[Beside]", controller: str, page: Path | None) ->
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
     lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)
     tilt = sum(abs(math.degrees(one.simulated.tilt - one.real.tilt)) <= 4.0 for one in found)
-    say(
-        f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4 degrees on "
-        f"{tilt}."
-    )
+    say(f"RMSE within a factor of 2 on {near} of {count} flights, lead within 80 ms on {lead}, tilt within 4° on {tilt}.")
 
 
 def show_estimates(found: "Sequence[Estimated]") -> None:
@@ -194,5 +191,5 @@ def show_estimates(found: "Sequence[Estimated]") -> None:
             if one:
                 numbers = (f"{1e3 * one.position:.1f}", f"{one.velocity:.3f}", f"{math.degrees(one.tilt):.2f}")
                 rows.append((f"{flight.name}, {who}", *numbers, f"{math.degrees(one.yaw):.2f}"))
-    header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [deg]", "yaw [deg]")
+    header = ("flight, estimate", "position [mm]", "velocity [m/s]", "tilt [°]", "yaw [°]")
     show_table("RMS errors; the filter gets gyro, accelerometer and a position at 20 Hz with 5 mm noise", header, rows)

@@ -8,7 +8,7 @@ import typer
 from quadstep.commands.options import EngineOption, FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.flight.engine import Engine
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.screen import say_whole
+from quadstep.terminal.screen import say_whole, typeset
 from quadstep.terminal.tables import show_table
 
 
@@ -24,6 +24,6 @@ def reproduce(
     from quadstep.study.reproduce import reproduce as run
 
     claims = run(out, engine, overwrite, sheet(figures, width, style))
-    rows = [(claim.name, claim.measured, claim.verdict) for claim in claims]
+    rows = [(typeset(claim.name), typeset(claim.measured), claim.verdict) for claim in claims]
     show_table("Section 6 of the paper, claim by claim", ("claim", "measured", "verdict"), rows)
     say_whole(f"Report: {out / 'report.html'}")

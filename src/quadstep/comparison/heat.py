@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.words import LOST, share_lost, title, unit_of
+from quadstep.comparison.words import LOST, below, share_lost, title, unit_of
 from quadstep.report.canvas import drawing, write
 from quadstep.report.sheet import Sheet
 
@@ -45,7 +45,7 @@ def draw_heat(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> None
                     colour = "white" if shades[row, column] > DARK else "black"
                     axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=colour, linespacing=0.9)
         axes.set_yticks(range(len(names)), names)
-        labels = [", ".join(filter(None, one[1:])) or "missions" for one in situations]
+        labels = [below(one) for one in situations]
         axes.set_xticks(range(len(labels)), labels, rotation=40.0, ha="left", rotation_mode="anchor")
         axes.xaxis.tick_top()
         axes.grid(visible=False)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.heat import draw_heat
-from quadstep.comparison.words import share_lost, title, unit_of
+from quadstep.comparison.words import below, share_lost, title, unit_of
 from quadstep.report.axes import plain_decades
 from quadstep.report.canvas import drawing, write
 from quadstep.report.fitting import beside
@@ -54,7 +54,7 @@ def draw_vehicle(path: Path, found: Comparison, vehicle: str, sheet: Sheet) -> N
             shape, face = mark(place)
             axes.plot([], [], linestyle="", marker=shape, color="black", markerfacecolor=face, label=name)
         middle = 0.5 * A_CONTROLLER * (len(names) - 1)
-        labels = [", ".join(filter(None, one[1:])) or "missions" for one in situations]
+        labels = [below(one) for one in situations]
         axes.set_yticks([-row * group - middle for row in range(len(situations))], labels)
         axes.set_ylim(-len(situations) * group + 0.5 * BETWEEN, 0.5 * BETWEEN + A_CONTROLLER)
         axes.grid(visible=False, axis="y")

@@ -1,14 +1,14 @@
 """What a comparison has found, in words: what is decided, and what is not."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.ranking import ALPHA, Ranked, fewest
 from quadstep.comparison.study import Situation
-from quadstep.report.units import counted
+from quadstep.report.symbols import prose
+from quadstep.report.units import counted, listed
 
 LOST, NOTHING = "lost", "-"
 
@@ -28,6 +28,11 @@ class Unit(NamedTuple):
 
     name: str
     factor: float
+
+
+def below(situation: Situation) -> str:
+    """What a vehicle's figure calls a situation."""
+    return prose(", ".join(filter(None, situation[1:]))) or "missions"
 
 
 def unit_of(full: str) -> Unit:
@@ -69,11 +74,6 @@ def end_percent(value: float) -> str:
 def share_lost(one: Result) -> str:
     """What a controller loses in a situation."""
     return f"{end_percent(100.0 * one.lost.value)} % lost"
-
-
-def listed(names: Sequence[str], word: str = "and") -> str:
-    """Names as a sentence has them."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"
 
 
 # Sentences

@@ -31,7 +31,7 @@ COLOURS = "viridis"
 LOOKS = {
     OVER_LIMIT: ("0.97", "..", ""),
     "off-path": ("0.86", "///", "lost: off the path"),
-    "singular": ("0.72", "\\\\\\", "lost: theta at 90 deg"),
+    "singular": ("0.72", "\\\\\\", "lost: theta at 90°"),
     "spinning": ("0.80", "xxx", "lost: spinning"),
     "crashed": ("0.66", "---", "lost: crashed"),
     "not-finite": ("0.92", "ooo", "lost: not finite"),

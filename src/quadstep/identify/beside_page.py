@@ -55,7 +55,7 @@ def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) 
         if one.lost:
             parts.append(paragraph(f"The simulated flight ended: {one.lost}."))
         rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]
-        parts += [table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [deg]", "mean rate [rad/s]"), rows), picture]
+        parts += [table(("", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]"), rows), picture]
     return parts
 
 

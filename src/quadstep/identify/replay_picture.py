@@ -15,7 +15,7 @@ from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import handy
 
-UNIT = {"position": "m", "velocity": "m/s", "attitude": "deg", "rates": "rad/s"}
+UNIT = {"position": "m", "velocity": "m/s", "attitude": "°", "rates": "rad/s"}
 """Units in which errors are drawn and said."""
 
 FACTOR = {"position": 1.0, "velocity": 1.0, "attitude": 180.0 / np.pi, "rates": 1.0}
@@ -55,12 +55,12 @@ def estimate_picture(one: Estimated, place: int) -> tuple[FigureJob, str]:
     known = np.logical_and.reduce([np.isfinite(values) for parts in several.values() for values in parts])
     panels = [
         Panel(name, unit, {who: parts[i][known] for who, parts in several.items()})
-        for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "deg"), ("yaw", "deg")))
+        for i, (name, unit) in enumerate((("position", "m"), ("velocity", "m/s"), ("tilt", "°"), ("yaw", "°")))
     ]
     return FigureJob(f"estimate{place}", "", one.time[known], panels, 2), f"{one.name}: how far estimates are from the truth"
 
 
 def sizes(one: Deviation) -> tuple[Floats, ...]:
-    """How large each part is [m, m/s, deg, deg]."""
+    """How large each part is [m, m/s, °, °]."""
     lengths = [np.linalg.norm(values, axis=1) for values in (one.position, one.velocity)]
     return (*lengths, np.degrees(one.tilt), np.degrees(np.abs(one.yaw)))

@@ -204,7 +204,7 @@ def estimate_table(found: Sequence[Estimated]) -> str:
     rows = []
     for one in found:
         for who, position, velocity, tilt, yaw in estimators(one):
-            angles = [f"{number(np.degrees(angle))}\u00a0deg" for angle in (tilt, yaw)]
+            angles = [quantity(np.degrees(angle), "°") for angle in (tilt, yaw)]
             rows.append((one.name, who, quantity(position, "m"), quantity(velocity, "m/s"), *angles))
     sensors = page.paragraph(
         f"RMS errors. The filter gets gyro, accelerometer, and a position at {1.0 / FIX_EVERY:.0f} Hz with "

@@ -33,7 +33,7 @@ class Open(NamedTuple):
 
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
-    ("phase [deg]", lambda one: math.degrees(one.phase)),
+    ("phase [°]", lambda one: math.degrees(one.phase)),
     ("delay [ms]", lambda one: 1e3 * one.delay),
     ("disk", lambda one: one.disk),
 )
@@ -41,7 +41,7 @@ MEASURES: tuple[tuple[str, Callable[[Margins], float]], ...] = (
 
 
 def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
-    """Magnitude [dB] and phase [deg] of L over frequency."""
+    """Magnitude [dB] and phase [°] of L over frequency."""
     with drawing(sheet):
         figure = new_figure(sheet, 8.0, 5.6, 3.6)
         above, below = figure.subplots(2, 1, sharex=True)
@@ -59,7 +59,7 @@ def draw_bode(path: Path, name: str, shown: Open, sheet: Sheet) -> None:
         above.set_xscale("log")
         below.xaxis.set_major_formatter(powers())
         above.set_ylabel("|L| [dB]")
-        below.set_ylabel("phase of L [deg]")
+        below.set_ylabel("phase of L [°]")
         below.set_xlabel("frequency [rad/s]")
         for axes in (above, below):
             axes.yaxis.set_major_formatter(plain())

@@ -8,7 +8,7 @@ from quadstep.linear.margins import Margins
 from quadstep.linear.poles import Pole
 from quadstep.linear.step import Step
 
-MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [deg]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
+MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
 POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
 STEP_HEADER = ("step of 1", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (

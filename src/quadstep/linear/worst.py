@@ -13,13 +13,13 @@ from quadstep.report.page import Fact
 Found = Sequence[tuple[str, Analysis | str]]
 """Loops by name; for one that cannot be linearised, the reason."""
 
-ROW_HEADER = ("", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [deg]", "delay [ms]", "disk")
+ROW_HEADER = ("", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
     ("gain up [dB]", lambda one: one.gain_up, True, lambda one: decibels(one.gain_up)),
     ("gain down [dB]", lambda one: one.gain_down, False, lambda one: decibels(one.gain_down)),
-    ("phase [deg]", lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
+    ("phase [°]", lambda one: one.phase, True, lambda one: number(math.degrees(one.phase))),
     ("delay [ms]", lambda one: one.delay, True, lambda one: number(1e3 * one.delay)),
     ("disk", lambda one: one.disk, True, lambda one: f"{one.disk:.2f}"),
     ("S", lambda one: one.sensitivity, False, lambda one: f"{one.sensitivity:.2f}"),
@@ -103,7 +103,7 @@ def facts(found: Found) -> list[Fact]:
     ways = [(one, way) for one, way in ((up, "up"), (down, "down")) if one and one.text != "none"]
     gain = min(ways, key=lambda pair: abs(float(pair[0].text)), default=(up, ""))
     for what, one, unit, way in (
-        ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get("phase [deg]"), "°", ""),
+        ("gain", gain[0], "\u00a0dB", gain[1]), ("phase", known.get("phase [°]"), "°", ""),
         ("delay", known.get("delay [ms]"), "\u00a0ms", ""),
     ):  # fmt: skip
         if one:

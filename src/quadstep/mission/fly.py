@@ -223,7 +223,7 @@ def summarise(
     facts = [
         [name, f"{offset + scale * metric(metrics, key):.3g}"]
         for name, key, scale, offset in (
-            ("largest tilt [deg]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
+            ("largest tilt [°]", "largest_tilt[rad]", math.degrees(1.0), 0.0),
             ("least thrust margin [%]", "largest_thrust_share", -100.0, 100.0),
             ("rotors saturated [% of time]", "saturated_share", 100.0, 0.0),
         )

@@ -52,7 +52,8 @@ def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdi
     ]
     for quantity, (far, unit) in box.items():
         begun = listed(off[quantity][0], up, NOTHING)
-        rows.append([quantity, "disproved", f"{begun} {unit}", f"{listed(far, down, 0.0)} {unit}"])
+        said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, down, 0.0))]
+        rows.append([quantity, "disproved", *said])
     others = f", {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
     says = (
         f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "

@@ -18,7 +18,7 @@ from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.unknown import Unknown
 from quadstep.prove.verdict import up
 
-UNITS = {"velocity": (1.0, "m/s"), "rates": (np.degrees(1.0), "deg/s"), "speeds": (1.0, "rad/s")}
+UNITS = {"velocity": (1.0, "m/s"), "rates": (np.degrees(1.0), "°/s"), "speeds": (1.0, "rad/s")}
 """The quantities reported besides position and attitude, with their units."""
 
 
@@ -110,9 +110,9 @@ def described(loop: Sampled, reach: Array) -> list[tuple[str, str]]:
     if "attitude" in groups:
         size = float(np.sqrt(np.square(groups["attitude"]).sum()))
         turn = 4.0 * np.arcsin(min(0.5 * size, 1.0)) if len(groups["attitude"]) == 4 else max(groups["attitude"])
-        found.append(("attitude", float(np.degrees(turn)), "deg"))
+        found.append(("attitude", float(np.degrees(turn)), "°"))
     found += [(name, max(groups[name]) * size, unit) for name, (size, unit) in UNITS.items() if name in groups]
-    return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}") for name, value, unit in found]
+    return [(name, f"{up(value, 3) if value else 0.0:.3g} {unit}".replace(" °", "°")) for name, value, unit in found]
 
 
 def grouped(loop: Sampled, reach: Array) -> dict[str, list[float]]:
@@ -133,6 +133,6 @@ def each(loop: Sampled, reach: Array) -> dict[str, tuple[list[float], str]]:
     if "attitude" in groups:
         turns = groups["attitude"]
         turns = [2.0 * one for one in turns[1:]] if len(turns) == 4 else turns
-        found["attitude"] = [float(np.degrees(one)) for one in turns], "deg"
+        found["attitude"] = [float(np.degrees(one)) for one in turns], "°"
     found |= {name: ([one * size for one in groups[name]], unit) for name, (size, unit) in UNITS.items() if name in groups}
     return found

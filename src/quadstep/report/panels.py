@@ -10,6 +10,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_axes, position_errors, rotor_columns
 from quadstep.report.drawing import FigureJob
 from quadstep.report.panel import Panel
+from quadstep.report.units import listed
 
 LEARNING, VEHICLE = "lyapunov", "wind_x"
 """Columns of the paper's plant and of real vehicles, which name the figure of what is neither motion nor input."""
@@ -75,22 +76,26 @@ def input_panels(log: FlightLog, efforts: Mapping[str, str] | None = None) -> li
     return panels
 
 
-def other_panels(log: FlightLog) -> list[Panel]:
-    """Rotors, air, nets, errors of the law and battery, as far as the log has them."""
+def other_panels(log: FlightLog) -> tuple[str, list[Panel]]:
+    """Rotors, air, nets, errors of the law and battery, and a title that names them.
+
+    Those that the log does not have are left out, and those that are zero throughout: a law without nets, still air, an ideal
+    battery.
+    """
     drawn = (
-        ("rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
-        ("wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
-        ("norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
-        ("filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
-        ("L without weights", "J", {"lyapunov": "L"}),
-        ("battery", "V", {"voltage": "voltage"}),
+        ("rotors", "rotor thrust", "N", {name: name for name in rotor_columns(log.columns)}),
+        ("wind", "wind", "m/s", {f"wind_{axis}": axis for axis in "xyz"}),
+        ("nets", "norm of weights", "-", {"norm_W1": "W1", "norm_W2": "W2"}),
+        ("errors", "filtered errors", "m/s, rad/s", {"norm_r1": "|r1|", "norm_r2": "|r2|"}),
+        ("errors", "L without weights", "J", {"lyapunov": "L"}),
+        ("battery", "battery", "V", {"voltage": "voltage"}),
     )
-    panels = [
-        Panel(label, unit, {shown: log.column(name) for name, shown in names.items()})
-        for label, unit, names in drawn
-        if names and all(name in log.columns for name in names)
-    ]
-    return [one for one in panels if one.label != "battery" or one.lines["voltage"].any()]
+    found: list[tuple[str, Panel]] = []
+    for what, label, unit, names in drawn:
+        lines = {shown: log.column(name) for name, shown in names.items() if name in log.columns}
+        if len(lines) == len(names) and any(values.any() for values in lines.values()):
+            found.append((what, Panel(label, unit, lines)))
+    return listed(list(dict.fromkeys(what for what, _ in found))), [panel for _, panel in found]
 
 
 def signal_panels(log: FlightLog, drawn: Sequence[Panel]) -> list[Panel]:
@@ -107,17 +112,16 @@ def flight_jobs(log: FlightLog, name: str, efforts: Mapping[str, str] | None = N
     The rest is called learning of the paper's plant, vehicle of a real one, and signals, all that is left, of any other.
     """
     position, attitude, inputs = position_panels(log), attitude_panels(log), input_panels(log, efforts)
-    if LEARNING in log.columns:
-        rest, called, others = "learning", "learning, errors and rotors", other_panels(log)
-    elif VEHICLE in log.columns:
-        rest, called, others = "vehicle", "rotors, air, nets and battery", other_panels(log)
+    if LEARNING in log.columns or VEHICLE in log.columns:
+        rest = "learning" if LEARNING in log.columns else "vehicle"
+        title, others = other_panels(log)
     else:
-        rest, called, others = "signals", "all other signals", signal_panels(log, [*position, *attitude, *inputs])
+        rest, title, others = "signals", "all other signals", signal_panels(log, [*position, *attitude, *inputs])
     figures = (
         ("position", "position", position),
         ("attitude", "attitude", attitude),
         ("inputs", "thrust and torques", inputs),
-        (rest, called, others),
+        (rest, title, others),
     )
     t = log.column("t")
-    return [FigureJob(file, f"{name}: {title}", t, panels, 2) for file, title, panels in figures if panels]
+    return [FigureJob(file, f"{name}: {what}", t, panels, 2) for file, what, panels in figures if panels]

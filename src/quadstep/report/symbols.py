@@ -63,18 +63,37 @@ def rich(text: str) -> str:
         below = " ".join(GREEK.get(one, one) for one in low)
         return letter + "".join(ACCENTS[one][1] for one in accents) + (f"<sub>{below}</sub>" if below else "")
 
-    return numerals(prose(NAME.sub(symbol, escape(text))))
+    return coded(numerals(prose(NAME.sub(symbol, escape(text)))))
+
+
+def typed(text: str) -> str:
+    """For a terminal: Greek letters, a subscript right after them; names in Latin letters stay as they are."""
+
+    def symbol(match: re.Match[str]) -> str:
+        found = parts(match, letters=False)
+        if found is None or found[0] == match[1]:
+            return match[0]
+        letter, accents, low = found
+        return letter + "".join(ACCENTS[one][1] for one in accents) + "".join(GREEK.get(one, f"_{one}") for one in low)
+
+    return numerals(prose(NAME.sub(symbol, text))).replace("\N{NO-BREAK SPACE}", " ")
+
+
+def coded(text: str) -> str:
+    """Code between backticks, and comparisons. text: escaped."""
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    return text.replace("&gt;=", "≥").replace("&lt;=", "≤")
 
 
 def numerals(text: str) -> str:
-    """Powers of ten, negative numbers and comparisons as people write them. text: escaped."""
+    """Powers of ten and negative numbers as people write them."""
     text = re.sub(
         r"(?<![\w.])(\d+(?:\.\d+)?)e\+0[0-5]\b", lambda match: f"{float(match[0]):,.0f}".replace(",", "\u202f"), text
     )
+    text = re.sub(r"(?<![\w.])1e([+-]\d+)\b", lambda match: power_of_ten(int(match[1])), text)
     text = re.sub(r"(?<=\d)e([+-]\d+)\b", lambda match: f" × {power_of_ten(int(match[1]))}", text)
-    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
     text = re.sub(r"(?<![\w.)\]⁰¹²³⁴⁵⁶⁷⁸⁹-])-(?=\d)", "−", text)
-    return unbroken(text.replace("&gt;=", "≥").replace("&lt;=", "≤"))
+    return unbroken(text)
 
 
 def unbroken(text: str) -> str:

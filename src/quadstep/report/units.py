@@ -1,6 +1,7 @@
 """Numbers as people write them: a unit that suits the size, digits that mean something, intervals."""
 
 import math
+from collections.abc import Sequence
 
 from quadstep.report.symbols import power_of_ten, prose
 
@@ -23,8 +24,8 @@ def prefixed(unit: str, largest: float) -> tuple[str, float]:
 
 
 def handy(unit: str, largest: float) -> tuple[str, float]:
-    """The same for text, where lengths below a metre read better in millimetres, and what has no unit needs no factor."""
-    if unit == "-":
+    """The same for text, where lengths below a metre read better in millimetres, and degrees and no unit have no prefix."""
+    if unit == "-" or unit.startswith("°"):
         return unit, 1.0
     if unit == "m" and 0.0 < largest < 1.0:
         return prefixed(unit, min(largest, 0.049))
@@ -53,7 +54,12 @@ def quantity(value: float, unit: str = "-", digits: int = DIGITS) -> str:
     ('4.77 mm', '12.3 kN', '0.500')
     """
     unit, factor = handy(unit, abs(value))
-    return number(factor * value, digits) if unit == "-" else f"{number(factor * value, digits)}\u00a0{unit}"
+    return number(factor * value, digits) + after(unit)
+
+
+def after(unit: str) -> str:
+    """A unit as it follows its number: after a space that does not break, but for degrees."""
+    return "" if unit == "-" else unit if unit.startswith("°") else f"\u00a0{unit}"
 
 
 def digits_of(value: float, low: float, high: float) -> int:
@@ -95,7 +101,7 @@ def alike(value: float, low: float, high: float, unit: str) -> tuple[str, str, s
     plain = 1e-3 <= largest < 1e6 and value
     places = max(0, digits - 1 - math.floor(math.log10(factor * abs(value)))) if plain and math.isfinite(value) else None
     text, below, above = (number(factor * one, digits, places) for one in (value, low, high))
-    return text, below, above, "" if unit == "-" else f"\u00a0{unit}"
+    return text, below, above, after(unit)
 
 
 def percent(value: float, low: float = math.nan, high: float = math.nan) -> str:
@@ -123,6 +129,15 @@ def counted(number: int, noun: str) -> str:
     ('1 flight', '2 flights')
     """
     return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names as a sentence has them.
+
+    >>> listed([]), listed(["a"]), listed(["a", "b", "c"])
+    ('', 'a', 'a, b and c')
+    """
+    return f" {word} ".join([*([", ".join(names[:-1])] if names[1:] else []), *names[-1:]])
 
 
 def metric(full: str) -> tuple[str, str]:

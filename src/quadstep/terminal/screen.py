@@ -10,6 +10,7 @@ from typing import TextIO
 from rich.console import Console
 
 from quadstep.errors import one_line, visible
+from quadstep.report.symbols import typed
 
 BIDIRECTIONAL = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 REDIRECTED, UNKNOWN, LEAST = 120, 80, 20
@@ -44,6 +45,16 @@ def plain(text: str) -> str:
 def speaks(character: str) -> bool:
     """Whether a character is none to be read, but tells the terminal something."""
     return unicodedata.category(character) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(character) in BIDIRECTIONAL
+
+
+def typeset(text: str) -> str:
+    """Names and numbers as people write them, where the encoding of standard output has the letters."""
+    better = typed(text)
+    try:
+        better.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return text
+    return better
 
 
 def say(text: str) -> None:
