@@ -8,7 +8,9 @@ from html import unescape
 import numpy as np
 import pytest
 
+from quadstep.analysis.statistics import Estimate
 from quadstep.identify.averages import matrices
+from quadstep.identify.replay_report import share
 from tests.commands import files, quadstep
 from tests.made_flights import MAPPING, logged, table, write
 
@@ -82,6 +84,27 @@ def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
     assert {"figures/errors.pdf", "figures/errors.svg"} <= set(names)
     assert not {"tracking.csv", "estimates.csv", "figures/errors.png"} & set(names)
     assert "Estimates" not in text_of(tmp_path / "r" / "report.html")
+
+
+@pytest.mark.parametrize(
+    ("ratio", "said"),
+    [
+        (Estimate(0.23, np.nan, np.nan), "23 % of the error"),
+        (Estimate(0.23, 0.2, 0.26), "23.0 [20.0, 26.0] % of the error"),
+        (Estimate(39.011, np.nan, np.nan), "39.0 times the error"),
+        (Estimate(39.011, 38.2, 41.7), "39 [38, 42] times the error"),
+    ],
+)
+def test_a_ratio_above_two_is_told_in_times(ratio, said):
+    assert share(ratio, "the error") == said
+
+
+def test_the_thrust_of_one_flight_has_no_range(tmp_path, logs):
+    one, two = (replayed(logs, tmp_path / str(count), count=count).out for count in (1, 2))
+    assert re.search(r"over the thrust needed: \d\.\d{3}; relative to that of a flight's first seconds \d\.\d{3}\n", one)
+    assert re.search(
+        r"needed: \d\.\d{3} on average, \d\.\d{3} to \d\.\d{3}; relative .* seconds \d\.\d{3} to \d\.\d{3}\n", two
+    )
 
 
 def test_a_folder_holds_one_replay(tmp_path, logs):

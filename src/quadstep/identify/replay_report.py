@@ -27,6 +27,9 @@ REPORT = "report.html"
 AHEAD = 50
 """Samples ahead, of which the summary speaks."""
 
+TIMES = 2.0
+"""From this ratio on it is said how many times."""
+
 SI = {"position": "m", "velocity": "m/s", "attitude": "rad", "rates": "rad/s"}
 
 
@@ -135,7 +138,7 @@ def answer(found: Replayed) -> str:
     ratio = compared.ratio(AHEAD, "position")
     said = [
         f"{in_time(AHEAD, found.period)} ahead the predicted position is off by {quantity(error, 'm')} on average, "
-        f"{share(ratio)} of the error if velocity and rates stayed constant"
+        f"{share(ratio, 'the error')} if velocity and rates stayed constant"
     ]
     if found.flown:
         said.append(beside_page.answer(found.flown).rstrip("."))
@@ -145,9 +148,10 @@ def answer(found: Replayed) -> str:
     return "; ".join([first, *(one[0].lower() + one[1:] for one in rest)]) + "."
 
 
-def share(ratio: Estimate) -> str:
-    """A ratio, with its interval."""
-    return percent(ratio.value, ratio.low, ratio.high)
+def share(ratio: Estimate, of: str) -> str:
+    """A ratio to something, with its interval: 23 % of it, or 39 times it."""
+    several = ratio.value >= TIMES
+    return f"{interval(*ratio)} times {of}" if several else f"{percent(ratio.value, ratio.low, ratio.high)} of {of}"
 
 
 def filtered(found: Sequence[Estimated]) -> float:
@@ -162,7 +166,7 @@ def facts(found: Replayed) -> list[page.Fact]:
     for group in GROUPS:
         ratio = compared.ratio(AHEAD, group)
         error = quantity(FACTOR[group] * compared.means(AHEAD, group)[0], UNIT[group])
-        more = f"{in_time(AHEAD, found.period)} ahead: {share(ratio)} of constant"
+        more = f"{in_time(AHEAD, found.period)} ahead: {share(ratio, 'constant')}"
         shown.append(page.Fact(group, error, more, drawn(ratio)))
     return shown
 

@@ -80,8 +80,12 @@ def thrust(flights: Sequence[FlightRecord], section: AirframeSection) -> str:
     if not ratios:
         return ""
     mean = sum(ratios) / len(ratios)
-    said = (
-        f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f} on average, "
-        f"{min(ratios):.3f} to {max(ratios):.3f}"
-    )
-    return said + f"; relative to that of a flight's first seconds {min(later):.3f} to {max(later):.3f}" if later else said
+    said = f"Modelled thrust from the logged commands over the thrust needed: {mean:.3f}"
+    if len(ratios) > 1:
+        said += f" on average, {least_to_most(ratios)}"
+    return said + f"; relative to that of a flight's first seconds {least_to_most(later)}" if later else said
+
+
+def least_to_most(values: Sequence[float]) -> str:
+    """The range of some numbers."""
+    return " to ".join(dict.fromkeys(f"{one:.3f}" for one in (min(values), max(values))))
