@@ -27,6 +27,7 @@ from quadstep.page.folder import manifest, read_log, results
 from quadstep.page.opened import names_files, open_result, plan_again
 from quadstep.page.serve import answer, server
 from quadstep.page.sharing import Access, access, qr_drawing, qr_text
+from quadstep.report.page import summary, write_page
 from tests.commands import heeding_interrupts
 from tests.pages import STAND_IN, data_of
 from tests.patience import PATIENCE
@@ -432,6 +433,21 @@ def test_a_card_says_what_its_report_answers(tmp_path):
     assert "<p>95 % of 200 flights are &lt;fine&gt;.</p>" in answer(tmp_path, "/").text
     (tmp_path / "report.html").write_text("<p>Nothing of the kind.</p>")
     assert results(tmp_path)[0].says == ""
+
+
+def test_a_card_has_the_title_and_the_kind_of_its_report(tmp_path):
+    (tmp_path / "c").mkdir()
+    (tmp_path / "c" / "campaign.json").write_text("{}")
+    write_page(tmp_path / "c" / "report.html", "Wind & <rain>", [summary("1 of 10⁶.")], "Rare failures")
+    (found,) = results(tmp_path)
+    assert (found.name, found.kind, found.says) == ("Wind & <rain>", "Rare failures", "1 of 10⁶.")
+    (tmp_path / "c" / "report.html").write_text("<p>Somebody else's.</p>")
+    assert results(tmp_path)[0][1] == "c"
+    assert results(tmp_path)[0].kind == "Campaign"
+
+
+def test_a_folder_without_results_says_what_makes_some(tmp_path):
+    assert "<code>quadstep fly</code>" in answer(tmp_path, "/").text
 
 
 def test_cards_have_kind_picture_and_error(tmp_path):

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from quadstep.page.folder import Result
 from quadstep.report import units
-from quadstep.report.page import page_text
+from quadstep.report.page import page_text, paragraph
 
 
 def part(name: str) -> str:
@@ -21,7 +21,7 @@ def part(name: str) -> str:
 def list_page(root: Path, found: list[Result], share: str = "") -> str:
     """The list of results as HTML, every text escaped. share: markup that says how others open it."""
     if not found:
-        body = ["<p>No results yet. `quadstep fly` and `quadstep reproduce` produce them.</p>"]
+        body = [paragraph("No results yet. `quadstep fly` and `quadstep reproduce` produce them.")]
     else:
         cards = "".join(card(result) for result in sorted(found, key=lambda one: -one.changed))
         together = '<a class="together" id="together" hidden>Compare the two</a>'

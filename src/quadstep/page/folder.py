@@ -62,12 +62,22 @@ KINDS = {
     "envelope.parquet": "Envelope", "tuned.toml": "Tuning", "pairs.csv": "Comparison", "flight.csv": "Flight",
     "prediction_errors.csv": "Replay",
 }  # fmt: skip
-"""What a result is of, by a file that it has."""
+"""What a result without a report is of, by a file that it has."""
 
 REPORT, HEAD = "report.html", 100_000
-"""Where a result has its answer, and in how many characters."""
+"""Where a result has its title, kind and answer, and in how many characters."""
 
+TITLE, KIND = re.compile(r"<title>(.*?)</title>", re.DOTALL), re.compile(r"<span>quadstep · (.*?)</span>")
 ANSWER, TAG = re.compile(r'<p class="answer">(.*?)</p>', re.DOTALL), re.compile(r"<[^>]*>")
+
+
+class Opening(NamedTuple):
+    """What a report begins with, as plain text; empty where it does not say so."""
+
+    title: str = ""
+    kind: str = ""
+    answer: str = ""
+
 
 PICTURES = (
     "figures/position.png", "fig04.png", "envelope.png", "convergence.png", "certificate.png", "figures/outcomes.png",
@@ -102,15 +112,15 @@ def result_in(root: Path, folder: Path) -> Result | None:
     if not shown:
         return None
     content = manifest(folder)
+    begins = opening(folder / REPORT) if REPORT in found else Opening()
     name = content.get("name")
-    title = name if isinstance(name, str) else folder.name
-    kind = next((kind for name, kind in KINDS.items() if name in found), "Report")
+    title = name if isinstance(name, str) else begins.title or folder.name
+    kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
     rmse = content.get("position_rmse[m]")
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
-    says = ending(content) or (answer(folder / REPORT) if REPORT in found else "")
     return Result(
-        folder.relative_to(root), title, says, max(found[name] for name in shown), tuple(shown), kind,
-        picture(folder, found), known_rmse,
+        folder.relative_to(root), title, ending(content) or begins.answer, max(found[name] for name in shown), tuple(shown),
+        kind, picture(folder, found), known_rmse,
     )  # fmt: skip
 
 
@@ -132,14 +142,15 @@ def ending(content: dict[str, object]) -> str:
     return ""
 
 
-def answer(report: Path) -> str:
-    """What a report begins with, as plain text; nothing where it begins otherwise."""
+def opening(report: Path) -> Opening:
+    """What a report begins with."""
     try:
         with report.open(encoding="utf-8", errors="replace") as file:
-            found = ANSWER.search(file.read(HEAD))
+            head = file.read(HEAD)
     except OSError:  # gone meanwhile, or not ours to read
-        return ""
-    return unescape(TAG.sub("", found[1])) if found else ""
+        return Opening()
+    found = (one.search(head) for one in (TITLE, KIND, ANSWER))
+    return Opening(*(unescape(TAG.sub("", one[1])) if one else "" for one in found))
 
 
 def manifest(folder: Path) -> dict[str, Any]:
