@@ -183,7 +183,7 @@ MISSIONS = {
     "an empty name": ('mission = ""', ["cannot be read"]),
     "a file that is not there": ('mission = "none.toml"', ["none.toml", "No such file"]),
     "a folder": ('mission = "."', ["cannot be read"]),
-    "itself": ('mission = "camp.toml"', ["camp.toml", "is a campaign, not a mission"]),
+    "itself": ('mission = "camp.toml"', ["camp.toml", "looks like a campaign, not a mission"]),
     "no TOML": ('mission = "bad.toml"', ["bad.toml", "not valid TOML"]),
     "a mission that cannot be flown": ('mission = "ill.toml"', ["ill.toml", "path"]),
     "of an unknown key, inside": ('mission = {path = {type="step", end=[1,0,0]}, vehicel = {}}', ["vehicel", "unknown key"]),

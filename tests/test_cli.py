@@ -194,7 +194,18 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
         (("vehicle", "fit", "sheet.toml", "--out", "a" * 300 + ".toml"), "cannot be written: File name too long"),
         (("linear", "examples/figure_eight.toml", "--controllers", "pid,nope"), "or your own FILE.py:NAME"),
         (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),
-        (("fly", "examples/trust.toml"), "is a campaign, not a mission"),
+        (("fly", "examples/trust.toml"), "looks like a campaign, not a mission; `quadstep campaign` flies it"),
+        (("fly", "examples/compare.toml"), "looks like a study, not a mission; `quadstep compare` takes it"),
+        (("campaign", "examples/compare.toml"), "looks like a study, not a campaign; `quadstep compare` takes it"),
+        (
+            ("tune", "examples/compare.toml", "--budget", "9"),
+            "not a mission; `quadstep tune` takes a mission with a table [tune]",
+        ),
+        (("fly", "examples/case1.toml", "--flight", "3"), "--flight: needs a campaign, and examples/case1.toml looks like"),
+        (("fly", "examples/trust.toml", "--flight", "20000"), "--flight: should be from 0 to 19999, the last flight of"),
+        (("fly", "examples/trust.toml", "--flight", "-1"), "--flight: should be from 0 to 19999, the last flight of"),
+        (("tune", "examples/lissajous.toml", "--budget", "9"), 'gains = { "controller.k_x" = {} }; allowed: controller.k_x, '),
+        (("new", "mission.json"), "mission.json: missions are TOML; name a file that ends in .toml"),
     ],
 )
 def test_what_is_wrong_with_the_command_line_is_said_in_plain_words(arguments, said):

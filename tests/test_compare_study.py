@@ -195,7 +195,7 @@ def test_a_margin_of_an_unknown_key_is_refused_before_anything_flies():
 
 
 def test_a_campaign_or_a_lone_mission_is_told_from_a_study(tmp_path):
-    with pytest.raises(UserError, match="looks like a mission: name two or more of them"):
+    with pytest.raises(UserError, match="looks like a mission, not a study; name two or more missions"):
         read_study(write(tmp_path, LINE))
     with pytest.raises(UserError, match="looks like a campaign"):
         read_study(write(tmp_path, 'mission = "m.toml"\n'))

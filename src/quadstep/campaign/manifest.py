@@ -105,10 +105,10 @@ def other_draws(manifest: Mapping[str, object]) -> str:
     )
 
 
-def check_replay(campaign: Campaign, folder: Path, named: bool) -> None:
-    """Refuse to replay a flight of a campaign where it would differ from the one in `folder`. Raises UserError.
+def check_replay(campaign: Campaign, folder: Path, named: bool) -> int:
+    """Refuse to replay a flight of a campaign where it would differ from the one in `folder`; how many flights it may have.
 
-    named: whether the user has named the folder, so that the campaign must be there.
+    named: whether the user has named the folder, so that the campaign must be there. Raises UserError.
     """
     try:
         found = read_manifest(folder)
@@ -123,6 +123,8 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> None:
         raise UserError(
             f"{folder}: cannot be replayed: {said}; replay it with that version, or fly the campaign again with --overwrite"
         )
+    said = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
+    return max(campaign.flights if said else MOST_FLIGHTS, found["flights"] if found else 0)
 
 
 def nothing_there(folder: Path) -> str:

@@ -6,13 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.campaign.draws import draw
-from quadstep.campaign.engine import MOST_FLIGHTS
 from quadstep.campaign.manifest import check_replay
 from quadstep.campaign.planner import planner
 from quadstep.campaign.schema import Campaign, read_campaign
+from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.flight.engines import FlightPlan
+from quadstep.mission.looks import MISSION, look
 from quadstep.mission.schema import Mission
 from quadstep.terminal.screen import command
 
@@ -26,9 +27,7 @@ class Replay(NamedTuple):
 
 
 def replay(campaign: Campaign, flight: int) -> Replay:
-    """The flight of this number. Raises UserError for a number that no campaign has."""
-    if not 0 <= flight < MOST_FLIGHTS:
-        raise UserError(f"--flight: should be from 0 to {MOST_FLIGHTS - 1}, not {flight}")
+    """The flight of this number."""
     drawn = draw(campaign.file, np.arange(flight, flight + 1))
     values = {name: column.at(0) for name, column in drawn.items()}
     builder = planner(campaign)
@@ -39,8 +38,12 @@ def replay(campaign: Campaign, flight: int) -> Replay:
 
 def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Campaign, Replay]:
     """A campaign file and one of its flights. results: the campaign's folder, if not the default. Raises UserError."""
+    if look(read_toml(path)) == MISSION:
+        raise UserError(f"--flight: needs a campaign, and {path} looks like a mission")
     campaign = read_campaign(path)
-    check_replay(campaign, results or Path("out") / path.stem, results is not None)
+    flights = check_replay(campaign, results or Path("out") / path.stem, results is not None)
+    if not 0 <= flight < flights:
+        raise UserError(f"--flight: should be from 0 to {flights - 1}, the last flight of {path}, not {flight}")
     with needed_by("`quadstep fly --flight`"):
         return campaign, replay(campaign, flight)
 

@@ -18,6 +18,7 @@ from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
+from quadstep.mission.looks import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
 from quadstep.rare.section import RareSection
@@ -199,8 +200,7 @@ def strings(content: object) -> list[str]:
 def read_campaign(path: Path) -> Campaign:
     """The campaign in a TOML file. Raises UserError naming file, key and what is allowed."""
     content = read_toml(path)
-    if "mission" not in content and {"path", "controller", "vehicle"} & content.keys():
-        raise UserError(f'{path}: looks like a mission; a campaign names one: mission = "FILE.toml"')
+    refuse_others(content, CAMPAIGN, str(path))
     file = check(CampaignFile, content, str(path))
     if isinstance(file.mission, str):
         source = path.parent / file.mission

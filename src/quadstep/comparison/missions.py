@@ -14,6 +14,7 @@ from quadstep.comparison.study import Cell, Situation
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.mission.check import check
+from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import publishing
@@ -63,9 +64,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
 def cell_of(name: str, path: Path, seeds: int) -> Cell:
     """A mission as a cell: the flights of its own noise. Raises UserError."""
     content = read_toml(path)
-    if "paths" in content or "mission" in content:
-        what = "a study" if "paths" in content else "a campaign"
-        raise UserError(f"{path}: looks like {what}; with several files, `quadstep compare` takes missions")
+    refuse_others(content, MISSION, str(path), "with several files, `quadstep compare` takes missions")
     given = content.get("metrics", [])
     own = list(given) if isinstance(given, list) else []
     if is_airframe(content.get("vehicle")):

@@ -17,6 +17,7 @@ from quadstep.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.declared import PLANTS, is_plant
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.looks import STUDY, refuse_others
 from quadstep.mission.own_metrics import own_metric
 from quadstep.mission.presets import is_airframe, preset_names
 from quadstep.mission.read import check_mission
@@ -218,9 +219,7 @@ def together(*tables: Mapping[str, object]) -> Content:
 def read_study(path: Path) -> Study:
     """The study in a TOML file. Raises UserError naming file, key and what is allowed."""
     content = read_toml(path)
-    if "paths" not in content and {"path", "mission"} & content.keys():
-        what = "a mission: name two or more of them" if "path" in content else "a campaign"
-        raise UserError(f"{path}: looks like {what}; a study has tables [paths], [scenarios] and [controllers]")
+    refuse_others(content, STUDY, str(path))
     return study_of(files.read_text(path, files.TOML), str(path), path.parent.resolve())
 
 

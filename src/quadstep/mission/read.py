@@ -7,6 +7,7 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.mission.check import check
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.schema import Mission
 
@@ -43,8 +44,7 @@ def check_mission(content: dict[str, object], source: str, folder: Path = Path()
         kind = kind_of(content, folder)
     except UserError as error:
         raise UserError(f"{source}: {error}") from None
-    if "mission" in content and "path" not in content:
-        raise UserError(f"{source}: is a campaign, not a mission; `quadstep fly` takes one of its flights with --flight N")
+    refuse_others(content, MISSION, source)
     misplaced = of_another_plant(content, kind)
     if misplaced:
         raise UserError(f"{source}: {misplaced}")

@@ -195,6 +195,8 @@ def write_template(path: Path, preset: str | None = None, controller: str | None
     Raises UserError if the preset or the controller is unknown, or if the file exists or cannot be written.
     """
     text = template(preset, controller, path.parent)
+    if path.suffix not in ("", ".toml"):
+        raise UserError(f"{path}: missions are TOML; name a file that ends in .toml")
     try:
         if path.exists():
             raise UserError(f"{path}: already exists; `quadstep new` never overwrites a file")

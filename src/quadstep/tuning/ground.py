@@ -23,17 +23,16 @@ from quadstep.flight.sweep import Sweep
 from quadstep.linear.metrics import margin_metrics
 from quadstep.linear.names import MARGINS
 from quadstep.mission.check import check
+from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import TuneSection
-from quadstep.tuning.gains import Gain, gains_of, numbers, present, starting_point, with_numbers
+from quadstep.tuning.gains import Gain, gains_of, numbers, present, starting_point, tunable, with_numbers
 from quadstep.tuning.judge import Flown
 from quadstep.tuning.theorem import Conditions
 
 UNSEEN = 2**20
 """The first flight of those that no gain is tuned on."""
-
-ASK = '[tune] is missing; list the gains to tune, as in gains = { "controller.K_r1" = { low = 1.0, high = 30.0 } }'
 
 Numbers = Mapping[str, float]
 
@@ -87,8 +86,7 @@ class Asked(NamedTuple):
 def asked(path: Path) -> Asked:
     """The tuning request in a mission file. Raises UserError."""
     content = read_toml(path)
-    if "tune" not in content and "mission" in content:
-        raise UserError(f"{path}: looks like a campaign; `quadstep tune` takes a mission with a table [tune]")
+    refuse_others(content, MISSION, str(path), "`quadstep tune` takes a mission with a table [tune]")
     return asked_of(path, files.read_text(path, files.TOML), content, path.parent)
 
 
@@ -97,7 +95,7 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) ->
     mission = check_mission(content, str(path), folder)
     section = mission.tune
     if section is None:
-        raise UserError(f"{path}: {ASK}")
+        raise UserError(f"{path}: {what_to_tune(tunable(mission))}")
     try:
         gains = gains_of(section, mission)
     except UserError as error:
@@ -112,6 +110,13 @@ def asked_of(path: Path, text: str, content: dict[str, object], folder: Path) ->
                 raise UserError(f"{path}: tune.gains: {one.key} cannot be {end:g}: {said}") from None
     different = bool(section.vary or section.correlated) or mission.noisy
     return Asked(path, text, content, mission, section, gains, different)
+
+
+def what_to_tune(keys: Sequence[str]) -> str:
+    """What a mission needs to be tuned. keys: of its controller."""
+    if not keys:
+        return "[tune] is missing, and the controller has no gains to tune"
+    return f'[tune] is missing; list the gains to tune, as in gains = {{ "{keys[0]}" = {{}} }}; allowed: {", ".join(keys)}'
 
 
 class Ground:
