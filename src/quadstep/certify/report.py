@@ -12,12 +12,13 @@ def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: st
     """Write it beside certificate.json. figure: its file, without ending."""
     shown = page.figure(
         path.parent / figure,
-        "L and its rate, |r| and b_r, |W_tilde| and b_w, and the term that the proof omits; all axes logarithmic",
+        "L and its rate, |r| and b_r, |W_tilde| and b_w, the term that the proof omits, and all terms of L_dot; the axes are "
+        "logarithmic, those of rates on both sides of zero",
     )
     body = [
         page.summary(answer(c), facts(c), [shown]),
         page.heading("Measured values and bounds", "measured"),
-        page.paragraph(f"Verdict: {verdict}."),
+        *([page.paragraph(f"Verdict: {verdict}.")] if kind(c) == "diverged" else []),  # which the answer does not repeat
         page.table(("", "measured", "bound"), table(c)),
         page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
     ]

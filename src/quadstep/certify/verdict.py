@@ -49,7 +49,7 @@ def answer(c: Certificate) -> str:
         return f"{ended}; the conditions of Theorem 5.1 do not hold."
     if not found:
         return f"{ended} although the conditions of Theorem 5.1 hold, as printed and corrected."
-    return f"{ended} although the conditions of Theorem 5.1 hold as printed: {'; '.join(found)}."
+    return f"{ended} although the printed conditions of Theorem 5.1 hold. Broken on this flight: {'; '.join(found)}."
 
 
 def verdict(c: Certificate) -> str:

@@ -49,9 +49,11 @@ def facts(found: Sequence[Beside]) -> list[Fact]:
 
 def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) -> list[str]:
     """Each flight with its figure, if that is not shown elsewhere, and how it follows its setpoints."""
-    parts = [paragraph(f"Logged setpoints simulated with {controller}, starting from the measured state.")]
-    for one, picture in zip(found, pictures, strict=True):
+    parts = []
+    for place, (one, picture) in enumerate(zip(found, pictures, strict=True)):
         parts.append(heading(f"{one.name}, simulated", f"{one.name}-again", escape))
+        if not place:
+            parts.append(paragraph(f"Logged setpoints simulated with {controller}, starting from the measured state."))
         if one.lost:
             parts.append(paragraph(f"The simulated flight ended: {one.lost}."))
         rows = [(who, *numbers(tracking)) for who, tracking in (("real", one.real), ("simulated", one.simulated))]

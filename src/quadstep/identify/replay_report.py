@@ -21,7 +21,7 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
-from quadstep.report.units import counted, handy, interval, number, percent, quantity
+from quadstep.report.units import after, counted, handy, interval, number, percent, quantity
 
 REPORT = "report.html"
 AHEAD = 50
@@ -190,7 +190,7 @@ def error_table(found: Predictions, period: float) -> str:
         for horizon in HORIZONS:
             means = [FACTOR[group] * one for one in found.compared.means(horizon, group)]
             unit, factor = handy(UNIT[group], max(means))
-            texts = [f"{number(factor * one)}\u00a0{unit}" for one in means]
+            texts = [number(factor * one) + after(unit) for one in means]
             to_zero = number(found.compared.ratio(horizon, group, "zero").value)
             rows.append((group, f"{in_time(horizon, period)} ({horizon})", *texts,
                          drawn(found.compared.ratio(horizon, group)), to_zero))  # fmt: skip
