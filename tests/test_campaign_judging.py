@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from quadstep.campaign.copies import copies
+from quadstep.campaign.schema import read_campaign
 from tests.campaigns import MASS, fly, manifest, written
 from tests.verdicts import checked, properties
 
@@ -70,8 +72,42 @@ def test_copies_of_one_flight_show_nothing_of_others(tmp_path, options):
     path, out = written(tmp_path, "", head="flights = 8\n"), tmp_path / "out"
     run = fly(path, out, *options)
     assert run.refused
-    assert f"{options[-2]}: its {manifest(out)['flights']} flights do not differ and show nothing of others" in run.err
-    assert fly(path, out, "--resume").code == 0
+    assert f"{options[-2]}: its flights do not differ and show nothing of others" in run.err
+    assert not out.exists()
+    assert fly(path, out).code == 0
+
+
+CALM = (
+    '[mission]\nvehicle = { preset = "crazyflie" }\npath = { type = "minimum-jerk", end = [0.1, 0.0, 0.0], duration = 0.5 }\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("more", "alike"),
+    [
+        ("", True),
+        ("wind = { mean = [1.0, 0.0, 0.0] }\n", True),
+        ("sensors = { gyro_noise = 0.01 }\n", False),
+        ("wind = { turbulence = { wind_20 = 5.0, height = 6.0 } }\n", False),
+        ('controller = { type = "mppi" }\n', False),
+    ],
+)
+def test_flights_that_draw_random_numbers_are_no_copies(tmp_path, more, alike):
+    path = tmp_path / "camp.toml"
+    path.write_text(f"flights = 3\n{CALM}{more}")
+    assert copies(read_campaign(path)) == alike
+
+
+def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):
+    content = (
+        '[mission]\nvehicle = { type = "planar" }\npath = { type = "minimum-jerk", end = [0.1, 0.0, 0.0], duration = 0.5 }\n'
+    )
+    path, out = tmp_path / "camp.toml", tmp_path / "out"
+    path.write_text(f"flights = 3\n{content}")
+    run = fly(path, out, "--require", "0.5")
+    assert run.refused
+    assert "--require: its flights do not differ and show nothing of others" in run.err
+    assert manifest(out)["flights"] == 3
 
 
 def test_a_folder_is_no_junit_file(tmp_path):

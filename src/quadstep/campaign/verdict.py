@@ -4,11 +4,11 @@ from pathlib import Path
 
 from quadstep import __version__
 from quadstep.campaign import until
+from quadstep.campaign.copies import alike
 from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.replay import replay_command
 from quadstep.campaign.run import REPORT, Finished
 from quadstep.campaign.summary import as_json
-from quadstep.errors import UserError
 from quadstep.exit_codes import UNMET
 from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
@@ -22,10 +22,7 @@ def verdict(
     """
     summary, name = done.summary, done.campaign.file.name
     if summary.copies and (decided or least is not None):
-        raise UserError(
-            f"{file}: {'--until' if decided else '--require'}: its {summary.flights} flights do not differ and show nothing "
-            "of others; let something vary, or judge one with `quadstep fly --require`"
-        )
+        raise alike(file, "--until" if decided else "--require")
     judged = None if least is None else Judged(least, summary.success, summary.flights)
     cases = (Case("flown"), *([judged.case] if judged else []), *([asked(decided)] if decided else []))
     measured = as_json(summary)

@@ -64,6 +64,7 @@ def campaign(
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
         from quadstep.campaign import until as limit
+        from quadstep.campaign.copies import refuse_copies
         from quadstep.campaign.run import fly_campaign
         from quadstep.campaign.verdict import verdict
         from quadstep.judging import share
@@ -86,6 +87,8 @@ def campaign(
         estimate_rare(file, out or Path("out") / f"{file.stem}-rare", resume, overwrite, drawn_on, least, as_json, junit)
         return
     folder, target = out or Path("out") / file.stem, None if until is None else limit.parsed(until)
+    if target is not None or least is not None:
+        refuse_copies(file, "--require" if target is None else "--until")
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         decided = None
         if target is not None:

@@ -96,7 +96,7 @@ class MultirotorMission(Mission):
 
     @property
     def noisy(self) -> bool:
-        return self.wind.air.stirs or self.sensors.noisy
+        return self.wind.air.stirs or self.sensors.noisy or "noise" in self.controller.controller.also_measures
 
     @property
     def scored_from(self) -> float:
