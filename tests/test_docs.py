@@ -1,5 +1,6 @@
 """The documentation: every listing is valid, some run, and the reference has everything. `make docs` runs all of them."""
 
+import itertools
 import os
 import re
 import shlex
@@ -95,6 +96,26 @@ def test_every_command_of_a_page_is_one_that_the_command_line_takes(page):
         if listing.kind is Kind.SHELL:
             said = [listing.text, listing.marks.get("instead", "")]
             assert all(parsed(words) for text in said for words in quadstep_lines(text)), f"{page}:{listing.first + 1}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_file_that_a_command_takes_is_there_or_was_made_before(page, tmp_path):
+    found = listings(page.read_text(encoding="utf-8"))
+    prepare(tmp_path, page, found)
+    made = set()
+    for listing in found:
+        if listing.kind is not Kind.SHELL or "not run" in listing.marks:
+            continue
+        text = listing.marks.get("instead", listing.text)
+        made |= set(re.findall(r"> *(\S+)", text))
+        for words in quadstep_lines(text):
+            if words[1] == "new":
+                made |= set(words)
+            for before, word in itertools.pairwise(words):
+                if before == "--out":  # `vehicle fit` writes a campaign, too
+                    made |= {word, word.replace(".toml", "_campaign.toml")}
+                elif word.endswith((".toml", ".csv")) and not word.startswith("out/"):
+                    assert word in made or (tmp_path / word).is_file(), f"{name_of(page)}:{listing.first + 1}: {word}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
