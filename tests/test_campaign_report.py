@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.dataset
 import pytest
+from matplotlib.figure import Figure
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign import pictures, replay_pictures, report, report_text
@@ -21,6 +22,7 @@ from quadstep.campaign.summary import sentences, summarise
 from quadstep.campaign.varied import Bins, told
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.scored import RMSE
 from quadstep.mission.check import check
 from quadstep.report import units
 from tests.campaigns import MASS, campaign, leftovers, manifest, rows, varying, written
@@ -190,6 +192,12 @@ def test_nothing_that_varies_and_a_choice_of_one_value(tmp_path, unflown):
     assert "the noise varies from flight to flight." in reported(tmp_path / "a", "", 100)[0]
     text, _ = reported(tmp_path / "b", '"vehicle.mass" = {type="choice", values=[1.0]}', 100)
     assert "No single key" in text
+
+
+def test_a_histogram_of_few_flights_counts_whole_ones():
+    above, below = Figure().subplots(2)
+    pictures.draw_metric(above, below, pictures.Metric(RMSE, np.array([0.19, 0.2, 0.21, 0.4]), None), 4)
+    assert [tick % 1.0 for tick in above.get_yticks()] == [0.0] * len(above.get_yticks())
 
 
 def test_copies_of_one_flight_are_said_to_be_that(tmp_path, unflown):

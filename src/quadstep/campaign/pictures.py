@@ -83,6 +83,7 @@ def draw_metric(above: Axes, below: Axes, metric: Metric, flights: int) -> None:
     above.stairs(counts, edges, fill=True, color=FILL)
     above.stairs(counts, edges, color=LINE, linewidth=0.8)
     above.set_ylim(bottom=0.0)
+    above.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     rank = np.unique(np.concatenate([np.linspace(0, count - 1, POINTS), count - np.geomspace(1, count, POINTS)]).astype(int))
     below.step(ordered[rank], (flights - rank) / flights, color=LINE, linewidth=1.2, where="post")
     lost = (flights - count) / flights
