@@ -25,7 +25,7 @@ from quadstep.identify.residual import trained
 from quadstep.identify.run import Run
 from quadstep.identify.search import solved
 from quadstep.identify.starts import laid_out, starts_at
-from quadstep.identify.vehicle_file import as_toml, identified_vehicle
+from quadstep.identify.vehicle_file import as_toml, identified_vehicle, in_proportion
 from quadstep.logs.signals import spectrum
 from quadstep.mission.vehicle_list import read_vehicle
 from quadstep.numbers import Vector
@@ -260,6 +260,23 @@ def test_an_identified_vehicle_reads_back_and_flies(tmp_path, truth):
         TRUTH["rotor.torque_coefficient"] / start().inertia[2], rel=1e-4
     )
     assert "identified" in vehicle.sources["rotor.rise_time"]
+
+
+def test_numbers_that_yaw_determines_are_told_as_they_are_written(truth):
+    heavier = start().model_copy(update={"inertia": tuple(2.0 * one for one in start().inertia)})
+    two = ("rotor.torque_coefficient", "rotor.inertia")
+    fitted = {key: Fitted(TRUTH[key], 0.9 * TRUTH[key], 1.2 * TRUTH[key], "", "made") for key in two}
+    base = with_fitted(Identified(truth, None, {}, {two[0]: "the reason"}))
+    found = in_proportion(heavier, base._replace(fitted=base.fitted | fitted))
+    written = identified_vehicle(heavier, found, "made", "given")
+    factor = written.inertia[2] / heavier.inertia[2]
+    assert factor < 0.9
+    for key, value in zip(two, (written.rotor.torque_coefficient, written.rotor.inertia), strict=True):
+        assert found.fitted[key][:3] == pytest.approx([factor * one for one in fitted[key][:3]])
+        assert found.fitted[key].value == pytest.approx(value, rel=1e-5)
+        assert f"{value:.4g}, 95 % {found.fitted[key].low:.4g} to {found.fitted[key].high:.4g}" in written.sources[key]
+    assert written.sources[two[0]].startswith("the reason: ")
+    assert found.fitted["inertia[0]"] == base.fitted["inertia[0]"]
 
 
 def test_rows_that_were_not_measured_are_predicted_from_commands(tmp_path, flights, truth):

@@ -1,6 +1,7 @@
 """`quadstep replay --out`: the report, its figures and tables."""
 
 import csv
+import dataclasses
 import json
 import re
 from html import unescape
@@ -97,6 +98,23 @@ def test_a_report_of_predictions_says_what_the_terminal_says(tmp_path, logs):
 )
 def test_a_ratio_above_two_is_told_in_times(ratio, said):
     assert share(ratio, "the error") == said
+
+
+@pytest.mark.parametrize("channel", ["position", "velocity", "attitude", "rates"])
+def test_what_was_not_measured_is_left_out_of_the_errors(tmp_path, logs, channel):
+    flight = logged(0)[0]
+    hole = flight.channel(channel).copy()
+    hole[300:320, 0] = np.nan
+    header, rows = table(dataclasses.replace(flight, channels=flight.channels | {channel: hole}))
+    (tmp_path / "map.toml").write_text(MAPPING)
+    write(tmp_path / "B0_made.csv", header, rows)
+    runs = [replayed(folder, tmp_path / f"r{i}", count=1) for i, folder in enumerate((logs, tmp_path))]
+    assert [run.code for run in runs] == [0, 0], runs[1].err
+    assert "nan" not in runs[1].out
+    whole, part = (json.loads((tmp_path / f"r{i}" / "metrics.json").read_text()) for i in range(2))
+    assert part["predictions"] < whole["predictions"]
+    for name in ("position_error_1_ahead[m]", "velocity_error_10_ahead[m/s]", "attitude_error_50_ahead[rad]"):
+        assert part[name] == pytest.approx(whole[name], rel=0.2)
 
 
 def test_the_thrust_of_one_flight_has_no_range(tmp_path, logs):

@@ -84,9 +84,9 @@ class Identified(NamedTuple):
     kept: dict[str, str]
 
 
-def chosen_starts(flights: Sequence[FlightRecord], furthest: int, most: int) -> list[np.ndarray]:
+def chosen_starts(flights: Sequence[FlightRecord], horizons: Sequence[int], most: int) -> list[np.ndarray]:
     """Rows to predict from, evenly over all flights, at most `most` in all."""
-    whole = [usable(flight, furthest) for flight in flights]
+    whole = [usable(flight, horizons) for flight in flights]
     stride = max(1, math.ceil(sum(len(rows) for rows in whole) / most))
     return [rows[::stride] for rows in whole]
 
@@ -97,7 +97,7 @@ def problem_of(
 ) -> Problem:  # fmt: skip
     """Predictions of some flights. Raises UserError if none can be made."""
     laid = laid_out(flights, guided)
-    starts: Starts = starts_at(flights, laid, chosen_starts(flights, max(horizons), MOST_STARTS))
+    starts: Starts = starts_at(flights, laid, chosen_starts(flights, horizons, MOST_STARTS))
     if len(starts.row) < 30:
         names = ", ".join(flight.name for flight in flights)
         raise UserError(f"{names}: {len(starts.row)} segments of flight without a gap; a fit needs at least 30")
@@ -263,5 +263,5 @@ def told_numbers(
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
         if one.logarithmic and error > UNSURE:
-            kept[one.key] = f"the flights do not determine it: {value:.3g}, 95 % between {ends[0]:.3g} and {ends[1]:.3g}"
+            kept[one.key] = "the flights do not determine it"
     return fitted, kept

@@ -34,7 +34,7 @@ class Followed(NamedTuple):
 
 def followed(flight: FlightRecord, vehicle: AirframeSection, p: PredictorParameters) -> Followed | None:
     """The longest stretch of a flight that can be predicted from each row, at most `LONGEST`; None where it is under 3 s."""
-    rows = usable(flight, max(HORIZONS))
+    rows = usable(flight, HORIZONS)
     pieces = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     chosen = max(pieces, key=len)[: round(LONGEST / flight.period)]
     if len(chosen) * flight.period < 3.0:

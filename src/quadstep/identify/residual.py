@@ -37,7 +37,7 @@ def samples(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters
 ) -> tuple[Floats, Floats, Floats]:
     """Inputs of the network (n, 7), targets (n, 6), and the flight of each row (n,)."""
-    rows = [usable(flight, max(HORIZONS), STRIDE) for flight in flights]
+    rows = [usable(flight, HORIZONS, STRIDE) for flight in flights]
     laid = laid_out(flights)
     starts = starts_at(flights, laid, rows)
     loop = Predictor(vehicle.geometry(), EFFECTS, HORIZONS, flights[0].speeds)

@@ -11,7 +11,7 @@ from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
 from quadstep.identify.table import Compared, compare
-from quadstep.identify.vehicle_file import identified_vehicle
+from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
 from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection, ResidualSection
 
@@ -67,6 +67,7 @@ def run(
         say("all flights")
         tested = found
         found = identify(flights, vehicle, say, found)
+    found = in_proportion(vehicle, found)
     names = ", ".join(flight.name for flight in flights)
     description = f"{vehicle.description or 'A vehicle'}; identified from {names}"
     result = identified_vehicle(vehicle, found, description[:900], mass_source)

@@ -87,11 +87,13 @@ def voltage_of(flight: FlightRecord) -> Floats:
     return result
 
 
-def usable(flight: FlightRecord, furthest: int, stride: int = 1) -> NDArray[np.int64]:
-    """Rows from which a prediction of `furthest` samples can be compared with the log: flying, measured, without a gap."""
-    runs, measured, flying = flight.runs(), flight.measured, flight.flying
+def usable(flight: FlightRecord, horizons: Sequence[int], stride: int = 1) -> NDArray[np.int64]:
+    """Rows from which predictions of so many samples can be compared with the log: flying, measured, without a gap."""
+    runs, measured, flying, furthest = flight.runs(), flight.measured, flight.flying, max(horizons)
     rows = np.arange(0, flight.rows - furthest)
-    fine = measured[rows] & measured[rows + furthest] & (runs[rows + furthest] >= furthest + HISTORY)
+    fine = runs[rows + furthest] >= furthest + HISTORY
+    for ahead in (0, *horizons):
+        fine &= measured[rows + ahead]
     low = np.concatenate([[0], np.cumsum(~flying)])
     begin = np.maximum(rows - HISTORY, 0)
     fine &= (low[rows + furthest + 1] - low[begin]) == 0

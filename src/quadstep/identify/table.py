@@ -59,7 +59,7 @@ def compare(
     horizons: tuple[int, ...] = HORIZONS,
 ) -> Compared:  # fmt: skip
     """Predictions from all over some flights against the measurements. guided: whether they may use setpoints."""
-    rows = [usable(flight, max(horizons)) for flight in flights]
+    rows = [usable(flight, horizons) for flight in flights]
     stride = max(1, -(-sum(map(len, rows)) // MOST_PREDICTIONS))
     rows = [one[::stride] for one in rows]
     kept = [i for i, one in enumerate(rows) if len(one)]

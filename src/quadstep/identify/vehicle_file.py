@@ -33,10 +33,9 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
     ]
     content["description"] = description
     # yaw determines only the ratio of torque to inertia: the body's proportions stay, and so does that ratio
+    stretch = stretched(vehicle, found)
     x, y = (leaves[f"airframe.inertia.{axis}"] for axis in (0, 1))
-    z = vehicle.inertia[2] / (vehicle.inertia[0] + vehicle.inertia[1]) * (x + y)
-    stretch = z / vehicle.inertia[2]
-    content["inertia"] = [rounded(value) for value in (x, y, z)]
+    content["inertia"] = [rounded(value) for value in (x, y, stretch * vehicle.inertia[2])]
     rotor, drag = content["rotor"], content["drag"]
     rotor["torque_coefficient"] = rounded(stretch * leaves["airframe.rotor.torque"])
     rotor["inertia"] = rounded(stretch * leaves["airframe.rotor.inertia"])
@@ -64,6 +63,27 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
     except ValidationError as error:
         said = describe(AirframeSection, error.errors()[0])
         raise UserError(f"the fit leaves what a vehicle may have: {said}; {UNLIKE}") from None
+
+
+ABOUT_YAW = ("rotor.torque_coefficient", "rotor.inertia")
+"""What flights determine only in proportion to the inertia about z."""
+
+
+def stretched(vehicle: AirframeSection, found: Identified) -> float:
+    """The factor from the given to the fitted inertias about x and y."""
+    leaves = leaves_of(found.numbers)
+    factor: float = (leaves["airframe.inertia.0"] + leaves["airframe.inertia.1"]) / (vehicle.inertia[0] + vehicle.inertia[1])
+    return factor
+
+
+def in_proportion(vehicle: AirframeSection, found: Identified) -> Identified:
+    """The result with the numbers that yaw determines as the vehicle file has them: for the inertia about z in proportion."""
+    stretch, fitted = stretched(vehicle, found), dict(found.fitted)
+    for key in ABOUT_YAW:
+        if one := fitted.get(key):
+            value, low, high = (stretch * number for number in one[:3])
+            fitted[key] = Fitted(value, low, high, one.unit, f"{one.source}, for the inertia about z in proportion")
+    return found._replace(fitted=fitted)
 
 
 UNLIKE = "do --vehicle and its mass suit the vehicle that flew?"
@@ -112,9 +132,8 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
 
 def interval(one: Fitted, reason: str | None) -> str:
     """A number's interval and source."""
-    if reason:
-        return reason
-    return f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"
+    numbers = f"{one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g}"
+    return f"{reason}: {numbers}" if reason else f"identified, {numbers} ({one.source})"
 
 
 def as_toml(vehicle: AirframeSection) -> str:
