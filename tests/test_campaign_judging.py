@@ -110,6 +110,13 @@ def test_what_a_plant_of_ones_own_draws_shows_only_in_flight(tmp_path):
     assert manifest(out)["flights"] == 3
 
 
+def test_a_campaign_is_resumed_or_replaced(tmp_path):
+    run = fly(written(tmp_path, MASS, head="flights = 20\n"), tmp_path / "out", "--resume", "--overwrite")
+    assert run.refused
+    assert "--resume and --overwrite: choose one" in run.err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_folder_is_no_junit_file(tmp_path):
     run = fly(written(tmp_path, MASS, head="flights = 20\n"), tmp_path / "out", "--junit", tmp_path)
     assert run.refused

@@ -64,6 +64,24 @@ def test_overwrite_replaces_and_removes_what_only_the_old_result_had(tmp_path, o
     assert files(out)["notes.txt"] == b"mine"
 
 
+@pytest.mark.parametrize("manifest", ["campaign.json", "rare.json", "export.json"])
+def test_results_of_another_kind_are_not_replaced(tmp_path, manifest):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / manifest).write_text("{}", encoding="utf-8")
+    run = quadstep("fly", write(tmp_path, LINE), "--out", tmp_path / "out", "--overwrite")
+    assert run.refused
+    assert f"{tmp_path / 'out'}: holds " in run.err
+    assert set(files(tmp_path / "out")) == {manifest}
+
+
+def test_an_exported_law_does_not_replace_a_flight(tmp_path, out):
+    before = files(out)
+    run = quadstep("export", write(tmp_path, LINE), "--out", out, "--overwrite")
+    assert run.refused
+    assert f"{out}: holds results of another kind; choose another --out" in run.err
+    assert files(out) == before
+
+
 def test_a_folder_with_other_files_is_refused(tmp_path):
     out = tmp_path / "home"
     out.mkdir()

@@ -71,6 +71,8 @@ def campaign(
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
+    if resume and overwrite:
+        raise UserError("--resume and --overwrite: choose one: go on with the campaign in the folder, or replace it")
     least = None if require is None else share.parsed(require)
     if junit:
         check_junit(junit)

@@ -22,6 +22,11 @@ MANIFEST = "metrics.json"
 """The file that is moved last and identifies the results in a folder."""
 
 
+OTHERS = {MANIFEST: "results of another kind", "export.json": "an exported law", "campaign.json": "a campaign",
+          "rare.json": "an estimate of rare failures"}  # fmt: skip
+"""What a folder holds by the file that identifies it."""
+
+
 def fingerprint(plans: list[FlightPlan]) -> str:
     """A digest of everything that decides the flights: laws, every number, clock and start."""
     digest = hashlib.sha256()
@@ -85,6 +90,9 @@ def files_to_replace(folder: Path, identity: str, overwrite: bool, name: str = M
         return []
     if not folder.is_dir():
         raise UserError(f"{folder}: is a file; --out needs a folder")
+    other = next((what for one, what in OTHERS.items() if one != name and (folder / one).is_file()), "")
+    if other:
+        raise UserError(f"{folder}: holds {other}; choose another --out")
     content: dict[str, object] = {}
     with contextlib.suppress(UserError):
         loaded = read_json(folder / name)
