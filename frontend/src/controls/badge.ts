@@ -7,7 +7,7 @@ import { rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
   const { flight, conditions, ghost, live } = shown;
-  const outcome = flight.held ? `Flew for ${flight.ended.toFixed(1)} s` : `Diverged at ${flight.ended.toFixed(2)} s`;
+  const outcome = flight.held ? `Flew for ${number(flight.ended, 3)} s` : `Diverged at ${flight.ended.toFixed(2)} s`;
   const broken = conditions.filter((judged) => !judged.holds);
   const theorem = conditions.length
     ? broken.length
@@ -28,7 +28,7 @@ export function badge(host: HTMLElement, shown: Shown): void {
     flight.why ? h("p", {}, `Reason: ${flight.why}.`) : null,
     asPython(shown),
     !live ? h("p", {}, "A recording; not flown in this page.") : null,
-    ghost ? h("p", {}, ghost.held ? `The ghost flew for ${ghost.ended.toFixed(1)} s.` : `The ghost diverged at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
+    ghost ? h("p", {}, ghost.held ? `The ghost flew for ${number(ghost.ended, 3)} s.` : `The ghost diverged at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
   ];
   const list = h("ul");
   for (const { condition, left, right, holds } of conditions) {

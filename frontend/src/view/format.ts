@@ -72,7 +72,7 @@ export function join(text: string, unit: string): string {
   return unit.startsWith("°") ? text + unit : `${text}\u00a0${unit}`;
 }
 
-/** A time on the clock, in tenths. */
+/** A time on the clock, in hundredths. */
 export function seconds(t: number): string {
   return t.toFixed(2);
 }

@@ -38,7 +38,7 @@ export function transport(host: HTMLElement, clock: Clock): void {
     bar.value = String(t);
     bar.setAttribute("aria-valuetext", `${seconds(t)} of ${seconds(end)} seconds`);
     bar.style.setProperty("--at", `${(t / end) * 100}%`);
-    now.replaceChildren(h("b", {}, seconds(t)), ` / ${end.toFixed(1)} s`);
+    now.replaceChildren(h("b", {}, seconds(t)), ` / ${seconds(end)} s`);
   };
   clock.time.watch(show);
   clock.end.follow(show);
