@@ -48,6 +48,7 @@ export function slider(
     current = value;
     typed.value = value === null ? "" : plain(value);
     typed.placeholder = value === null ? "differ" : "";
+    typed.title = value === null || plain(value) === exact(value) ? "" : exact(value);
     if (value !== null) {
       range.value = String(positionOfValue(control, value));
       range.setAttribute("aria-valuetext", `${plain(value)} ${control.unit === "-" ? "" : control.unit}`.trim());
@@ -61,14 +62,23 @@ export function slider(
   });
   range.addEventListener("change", () => chosen(hold(control, valueOfPosition(control, Number(range.value)))));
   typed.addEventListener("change", () => {
-    const value = Number(typed.value.trim().replace("−", "-").replace(",", "."));
+    const value = Number(typed.value.trim().replaceAll("−", "-").replace(",", "."));
     const usable = typed.value.trim() !== "" && Number.isFinite(value);
     typed.toggleAttribute("aria-invalid", !usable);
     if (usable) chosen(hold(control, value));
     show(usable ? hold(control, value) : current);
   });
-  typed.addEventListener("focus", () => typed.select());
+  typed.addEventListener("focus", () => {
+    if (current !== null) typed.value = exact(current);
+    typed.select();
+  });
+  typed.addEventListener("blur", () => show(current));
   return { element, show };
+}
+
+/** All digits of the number that flies. */
+function exact(value: number): string {
+  return String(value).replaceAll("-", "−");
 }
 
 function stepOf(control: Control): number {

@@ -54,10 +54,10 @@ export function number(x: number, digits = 4): string {
   return minus(x.toFixed(decimals));
 }
 
-/** A number without trailing zeros: for the ends and the value of a control. */
+/** A number without trailing zeros, with four significant digits, or whole where it has more: for the value of a control. */
 export function plain(x: number): string {
   if (!Number.isFinite(x)) return number(x);
-  return minus(String(Number(x.toPrecision(6))));
+  return minus(String(Math.abs(x) >= 1e4 ? Math.round(x) : Number(x.toPrecision(4))));
 }
 
 /** A quantity with its unit, in the scale that suits it. */
