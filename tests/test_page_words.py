@@ -1,5 +1,7 @@
 """Words and numbers on the page, in a real browser: nothing covers them, and they read well."""
 
+import re
+
 import pytest
 
 from quadstep.page.missions import fly_missions
@@ -65,3 +67,57 @@ def test_a_control_shows_four_digits_and_flies_all(open_page):
     box.blur()
     assert (box.input_value(), box.get_attribute("title")) == ("0.1235", "0.123456")
     assert "K_i1:0.123456,0.123456,0.123456" in page.url
+
+
+BOXES = """(selector) => [...document.querySelectorAll(selector)].filter((one) => one.checkVisibility()).map((one) => {
+  const { left, top, right, bottom } = one.getBoundingClientRect();
+  return { left, top, right, bottom, text: one.textContent };
+})"""
+
+
+def overlap(a, b):
+    return a["left"] < b["right"] and b["left"] < a["right"] and a["top"] < b["bottom"] and b["top"] < a["bottom"]
+
+
+def assert_apart(some, others):
+    assert [(a["text"], b["text"]) for a in some for b in others if overlap(a, b)] == []
+
+
+def drawn(page, script):
+    """What is seen once the scene has been drawn anew."""
+    page.evaluate(script)
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def test_no_words_of_the_scene_stand_under_what_explains_it(open_page):
+    page = open_page(webgl=True, width=1200, height=800)
+    seen = set()
+    for camera in ("orbit", "follow"):
+        page.click(f"#camera button[value={camera}]")
+        for turn in range(8):
+            drawn(page, f"quadstep.seek({turn} * 0.14)")
+            page.locator("#scene").press("]")
+            labels = page.evaluate(BOXES, ".label")
+            seen |= {one["text"] for one in labels}
+            assert_apart(labels, page.evaluate(BOXES, "#legend, #caption, #camera, .badge"))
+    assert len(seen) > 8
+    for part in ("#legend", "#caption"):
+        colour = page.locator(part).evaluate("one => getComputedStyle(one).backgroundColor")
+        assert float(re.search(r"[/,] ([\d.]+)\)$", colour)[1]) > 0.85, colour
+
+
+@pytest.mark.parametrize(("width", "height"), [(1200, 800), (360, 740)])
+def test_what_is_said_of_a_lost_vehicle_stands_beside_it(open_page, width, height):
+    page = open_page("#flight=hasty", webgl=True, width=width, height=height)
+    drawn(page, "quadstep.seek(1e9)")
+    (call,) = page.evaluate(BOXES, ".call")
+    assert call["text"] == "✕ Lost: a rate exceeded limits.rate"
+    (frame,) = page.evaluate(BOXES, "#labels")
+    vehicle = page.evaluate("quadstep.camera().vehicle")
+    x, y, radius = frame["left"] + vehicle["x"], frame["top"] + vehicle["y"], vehicle["radius"]
+    assert radius > 10
+    around = {"left": x - radius, "right": x + radius, "top": y - radius, "bottom": y + radius, "text": "vehicle"}
+    assert_apart([call], [around, *page.evaluate(BOXES, ".label:not(.call), #legend, .badge, #camera")])
+    assert frame["left"] <= call["left"] and call["right"] <= frame["right"]
+    assert frame["top"] <= call["top"] and call["bottom"] <= frame["bottom"]
+    assert page.locator(".call").evaluate("one => getComputedStyle(one).backgroundColor") == "rgb(255, 255, 255)"

@@ -26,7 +26,7 @@ import { Axes } from "./axes";
 import { Cameras, type View } from "./cameras";
 import { Flyer, POINTS } from "./flyer";
 import { Ground } from "./ground";
-import { Labels } from "./labels";
+import { Labels, type Spot } from "./labels";
 import { pathOf } from "./pose";
 import { shadow } from "./shadow";
 import { Sky } from "./sky";
@@ -39,6 +39,7 @@ const THICKEST = 1.8; // pixels: radius of an arrow
 const FOV = 32;
 const END = 5; // pixels: radius of the dot where the path ends
 const LOST = 1e-6; // s: round-off in the time of the end
+const CORNER: Spot = { x: 0, y: 0, radius: 0 }; // where words are about what is outside the picture
 
 export interface Caption {
   readonly grid: number;
@@ -68,7 +69,8 @@ export class SceneView {
   private radius = 1;
   private level = 0;
   private lowest = 0;
-  private loss: { text: string; at: Vector3; time: number } | undefined;
+  private loss: { text: string; time: number } | undefined;
+  private spot: Spot | undefined;
   private time = 0;
   private pending = 0;
 
@@ -110,14 +112,14 @@ export class SceneView {
     }
     if (this.ghost) this.ghost.object.visible = ghost !== undefined;
     if (ghost) this.ghost?.show(ghost, this.radius * 2, constant);
-    this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, at: lastOf(flight, data.position), time: flight.last - LOST };
+    this.loss = flight.held ? undefined : { text: `✕ Lost: ${flight.why}`, time: flight.last - LOST };
     this.setTime(this.time);
     if (!keep) this.look(this.view.value);
   }
 
-  /** Where the camera is, and the height of the ground. */
-  get eye(): { position: number[]; ground: number } {
-    return { position: this.camera.position.toArray(), ground: this.level };
+  /** Where the camera is, the height of the ground, and where the vehicle is in the picture [px]. */
+  get eye(): { position: number[]; ground: number; vehicle: Spot | undefined } {
+    return { position: this.camera.position.toArray(), ground: this.level, vehicle: this.spot };
   }
 
   /** The path of a log that was opened; undefined: none. */
@@ -238,7 +240,6 @@ export class SceneView {
     this.axes.place(this.level, roundStep(this.radius / 4));
     camera.updateMatrixWorld();
     labels.begin();
-    this.axes.label(labels, camera);
     if (flyer) {
       const height = this.canvas.clientHeight || 1;
       const pixel = (2 * Math.tan((FOV * Math.PI) / 360)) / height;
@@ -249,6 +250,10 @@ export class SceneView {
       flyer.magnify(magnified, this.time, thickest);
       this.ghost?.magnify(Math.max(1, wish(this.ghost.position)), this.time, thickest);
       this.beneath(flyer, magnified);
+      const far = pixel * camera.position.distanceTo(flyer.position);
+      const middle = labels.spot(flyer.position, camera);
+      this.spot = middle && { ...middle, radius: (flyer.vehicle.size * magnified) / far };
+      if (this.loss && this.time >= this.loss.time) labels.callOut(this.loss.text, this.spot ?? CORNER, this.pointsDown(flyer));
       const dot = END * pixel * camera.position.distanceTo(this.target.position);
       this.target.scale.setScalar(dot);
       // The dot makes way for the vehicle that arrives.
@@ -258,12 +263,18 @@ export class SceneView {
       for (const { kind, label, unit, tip, size, arrow } of flyer.drawn) {
         if (arrow.object.visible) labels.put(kind, `${label.toLowerCase()} ${quantity(size, unit)}`, tip, camera);
       }
-      if (this.loss && this.time >= this.loss.time) labels.put("lost", this.loss.text, this.loss.at, camera, true);
       this.caption.set({ grid: cell, magnified });
     }
+    this.axes.label(labels, camera);
     labels.end();
     this.target.quaternion.copy(camera.quaternion);
     this.renderer.render(this.scene, camera);
+  }
+
+  /** Whether the thrust's arrow, with its label, leads down in the picture. */
+  private pointsDown(flyer: Flyer): boolean {
+    const [tip, from] = [flyer.drawn[0]?.tip, flyer.position].map((at) => at && this.labels.spot(at, this.camera)?.y);
+    return tip !== undefined && from !== undefined && tip > from;
   }
 
   /** Shadow and plumb line tell where above the ground the vehicle is. */
@@ -276,8 +287,3 @@ export class SceneView {
   }
 }
 
-/** Where a flight ends. */
-function lastOf(flight: Flight, columns: SceneData["position"]): Vector3 {
-  const [x, y, z] = columns.map((name) => flight.at(name, flight.last) || 0);
-  return new Vector3(x, y, z);
-}
