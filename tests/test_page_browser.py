@@ -413,6 +413,7 @@ def test_fragment_gives_the_flight_back(open_page):
 def test_bad_fragment_is_left_out_and_said(open_page, brief_file, fragment):
     page = open_page(fragment, file=brief_file)
     assert page.locator("#notice").is_visible()
+    assert re.fullmatch(r"The link.+\.", page.locator("#notice span").inner_text())
     assert page.evaluate("quadstep.settings().values") == {}
     assert page.evaluate("quadstep.outcome().held")
 

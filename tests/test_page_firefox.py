@@ -64,7 +64,7 @@ def test_case_flies_as_in_python_and_again_with_another_number(opened):
 
 def test_log_that_is_dropped_lies_beside_the_flight(opened):
     said = opened.evaluate(f"return ({DROP})(...arguments)", *carried("log.csv", b"t,x[m]\n10,1\n10.5,2\n11,4\n"))
-    assert said.startswith("log.csv: CSV with 1 signals, 1.0 s long.")
+    assert said.startswith("Opened log.csv: CSV with 1 signal, 1.0 s long.")
     assert opened.evaluate("return quadstep.signal('x')") == [[0, 0.5, 1], [1, 2, 4]]
 
 

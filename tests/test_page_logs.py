@@ -56,7 +56,7 @@ def test_logs_are_read_as_they_were_written(open_page, tmp_path, record):
         f"{t},{x},{v}" for t, x, v in zip(record.time, position[:, 0], record.channels["voltage"][:, 0], strict=True)
     )
     csv.write_text(f"time[s],x[m],volts[V]\n{rows}\n")
-    assert take(page, csv).startswith("log.csv: CSV with 2 signals, 0.5 s long.")
+    assert take(page, csv).startswith("Opened log.csv: CSV with 2 signals, 0.5 s long.")
     times, values = signal(page, "x")
     np.testing.assert_array_equal(values, position[:, 0])
     np.testing.assert_array_equal(times, record.time - record.time[0])
@@ -90,13 +90,13 @@ def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
     ulg.write_bytes(made_logs.ulog(record, record.motors))
     made_logs.mcap(mcap, record, record.motors, lambda file: Writer(file, compression=CompressionType.NONE))
     for path, kind, name in ((csv, "CSV", "x"), (ulg, "ULog", "x"), (mcap, "MCAP", "state.p[0]")):
-        assert drop(page, path).startswith(f"{path.name}: {kind} with ")
+        assert drop(page, path).startswith(f"Opened {path.name}: {kind} with ")
         assert page.locator(".chip:visible").inner_text().startswith(path.name)
         values = signal(page, name)[1]
         wanted = [1.0, 2.0, 4.0] if path is csv else record.channels["position"][:, 0].astype("f4" if path is ulg else "f8")
         np.testing.assert_array_equal(values, wanted)
     (tmp_path / "notes.txt").write_text("hello")
-    assert drop(page, tmp_path / "notes.txt").startswith("notes.txt: ")
+    assert drop(page, tmp_path / "notes.txt").startswith("Could not open notes.txt: ")
     assert page.evaluate("quadstep.log().name") == "log.mcap"  # what could not be read takes nothing away
 
 
@@ -104,7 +104,7 @@ def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
     ("name", "content", "words"),
     [
         ("a.csv", b"", "not a table"),
-        ("a.csv", b"t,x\n0,1\n1\n", "line 3 has 1 entries, but the first line has 2"),
+        ("a.csv", b"t,x\n0,1\n1\n", "line 3 has 1 entry, but the first line has 2"),
         ("a.csv", b"t,x\n1,1\n0,2\n", "line 3: its time, column t"),
         ("a.csv", b"t,x\nnow,1\nthen,2\n", "line 2: its time, column t"),
         ("a.csv", b"t,x\n0,a\n1,b\n", "without a signal"),
@@ -112,7 +112,7 @@ def test_logs_are_dropped_on_the_page(open_page, tmp_path, record):
         ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(8), "ULog without a signal"),
         ("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(range(256)) * 4, "ULog"),
         ("a.mcap", b"\x89MCAP0\r\n" + b"\x04" + bytes([255] * 8), "MCAP"),
-        ("<b>.csv", b"t,x\n", "<b>.csv: not a table"),
+        ("<b>.csv", b"t,x\n", "<b>.csv: it is not a table"),
     ],
 )
 def test_a_broken_log_is_one_line_and_nothing_is_taken(open_page, tmp_path, name, content, words):
@@ -120,5 +120,6 @@ def test_a_broken_log_is_one_line_and_nothing_is_taken(open_page, tmp_path, name
     (tmp_path / name).write_bytes(content)
     said = take(page, tmp_path / name)
     assert words in said
+    assert said.startswith("Could not open ") and said.endswith(".")
     assert "\n" not in said
     assert page.evaluate("quadstep.log()") is None

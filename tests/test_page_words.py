@@ -29,13 +29,21 @@ type = "minimum-jerk"
 end = [20.0, 5.0, 10.0]
 duration = 3.0
 """
+WEAK = """name = "Weak"
+[vehicle.rotors]
+limits = [0.0, 2.0]
+[path]
+type = "minimum-jerk"
+end = [1.0, 0.0, 0.0]
+duration = 1.0
+"""
 
 
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
-    """A small vehicle in a strong wind, and the paper's flight that is lost."""
+    """A small vehicle in a strong wind, the paper's flight that is lost, and one with rotors that are too weak."""
     folder = tmp_path_factory.mktemp("page")
-    missions = [write(folder, text, f"{i}.toml") for i, text in enumerate((WINDY, HASTY))]
+    missions = [write(folder, text, f"{i}.toml") for i, text in enumerate((WINDY, HASTY, WEAK))]
     return write(folder, fly_missions(missions), "page.html")
 
 
@@ -121,3 +129,11 @@ def test_what_is_said_of_a_lost_vehicle_stands_beside_it(open_page, width, heigh
     assert frame["left"] <= call["left"] and call["right"] <= frame["right"]
     assert frame["top"] <= call["top"] and call["bottom"] <= frame["bottom"]
     assert page.locator(".call").evaluate("one => getComputedStyle(one).backgroundColor") == "rgb(255, 255, 255)"
+
+
+def test_warnings_are_sentences(open_page):
+    page = open_page("#flight=weak")
+    warnings = page.locator("#story .why").all_inner_texts()
+    assert warnings[0] == "Warning: vehicle.rotors.limits: four rotors lift at most 8 N, the weight is 9.81 N."
+    assert len(warnings) > 1
+    assert all(re.fullmatch(r"[A-Z][^\n]+[^.]\.", warning) for warning in warnings)

@@ -16,6 +16,7 @@ import { Clock } from "./view/clock";
 import { byId, fill, h } from "./view/dom";
 import { downloadText, fileName } from "./view/download";
 import { help } from "./view/help";
+import { closed } from "./view/notation";
 import { listenToKeys } from "./view/keyboard";
 import { tabs } from "./view/tabs";
 import { startTheme, toggleTheme } from "./view/theme";
@@ -180,6 +181,6 @@ function relative(href: string): boolean {
 try {
   start();
 } catch (error) {
-  notice(`This page could not be shown: ${error instanceof Error ? error.message : String(error)}`);
+  notice(closed(`This page could not be shown: ${error instanceof Error ? error.message : String(error)}`));
   throw error;
 }

@@ -58,7 +58,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
     else {
       const changed = name === "set" ? withPart(settings, flight, value) : undefined;
       if (changed) settings = changed;
-      else complaints.push(`The link's part “${shown(name || "?", value)}” was not understood and was ignored.`);
+      else complaints.push(`The link’s part “${shown(name || "?", value)}” was not understood and was ignored.`);
     }
   }
   return { settings, time, step, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };

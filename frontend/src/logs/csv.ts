@@ -1,5 +1,6 @@
 // A table: the first line names its columns, with units in brackets as quadstep writes them; one column is the time.
 
+import { count } from "../view/notation";
 import { BadFile, type Log, MOST_NUMBERS, type Series, started } from "./log";
 
 const CLOCKS: Readonly<Record<string, number>> = { s: 1, ms: 1e-3, us: 1e-6, "µs": 1e-6, ns: 1e-9 };
@@ -9,7 +10,7 @@ export function readCsv(name: string, text: string): Log {
   const lines = text.replace(/^\ufeff/, "").split(/\r\n|\n|\r/).filter((line) => line.trim() && !line.startsWith("#"));
   const mark = (lines[0] ?? "").includes(";") ? ";" : (lines[0] ?? "").includes("\t") ? "\t" : ",";
   const header = (lines[0] ?? "").split(mark).map((entry) => entry.trim().replace(/^"(.*)"$/, "$1"));
-  if (header.length < 2 || lines.length < 3) throw new BadFile(`${name}: not a table; the first line should name at least two columns, followed by rows`);
+  if (header.length < 2 || lines.length < 3) throw new BadFile(`${name}: it is not a table; the first line should name at least two columns, followed by rows`);
   if (header.length * lines.length > MOST_NUMBERS) throw new BadFile(`${name}: more than ${MOST_NUMBERS / 1e6} million numbers`);
   const columns = header.map((entry) => {
     const found = /^(.*?)\s*[[(](.*)[\])]$/.exec(entry);
@@ -19,7 +20,7 @@ export function readCsv(name: string, text: string): Log {
   const rows = columns.map(() => new Float64Array(lines.length - 1));
   for (let row = 1; row < lines.length; row++) {
     const entries = lines[row]!.split(mark);
-    if (entries.length !== header.length) throw new BadFile(`${name}: line ${row + 1} has ${entries.length} entries, but the first line has ${header.length}`);
+    if (entries.length !== header.length) throw new BadFile(`${name}: line ${row + 1} has ${count(entries.length, "entry", "entries")}, but the first line has ${header.length}`);
     entries.forEach((entry, k) => (rows[k]![row - 1] = number(entry)));
   }
   const clock = rows[place]!.map((t) => t * (CLOCKS[columns[place]!.unit] ?? 1));

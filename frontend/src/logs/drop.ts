@@ -2,6 +2,7 @@
 
 import { Watched } from "../view/events";
 import { byId, fill, h } from "../view/dom";
+import { closed, count } from "../view/notation";
 import { BadFile, type Log, pathOfLog } from "./log";
 import { readLog } from "./read";
 
@@ -30,9 +31,10 @@ export function listenToFiles(opened: Watched<Log | undefined>, say: (line: stri
     try {
       const log = readLog(file.name, await file.arrayBuffer());
       opened.set(log);
-      say(`${log.name}: ${log.kind} with ${log.series.length} signals, ${seconds(log)} s long. ${pathOfLog(log) ? "Its path is drawn in the scene; signals" : "Signals"} named like one of the flight’s columns are drawn with it, all others under “Choose and add plots”.`);
+      say(`Opened ${log.name}: ${log.kind} with ${count(log.series.length, "signal")}, ${seconds(log)} s long. ${pathOfLog(log) ? "Its path is drawn in the scene; signals" : "Signals"} named like one of the flight’s columns are drawn with it, all others under “Choose and add plots”.`);
     } catch (error) {
-      say(error instanceof BadFile ? error.message : `${file.name.slice(0, 60)}: could not be read; it may be damaged`);
+      const why = error instanceof BadFile ? error.message : `${file.name.slice(0, 60)}: it may be damaged`;
+      say(closed(`Could not open ${why}`));
     }
   };
   for (const kind of ["dragover", "dragenter"]) {

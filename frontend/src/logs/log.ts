@@ -16,7 +16,7 @@ export interface Log {
   readonly series: readonly Series[];
 }
 
-/** A file that cannot be read; its message is the line that the reader gets. */
+/** A file that cannot be read; its message, file and reason, goes on from “Could not open”. */
 export class BadFile extends Error {}
 
 export const MOST_SERIES = 4000;

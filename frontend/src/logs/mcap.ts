@@ -45,7 +45,7 @@ export function readMcap(name: string, buffer: ArrayBuffer): Log {
       const kind = view.getUint8(at);
       const body = at + 9;
       const end = body + Number(view.getBigUint64(at + 1, true));
-      if (end > to) throw new BadFile(`${name}: this MCAP file ends within a record`);
+      if (end > to) throw new BadFile(`${name}: the MCAP file ends within a record`);
       if (kind === CHANNEL) {
         const [topic, next] = string(body + 4);
         const [encoding] = string(next);
@@ -64,7 +64,7 @@ export function readMcap(name: string, buffer: ArrayBuffer): Log {
     records(MAGIC, buffer.byteLength);
   } catch (error) {
     if (error instanceof BadFile) throw error;
-    throw new BadFile(`${name}: this MCAP file is damaged`);
+    throw new BadFile(`${name}: the MCAP file is damaged`);
   }
   const series = [...channels.values()].flatMap(({ topic, times, values }): Series[] => {
     const clock = times.done();
@@ -73,7 +73,7 @@ export function readMcap(name: string, buffer: ArrayBuffer): Log {
       return { name: `${topic}.${key}`, unit: "", times: clock, values: column.done() };
     });
   });
-  if (!series.length && unread.size) throw new BadFile(`${name}: this MCAP file contains ${[...unread].join(", ")}; the page reads JSON messages in uncompressed chunks`);
+  if (!series.length && unread.size) throw new BadFile(`${name}: the MCAP file contains ${[...unread].join(", ")}; the page reads JSON messages in uncompressed chunks`);
   if (series.length > MOST_SERIES) throw new BadFile(`${name}: more than ${MOST_SERIES} signals`);
   return started(name, "MCAP", series);
 }

@@ -74,3 +74,13 @@ export function flat(text: string): string {
 export function sentence(text: string): Node[] {
   return rich(/^(\p{Ll}{2,}|a)(?![\p{L}\p{N}_])/u.test(text) && !Object.hasOwn(GREEK, text.split(/\W/)[0] ?? "") ? text[0]!.toUpperCase() + text.slice(1) : text);
 }
+
+/** A sentence with the full stop that it may lack. */
+export function closed(text: string): string {
+  return /[.?!…]["”’)]?$/.test(text) ? text : `${text}.`;
+}
+
+/** A number of things: 1 signal, 2 signals. */
+export function count(many: number, one: string, more = `${one}s`): string {
+  return `${many} ${many === 1 ? one : more}`;
+}

@@ -3,7 +3,7 @@
 import type { Claim, PageData } from "../data/contract";
 import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
-import { prose, rich, sentence } from "../view/notation";
+import { closed, prose, rich, sentence } from "../view/notation";
 
 const VERDICTS = { holds: "Holds", fails: "Fails", open: "Open" } as const;
 
@@ -15,8 +15,8 @@ export function story(host: HTMLElement, page: PageData, shown: Shown, look: (pa
     host,
     h("h2", { id: "flight-name" }, data.name),
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
-    !live ? h("p", { class: "why", id: "why-not" }, data.whyNot || "Shown as recorded.") : null,
-    ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(warning))),
+    !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
+    ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(closed(`Warning: ${warning}`)))),
     claims.length || data.facts.length ? h("p", { class: "stale-note" }, "Settings have changed: the text below describes the flight as it is in the file, not the one you see.") : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
