@@ -16,6 +16,23 @@ pytestmark = needs(CHROMIUM)
 CASE_1 = Path(__file__).parent.parent / "examples" / "case1.toml"
 
 
+STILL = """name = "Still"
+[vehicle]
+preset = "crazyflie"
+[path]
+type = "minimum-jerk"
+end = [0.5, 0.0, 0.5]
+duration = 1.0
+"""
+
+
+@pytest.fixture(scope="module")
+def still_file(tmp_path_factory):
+    """A real vehicle in still air, told all, its battery not simulated."""
+    folder = tmp_path_factory.mktemp("still")
+    return write(folder, fly_missions([write(folder, STILL)]), "page.html")
+
+
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     """Case 1."""
@@ -53,16 +70,13 @@ def test_plots_share_cursor_zoom_and_hover(open_page):
 def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page = open_page()
 
-    def ids():
-        return [one.get_attribute("id").removeprefix("plot-") for one in page.locator("#plots-list .plot").all()]
-
-    before = ids()
+    before = ids(page)
     page.click("#chooser summary")
     page.locator("#chooser").get_by_text("Position error", exact=True).click()
-    assert ids() == [one for one in before if one != "position-error"]
+    assert ids(page) == [one for one in before if one != "position-error"]
     page.hover("#plot-attitude")
     page.click("#plot-attitude button[aria-label^=Up]")
-    assert ids()[:2] == ["attitude", "position"]
+    assert ids(page)[:2] == ["attitude", "position"]
     page.click("#plot-attitude button[aria-label^='log axis']")
     for kind, columns, title in (
         ("time", ["u", "norm_r1"], "u, norm_r1"),
@@ -80,3 +94,78 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
     page.evaluate("quadstep.setControl('t_f', 20)")
     assert "kept" in page.locator("#plot-position .roles").inner_text()
     assert picture(page, "#plot-own-2 .stage").std() > 0.02
+
+
+def ids(page):
+    return [one.get_attribute("id").removeprefix("plot-") for one in page.locator("#plots-list .plot").all()]
+
+
+def offered(page):
+    """The names of the plots that may be chosen, and whether each is."""
+    return {one.inner_text(): one.locator("input").is_checked() for one in page.locator(".pickables .pickable").all()}
+
+
+def words_of(page, plot):
+    """The texts of a plot's SVG."""
+    page.hover(f"#plot-{plot}")
+    with page.expect_download() as begun:
+        page.click(f"#plot-{plot} .tools button:has-text('SVG')")
+    return re.findall(r"<text[^>]*>([^<]*)</text>", Path(begun.value.path()).read_text(encoding="utf-8"))
+
+
+def test_what_a_flight_lacks_is_not_drawn_but_said(open_page, still_file):
+    page = open_page(file=still_file, webgl=True)
+    lacked = {
+        "wind": "Wind",
+        "voltage": "Battery",
+        "weights": "Norms of the weights",
+        "estimate": "Estimated minus true position",
+    }
+    assert not lacked.keys() & set(ids(page))
+    assert "rotors" in ids(page)
+    page.click("#chooser summary")
+    for title in lacked.values():
+        assert offered(page)[f"{title} (none in this flight)"] is False
+    assert "wind" not in page.locator("#legend").inner_text()
+    page.evaluate("quadstep.setControl('wind', [2, 0, 0])")
+    assert "wind" in ids(page)
+    assert offered(page)["Wind"] is True
+    assert "wind" in page.locator("#legend").inner_text()
+
+
+def test_axis_around_a_constant_has_round_numbers(open_page, still_file):
+    page = open_page(file=still_file)
+    page.click("#chooser summary")
+    page.get_by_label("Battery (none in this flight)").check()
+    assert {"1.0", "0.0", "−1.0"} <= set(words_of(page, "voltage"))
+    page.evaluate("quadstep.setControl('wind', [2, 0, 0])")
+    page.select_option("#own-columns", ["wind_x"])
+    page.click("#own-add")
+    assert {"1.80", "2.00", "2.20"} <= set(words_of(page, "own-1"))
+
+
+def test_the_net_is_chosen_like_other_plots(open_page):
+    page = open_page("#t=12")
+    page.click("#chooser summary")
+    box = page.get_by_label("Net: force, neurons and weights")
+    assert not box.is_checked() and "net" not in ids(page)
+    box.focus()
+    page.keyboard.press("Space")
+    assert ids(page)[-1] == "net"
+    assert box.is_checked() and box.evaluate("one => one === document.activeElement")
+    assert (
+        page.locator("#plot-net .stage").get_attribute("aria-label").startswith("Force of the net over time; left and right")
+    )
+    page.locator("#plot-net").scroll_into_view_if_needed()
+    told = page.locator("#plot-net canvas.net-picture")
+    page.wait_for_selector("#plot-net canvas.net-picture[aria-label^='The 10 neurons of the first net at 12.0 s']")
+    assert picture(page, "#plot-net canvas.net-picture").std() > 0.02
+    page.evaluate("quadstep.seek(30)")
+    assert " at 30.0 s: activity and weights" in told.get_attribute("aria-label")
+    page.hover("#plot-net")
+    page.click("#plot-net button[aria-label^='log axis']")
+    assert any(word.startswith("10⁻") for word in words_of(page, "net"))
+    page.click("#plot-net button[aria-label^=Hide]")
+    assert "net" not in ids(page) and not box.is_checked()
+    page.evaluate("quadstep.setController('nested-saturation')")
+    assert not any(name.startswith("Net") for name in offered(page))

@@ -97,6 +97,11 @@ export class Session {
     return found;
   }
 
+  /** Whether the law that flies has a net to show. */
+  hasNet({ given }: Shown): boolean {
+    return given !== undefined && (this.page.laws[given.controller.law]?.net ?? 0) > 0;
+  }
+
   /** The first net of the flight, row by row as the law shows it; undefined: there is none to show. */
   net({ given, flight }: Shown): Net | undefined {
     const law = given && this.page.laws[given.controller.law];

@@ -194,6 +194,8 @@ export interface PanelData {
   readonly unit: string;
   readonly lines: readonly { label: string; column: string; minus: string | null; dashed: boolean }[];
   readonly log: boolean;
+  /** Of what a flight may lack, which is zero throughout then. */
+  readonly optional: boolean;
 }
 
 type Triple<T> = readonly [T, T, T];

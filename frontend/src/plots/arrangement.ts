@@ -7,13 +7,14 @@ export class Arrangement {
   /** Counts changes. */
   readonly changed = new Watched(0);
   readonly custom: Custom[] = [];
-  private readonly hidden = new Set<string>();
+  private readonly chosen = new Map<string, boolean>();
   private readonly logs = new Map<string, boolean>();
   private order: string[] = [];
   private made = 0;
 
-  shows(id: string): boolean {
-    return !this.hidden.has(id);
+  /** usual: where the reader has not chosen. */
+  shows(id: string, usual: boolean): boolean {
+    return this.chosen.get(id) ?? usual;
   }
 
   /** Whether its axis is logarithmic; undefined: as it comes. */
@@ -21,10 +22,11 @@ export class Arrangement {
     return this.logs.get(id);
   }
 
-  toggle(id: string): void {
+  /** Show or hide a plot; one of the reader's own that is hidden is gone. */
+  choose(id: string, show: boolean): void {
     const own = this.custom.findIndex((custom) => custom.id === id);
     if (own >= 0) this.custom.splice(own, 1);
-    else if (!this.hidden.delete(id)) this.hidden.add(id);
+    else this.chosen.set(id, show);
     this.tell();
   }
 

@@ -11,13 +11,18 @@ import { Chooser } from "./chooser";
 import { customPanel, drawable } from "./custom";
 import { plotPng, plotSvg } from "./export";
 import { listen } from "./interaction";
-import { NetFoot, netPanel } from "./net";
+import { NET, NET_TITLE, NetFoot, netPanel } from "./net";
 import type { Panel } from "./panel";
-import { type Overlay, panelOf } from "./panels";
+import { type Overlay, isZero, panelOf } from "./panels";
 import { Plot } from "./plot";
 import { TimeWindow } from "./range";
 
-export const NET = "net";
+interface Offer {
+  readonly id: string;
+  readonly title: string;
+  readonly shown: boolean;
+  readonly panel: Panel | undefined;
+}
 
 export class Board {
   readonly window = new TimeWindow();
@@ -43,9 +48,9 @@ export class Board {
   show(shown: Shown): void {
     this.shown = shown;
     this.window.setWhole(shown.end);
-    const panels = this.panels(shown);
-    const known = [...this.arrangement.custom.map(({ id, columns }) => ({ id, title: columns.join(", ") })), ...shown.data.panels];
-    this.chooser.show({ panels: known, columns: drawable(shown.flight, this.session.log.value) });
+    const offers = this.offers(shown);
+    const panels = this.arrangement.sorted(offers.flatMap((offer) => (offer.shown && offer.panel) || []));
+    this.chooser.show({ panels: offers, columns: drawable(shown.flight, this.session.log.value) });
     const same = panels.length === this.plots.length && panels.every((panel, i) => this.plots[i]!.panel.id === panel.id);
     if (same) panels.forEach((panel, i) => this.plots[i]!.show(panel));
     else {
@@ -57,6 +62,7 @@ export class Board {
       });
       fill(this.host, ...this.plots.map((plot) => plot.element));
     }
+    for (const plot of this.plots) this.feed(plot, shown);
     this.showWatched();
   }
 
@@ -86,40 +92,50 @@ export class Board {
   private showWatched(): void {
     const { watched, shown } = this;
     if (!watched || !shown) return;
-    const panel = this.panel(watched.id, shown);
+    const panel = this.panel(watched.id, shown, undefined);
     if (!panel) {
       watched.plot = undefined;
       fill(watched.host, h("p", { class: "quiet" }, "The current flight has nothing to show here."));
     } else if (watched.plot) watched.plot.show(panel);
     else {
-      watched.plot = this.make(panel, `watched-${panel.id}`, watched.id === NET ? new NetFoot() : undefined);
+      watched.plot = this.make(panel, `watched-${panel.id}`);
       fill(watched.host, watched.plot.element);
     }
-    if (watched.plot?.foot instanceof NetFoot) {
-      const net = this.session.net(shown);
-      if (net) watched.plot.foot.show(net);
-    }
+    if (watched.plot) this.feed(watched.plot, shown);
   }
 
-  private panel(id: string, shown: Shown): Panel | undefined {
+  /** What stands below a plot is told of the flight as well. */
+  private feed(plot: Plot, shown: Shown): void {
+    const net = plot.foot && this.session.net(shown);
+    if (net) plot.foot!.show(net);
+  }
+
+  /** log: whether the reader chose so; undefined: as it comes. */
+  private panel(id: string, shown: Shown, log: boolean | undefined): Panel | undefined {
     if (id === NET) {
       const net = this.session.net(shown);
-      return net && netPanel(net);
+      return net && netPanel(net, log ?? false);
     }
     const data = shown.data.panels.find((panel) => panel.id === id);
-    return data && panelOf(data, shown.flight, this.overlays(shown));
+    return data && panelOf({ ...data, log: log ?? data.log }, shown.flight, this.overlays(shown));
   }
 
-  /** What is shown now, in the reader's order. */
-  private panels(shown: Shown): Panel[] {
-    const { arrangement } = this;
-    const overlays = this.overlays(shown);
-    const log = this.session.log.value;
-    const own = arrangement.custom.flatMap((custom) => customPanel({ ...custom, logarithmic: arrangement.log(custom.id) ?? custom.logarithmic }, shown.flight, overlays, log) ?? []);
-    const given = shown.data.panels
-      .filter(({ id }) => arrangement.shows(id))
-      .flatMap((panel) => panelOf({ ...panel, log: arrangement.log(panel.id) ?? panel.log }, shown.flight, overlays) ?? []);
-    return arrangement.sorted([...own, ...given]);
+  /** All that may be shown of a flight, and what is: new plots, those of its columns, and its net, which is not unless chosen. */
+  private offers(shown: Shown): Offer[] {
+    const { arrangement, session } = this;
+    const own = arrangement.custom.map((custom): Offer => {
+      const logarithmic = arrangement.log(custom.id) ?? custom.logarithmic;
+      const panel = customPanel({ ...custom, logarithmic }, shown.flight, this.overlays(shown), session.log.value);
+      return { id: custom.id, title: custom.columns.join(", "), shown: true, panel };
+    });
+    const given = shown.data.panels.map(({ id, title, optional }): Offer => {
+      const panel = this.panel(id, shown, arrangement.log(id));
+      const none = !panel || (optional && isZero(panel));
+      return { id, title: none ? `${title} (none in this flight)` : title, shown: arrangement.shows(id, !none), panel };
+    });
+    if (!session.hasNet(shown)) return [...own, ...given];
+    const seen = arrangement.shows(NET, false); // else it need not fly once more for its net
+    return [...own, ...given, { id: NET, title: NET_TITLE, shown: seen, panel: seen ? this.panel(NET, shown, arrangement.log(NET)) : undefined }];
   }
 
   private overlays(shown: Shown): Overlay[] {
@@ -136,9 +152,9 @@ export class Board {
     if (this.shown) this.show(this.shown);
   }
 
-  private make(panel: Panel, id: string, foot?: NetFoot): Plot {
+  private make(panel: Panel, id: string): Plot {
     const tools = h("span", { class: "tools" });
-    const plot = new Plot(panel, id, this.window, tools, foot);
+    const plot = new Plot(panel, id, this.window, tools, panel.id === NET ? new NetFoot() : undefined);
     this.addTools(plot, tools, id.startsWith("plot-"));
     listen(plot, this.window, this.clock, (t) => this.each((one) => one.setHover(t, one === plot)));
     plot.setTime(this.clock.time.value);
@@ -168,7 +184,7 @@ export class Board {
         tool("↑", "Up", () => arrangement.move(id, -1, shown())),
         tool("↓", "Down", () => arrangement.move(id, 1, shown())),
         tool("log", "log axis on or off", () => arrangement.toggleLog(id, plot.panel.logarithmic)),
-        tool("✕", "Hide", () => arrangement.toggle(id)),
+        tool("✕", "Hide", () => arrangement.choose(id, false)),
       );
     }
     host.append(

@@ -12,24 +12,31 @@ const KINDS: readonly (readonly [Kind, string])[] = [
 ];
 
 export interface Choosable {
-  readonly panels: readonly { readonly id: string; readonly title: string }[];
+  readonly panels: readonly { readonly id: string; readonly title: string; readonly shown: boolean }[];
   readonly columns: readonly { readonly name: string; readonly unit: string; readonly of: "flight" | "log" }[];
 }
 
 export class Chooser {
   private key = "";
+  private boxes = new Map<string, HTMLInputElement>();
 
   constructor(private readonly arrangement: Arrangement) {}
 
   show(choosable: Choosable): void {
     const { panels, columns } = choosable;
-    const key = JSON.stringify([panels.map(({ id }) => [id, this.arrangement.shows(id)]), columns.length, columns[columns.length - 1]?.name]);
-    if (key === this.key) return;
+    const key = JSON.stringify([panels.map(({ id, title }) => [id, title]), columns.map(({ name }) => name)]);
+    if (key !== this.key) this.build(choosable);
     this.key = key;
+    for (const { id, shown } of panels) this.boxes.get(id)!.checked = shown;
+  }
+
+  /** Anew only where there is something else to choose, so that the keyboard stays where it is. */
+  private build({ panels, columns }: Choosable): void {
+    this.boxes = new Map(panels.map(({ id }) => [id, h("input", { type: "checkbox" })]));
     const open = byId("chooser").querySelector("details")?.open ?? false;
     const boxes = panels.map(({ id, title }) => {
-      const box = h("input", { type: "checkbox", checked: this.arrangement.shows(id) });
-      box.addEventListener("change", () => this.arrangement.toggle(id));
+      const box = this.boxes.get(id)!;
+      box.addEventListener("change", () => this.arrangement.choose(id, box.checked));
       return h("label", { class: "pickable" }, box, flat(title));
     });
     const list = h("fieldset", { class: "pickables" }, h("legend", {}, "Plots"), ...boxes);

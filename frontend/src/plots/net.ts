@@ -13,9 +13,14 @@ const ROW = 20; // px
 const BARS = 46;
 const LEFT = 48; // as the plots above
 
-export function netPanel(net: Net): Panel {
+export const NET = "net";
+export const NET_TITLE = "Net: force, neurons and weights";
+
+/** logarithmic: sizes on an axis of powers of ten. */
+export function netPanel(net: Net, logarithmic: boolean): Panel {
   const { times, rows, width, neurons } = net;
-  const column = (at: number): Float64Array => times.map((_, row) => rows[row * width + at]!);
+  const size = logarithmic ? Math.abs : (value: number): number => value;
+  const column = (at: number): Float64Array => times.map((_, row) => size(rows[row * width + at]!));
   const curves = AXES.flatMap((axis, i): Curve[] => {
     const base = { hue: HUES[i]!, dash: DASHES[i]!, times };
     return [
@@ -24,7 +29,8 @@ export function netPanel(net: Net): Panel {
     ];
   });
   const note = `The pale bands are the force that would cancel the disturbance. Below, at the cursor: the activity of each of the ${neurons} neurons, and its three weights.`;
-  return { id: "net", title: "Force of the net", note, unit: "N", logarithmic: false, curves };
+  const able = logarithmic && curves.some((curve) => curve.values.some((value) => value > 0));
+  return { id: NET, title: "Force of the net", note, unit: "N", logarithmic: able, curves };
 }
 
 /** Bars and heat map at one time. */

@@ -34,6 +34,11 @@ export function panelOf(data: PanelData, flight: Flight, overlays: readonly Over
   return { id: data.id, title: flat(data.title), note: "", unit: data.unit, logarithmic: data.log && positive(curves), curves };
 }
 
+/** Whether all that a panel shows is zero. */
+export function isZero(panel: Panel): boolean {
+  return !panel.curves.some((curve) => curve.values.some((value) => value !== 0));
+}
+
 function valuesOf(flight: Flight, name: string, minus: string | null, absolute: boolean): Float64Array | undefined {
   const column = flight.column(name);
   const other = minus === null ? undefined : flight.column(minus);

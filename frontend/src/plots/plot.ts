@@ -7,14 +7,9 @@ import { CanvasSurface } from "./canvas";
 import { type Frame, drawFigure, plotBox, xOf, yOf } from "./figure";
 import { Legend } from "./legend";
 import { indexAt } from "./curve";
+import type { NetFoot } from "./net";
 import { type Panel, valueAt } from "./panel";
 import { type Range, type TimeWindow, largest, valueRange } from "./range";
-
-/** What may stand below a plot and follows its cursor. */
-export interface Foot {
-  readonly element: HTMLElement;
-  setTime(t: number): void;
-}
 
 export class Plot {
   readonly element: HTMLElement;
@@ -40,7 +35,7 @@ export class Plot {
     id: string,
     private readonly window: TimeWindow,
     tools: HTMLElement,
-    readonly foot?: Foot,
+    readonly foot?: NetFoot, // stands below and follows the cursor
   ) {
     const label = panel.across ? panel.title : `${panel.title} over time; left and right arrows move the time cursor, plus and minus zoom, 0 shows all`;
     this.stage = h("div", { class: "stage", tabindex: 0, role: "img", "aria-label": label }, this.base, this.overlay, this.tip);

@@ -1,8 +1,11 @@
 // The stretch of time that all plots show, and the range of values of one.
 
 import { Watched } from "../view/events";
+import { scaleFor } from "../view/format";
 import { extent, indexAt } from "./curve";
 import type { Panel } from "./panel";
+
+const LEAST = 1e-9; // in SI units: what is smaller is round-off
 
 export interface Range {
   readonly least: number;
@@ -60,7 +63,8 @@ export function valueRange(panel: Panel, time: Range): Range {
   if (low > high) return { least: 0, most: 1 };
   if (panel.logarithmic) return { least: Math.max(low, high - 12) - 0.2, most: high + 0.2 };
   const size = Math.max(Math.abs(low), Math.abs(high));
-  const span = Math.max(high - low, size * 1e-3, 1e-12);
+  const constant = high - low <= size * 1e-9;
+  const span = constant ? size * 0.2 || 2 / scaleFor(panel.unit, 0).factor : Math.max(high - low, size * 1e-3, LEAST);
   const middle = (low + high) / 2;
   return { least: middle - span * 0.56, most: middle + span * 0.56 };
 }

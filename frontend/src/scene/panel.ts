@@ -71,6 +71,7 @@ function legend({ data, ghost, flight, given }: Shown, colours: Palette): void {
     ghost ? entry(colours.vermillion, 2.2, [4, 3], "ghost") : null,
     data.scene.thrust && flight.has(data.scene.thrust) ? entry(colours.orange, 3, [], "thrust") : null,
     ...data.scene.arrows.map((arrow) => {
+      if (arrow.columns?.every((name) => !flight.column(name)?.some((value) => value !== 0))) return null;
       const constant = arrow.parameters?.map((name) => parameter(given, name));
       const size = constant ? Math.hypot(...constant) : Number.NaN;
       if (constant && !(size > 0)) return null;

@@ -85,13 +85,14 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """A plot over time."""
+    """A plot over time. optional: of what a flight may lack, which is zero throughout then."""
 
     id: str
     title: str
     unit: str
     lines: tuple[Line, ...]
     log: bool = False
+    optional: bool = False
 
 
 class RotorView(NamedTuple):

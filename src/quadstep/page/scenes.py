@@ -88,13 +88,15 @@ PANELS = (
     group("torque", "Torques", "N m", ("tau_psi", "tau_theta", "tau_phi")),
     group("torque", "Torques, commanded and produced", "N m", ("tau_x_a", "tau_y_a", "tau_z_a"), ("tau_x", "tau_y", "tau_z")),
     group("rotors", "Rotor forces", "N", tuple(f"f{i}" for i in range(1, 9))),
-    group("estimate", "Estimated minus true position", "m", AXES, ("x_m", "y_m", "z_m"), minus=True),
-    group("wind", "Wind", "m/s", ("wind_x", "wind_y", "wind_z")),
-    group("voltage", "Battery", "V", ("voltage",)),
-    Panel("weights", "Norms of the weights", "-", (Line("|W1|", "norm_W1"), Line("|W2|", "norm_W2"))),
-    Panel("lyapunov", "Lyapunov function without its weights (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True),
-    Panel("r1", "Filtered position error |r1|", "m/s", (Line("|r1|", "norm_r1"),), log=True),
-    Panel("r2", "Filtered attitude error |r2|", "rad/s", (Line("|r2|", "norm_r2"),), log=True),
+    group("estimate", "Estimated minus true position", "m", AXES, ("x_m", "y_m", "z_m"), minus=True)._replace(optional=True),
+    group("wind", "Wind", "m/s", ("wind_x", "wind_y", "wind_z"))._replace(optional=True),
+    group("voltage", "Battery", "V", ("voltage",))._replace(optional=True),
+    Panel("weights", "Norms of the weights", "-", (Line("|W1|", "norm_W1"), Line("|W2|", "norm_W2")), optional=True),
+    Panel(
+        "lyapunov", "Lyapunov function without its weights (Eq. 55)", "J", (Line("L", "lyapunov"),), log=True, optional=True
+    ),
+    Panel("r1", "Filtered position error |r1|", "m/s", (Line("|r1|", "norm_r1"),), log=True, optional=True),
+    Panel("r2", "Filtered attitude error |r2|", "rad/s", (Line("|r2|", "norm_r2"),), log=True, optional=True),
 )
 """Every plot there may be, in order; a flight gets those whose first column its log has."""
 
