@@ -79,7 +79,12 @@ def test_a_step_is_settings_and_paragraphs(tmp_path, case):
         ("set = { K_r9 = 1.0 }", "set: 'K_r9' is not one of"),
         ("set = { K_r1 = [1.0, 2.0] }", "set.K_r1: should be one number or 3, not 2"),
         ("set = { K_r1 = -1.0 }", "set.K_r1: -1 is outside"),
-        ("set = { K_r1 = nan }", "set.K_r1"),
+        ("set = { K_r1 = nan }", "set.K_r1: should be a number, true or false, or a list of numbers, not nan"),
+        ('set = { K_r1 = "big" }', "set.K_r1: should be a number, true or false, or a list of numbers, not 'big'"),
+        (
+            "set = { K_r1 = [1.0, [2.0]] }",
+            "set.K_r1: should be a number, true or false, or a list of numbers, not [1.0, [2.0]]",
+        ),
         ('controller = "pid"', "controller: 'pid' is not one of"),
         ('ghost = "nobody"', "ghost: 'nobody' is not one of"),
         ('camera = "under"', "camera"),

@@ -7,7 +7,7 @@ import type { Controller, StepData, StoryData } from "../data/contract";
 import { controllerOf, controlsOf, valuesOf } from "../data/settings";
 import type { Board } from "../plots/board";
 import type { Session, Shown } from "../session";
-import { fill, h } from "../view/dom";
+import { byId, fill, h } from "../view/dom";
 import { rich } from "../view/notation";
 import { Watched } from "../view/events";
 
@@ -59,7 +59,7 @@ export class Guide {
     const start = h("button", { type: "button", class: "primary", id: "guide-start" }, "Start the walk");
     start.addEventListener("click", () => {
       this.open(0);
-      this.host.querySelector("h2")?.focus();
+      this.reveal();
     });
     fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A guided walk of ${count} ${count === 1 ? "step" : "steps"}: one control to move in each, one thing to watch.`), start));
   }
@@ -71,8 +71,7 @@ export class Guide {
       made.addEventListener("click", () => {
         if (to === undefined) this.close();
         else this.open(to);
-        this.host.scrollIntoView({ block: "nearest" });
-        this.host.querySelector<HTMLElement>("h2, #guide-start")?.focus();
+        this.reveal();
       });
       return made;
     };
@@ -91,6 +90,14 @@ export class Guide {
       h("div", { class: "guide-ways" }, button("Back", "guide-back", place - 1), again, place < last ? button("Next", "guide-next", place + 1) : button("Finish", "guide-finish", undefined)),
     );
     this.board.watch(step.watch === "scene" ? undefined : step.watch, this.plot);
+  }
+
+  /** To the beginning of what is new, which the scene must not cover where it stays above what scrolls. */
+  private reveal(): void {
+    const stage = byId("stage");
+    this.host.style.scrollMarginTop = getComputedStyle(stage).position === "sticky" ? `${stage.offsetHeight}px` : "";
+    this.host.scrollIntoView({ block: "start" });
+    this.host.querySelector<HTMLElement>("h2[tabindex], #guide-start")?.focus({ preventScroll: true });
   }
 
   /** The control shows what is set, also where it was moved elsewhere. */

@@ -1,11 +1,12 @@
 """A guided walk over a page's flights, read from Markdown: `docs/story.md` says how one is written."""
 
+import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from quadstep import files
 from quadstep.documents import parse_toml
@@ -28,8 +29,16 @@ FILE = "file"
 CHOICES = ("controller", "ghost")
 """What may be moved beside sliders."""
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Values = bool | Number | list[Number]
+
+def as_values(given: object) -> object:
+    """What a control may be set to. Raises ValueError."""
+    parts = given if isinstance(given, list) else [given]
+    if not all(isinstance(one, bool | int | float) and abs(one) < math.inf for one in parts):
+        raise ValueError(f"should be a number, true or false, or a list of numbers, not {given!r:.60}")
+    return given
+
+
+Values = Annotated[bool | float | list[float], BeforeValidator(as_values)]
 
 
 class Settings(Section):

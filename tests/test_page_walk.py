@@ -1,0 +1,53 @@
+"""The guided walk in a real browser: what is new is seen, and has the focus."""
+
+import pytest
+
+from quadstep.page.missions import fly_missions
+from quadstep.page.story import read_story
+from tests.commands import LINE, write
+from tests.needs import CHROMIUM, needs, package
+
+package("playwright")
+pytestmark = needs(CHROMIUM)
+
+STEP = """## Step {number}
+
+```toml
+mission = "mission.toml"
+move = "K_r1"
+watch = "net"
+```
+
+A sentence that is long enough to take some room on a telephone, and another one of the same kind. It is step {number}.
+
+"""
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    """Two steps on one short flight."""
+    folder = tmp_path_factory.mktemp("walk")
+    write(folder, LINE)
+    story = write(folder, "# A walk\n\n" + STEP.format(number=1) + STEP.format(number=2), "story.md")
+    return write(folder, fly_missions([], story=read_story(story)), "page.html")
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 740), (900, 700), (1200, 800)])
+def test_a_step_begins_in_sight_and_with_the_focus(open_page, page_file, width, height):
+    page = open_page(width=width, height=height)
+
+    def assert_new(selector):
+        new = page.locator(selector)
+        assert new.evaluate("one => one === document.activeElement")
+        box, stage = new.bounding_box(), page.locator("#stage").bounding_box()
+        assert box["y"] >= (stage["y"] + stage["height"] if width < 760 else 0)
+        assert box["y"] + box["height"] <= height
+
+    page.click("#guide-start")
+    assert_new("#guide h2")
+    for button, title in (("next", "Step 2"), ("back", "Step 1"), ("next", "Step 2")):
+        page.click(f"#guide-{button}")
+        assert page.locator("#guide h2").inner_text() == title
+        assert_new("#guide h2")
+    page.click("#guide-finish")
+    assert_new("#guide-start")
