@@ -87,6 +87,8 @@ def test_plots_are_chosen_arranged_added_and_laid_over(open_page):
         page.select_option("#own-columns", columns)
         page.click("#own-add")
         assert page.locator("#plots-list h3").first.inner_text() == title
+    assert page.locator("#own-kind").input_value() == "spectrum"  # stays for the next plot
+    assert page.locator("#own-add").evaluate("one => one === document.activeElement")
     page.select_option("#own-kind", "phase")
     page.click("#own-add")
     assert "Choose two columns" in page.locator("#chooser .quiet").inner_text()
@@ -169,3 +171,28 @@ def test_the_net_is_chosen_like_other_plots(open_page):
     assert "net" not in ids(page) and not box.is_checked()
     page.evaluate("quadstep.setController('nested-saturation')")
     assert not any(name.startswith("Net") for name in offered(page))
+
+
+def test_a_phase_portrait_pairs_what_was_at_the_same_time(open_page, tmp_path):
+    """Of a log beside a flight: its own signals with one another, at the times of its rows."""
+    page = open_page(webgl=True)
+    rows = "\n".join(f"{0.5 * i},{i},{0.2 * i},{0.3 * i},{2 * i}" for i in range(41))
+    page.set_input_files("#log-file", write(tmp_path, f"t,x[m],y[m],z[m],twice[m]\n{rows}\n", "log.csv"))
+    page.wait_for_selector("#notice:not([hidden])")
+    assert "file" in page.locator("#legend").inner_text()
+    page.click("#chooser summary")
+    page.select_option("#own-kind", "phase")
+    for columns, least in ((["x", "twice"], 30), (["z_d", "twice"], 4)):
+        page.select_option("#own-columns", columns)
+        page.click("#own-add")
+        words = words_of(page, page.locator("#plots-list .plot").first.get_attribute("id").removeprefix("plot-"))
+        (last,) = [float(word.split()[0]) for word in words if re.fullmatch(r"[\d.]+ (x|z_?d) \[m\]", word)]
+        assert last >= least, words
+    page.locator("#plots-list .plot button[aria-label^=Hide]").first.click()
+    page.select_option("#own-kind", "time")
+    page.select_option("#own-columns", ["x"])
+    page.click("#own-add")
+    page.hover("#plots-list .plot:first-child .stage")
+    assert page.locator("#plots-list .plot").first.locator(".tip").inner_text().count("log.csv") == 1
+    page.click(".chip button")
+    assert "file" not in page.locator("#legend").inner_text()

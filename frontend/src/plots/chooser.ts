@@ -17,30 +17,34 @@ export interface Choosable {
 }
 
 export class Chooser {
-  private key = "";
+  private readonly list = h("fieldset", { class: "pickables" });
+  private readonly own = h("div");
   private boxes = new Map<string, HTMLInputElement>();
+  private readonly keys = { panels: "", columns: "" };
 
-  constructor(private readonly arrangement: Arrangement) {}
+  constructor(private readonly arrangement: Arrangement) {
+    fill(byId("chooser"), h("details", {}, h("summary", {}, "Choose and add plots"), this.list, this.own));
+  }
 
-  show(choosable: Choosable): void {
-    const { panels, columns } = choosable;
-    const key = JSON.stringify([panels.map(({ id, title }) => [id, title]), columns.map(({ name }) => name)]);
-    if (key !== this.key) this.build(choosable);
-    this.key = key;
+  /** Anew only where there is something else to choose, so that choices and the keyboard's place stay. */
+  show({ panels, columns }: Choosable): void {
+    const keys = { panels: JSON.stringify(panels.map(({ id, title }) => [id, title])), columns: JSON.stringify(columns) };
+    if (keys.panels !== this.keys.panels) this.fillList(panels);
+    if (keys.columns !== this.keys.columns) fill(this.own, this.form(columns));
+    Object.assign(this.keys, keys);
     for (const { id, shown } of panels) this.boxes.get(id)!.checked = shown;
   }
 
-  /** Anew only where there is something else to choose, so that the keyboard stays where it is. */
-  private build({ panels, columns }: Choosable): void {
+  private fillList(panels: Choosable["panels"]): void {
+    const held = [...this.boxes].find(([, box]) => box === document.activeElement)?.[0];
     this.boxes = new Map(panels.map(({ id }) => [id, h("input", { type: "checkbox" })]));
-    const open = byId("chooser").querySelector("details")?.open ?? false;
-    const boxes = panels.map(({ id, title }) => {
+    const labels = panels.map(({ id, title }) => {
       const box = this.boxes.get(id)!;
       box.addEventListener("change", () => this.arrangement.choose(id, box.checked));
       return h("label", { class: "pickable" }, box, flat(title));
     });
-    const list = h("fieldset", { class: "pickables" }, h("legend", {}, "Plots"), ...boxes);
-    fill(byId("chooser"), h("details", { open }, h("summary", {}, "Choose and add plots"), list, this.form(columns)));
+    fill(this.list, h("legend", {}, "Plots"), ...labels);
+    if (held !== undefined) this.boxes.get(held)?.focus();
   }
 
   private form(columns: Choosable["columns"]): HTMLElement {

@@ -4,6 +4,7 @@ import type { Flight } from "../data/flight";
 import type { Log } from "../logs/log";
 import { flat } from "../view/notation";
 import { plainUnit } from "../view/format";
+import { extent, indexAt } from "./curve";
 import { type Curve, DASHES, type Hue, type Panel, type Role } from "./panel";
 import type { Overlay } from "./panels";
 import { spectrum } from "./spectrum";
@@ -24,6 +25,8 @@ interface Signal {
   readonly values: Float64Array;
   readonly role: Role;
   readonly name: string;
+  /** Where it is from: a flight as it is laid over, or the log. */
+  readonly of: Role;
 }
 
 const HUES: readonly Hue[] = ["blue", "orange", "green", "pink", "vermillion", "sky", "muted", "ink"];
@@ -63,13 +66,15 @@ export function customPanel(custom: Custom, flight: Flight, overlays: readonly O
 }
 
 function phase(custom: Custom, [xs = [], ys = []]: Signal[][]): Panel | undefined {
-  const curves = ys.flatMap((y): Curve[] => {
-    const x = xs.find((one) => one.role === y.role);
-    if (!x) return [];
-    const count = Math.min(x.values.length, y.values.length);
-    return [{ label: y.name || custom.columns[1]!, name: flat(y.name || custom.columns[1]!), role: y.role, hue: "blue", dash: DASHES[0]!, times: x.values.subarray(0, count), values: y.values.subarray(0, count), clock: y.times }];
+  const alike = ys.flatMap((y) => xs.filter((one) => one.of === y.of).map((x) => [x, y] as const));
+  const [x0, y0] = [xs[0], ys[0]];
+  // What the log alone has, over what the flight alone has, or the other way round.
+  const pairs = alike.length || !x0 || !y0 ? alike : [[x0, y0] as const];
+  const curves = pairs.map(([x, y]): Curve => {
+    const label = y.name || custom.columns[1]!;
+    return { label, name: flat(label), role: y.role, hue: "blue", dash: DASHES[0]!, times: sampled(x, y.times), values: y.values, clock: y.times };
   });
-  const all = curves.flatMap(({ times }) => [times.reduce((a, b) => Math.min(a, b), Infinity), times.reduce((a, b) => Math.max(a, b), -Infinity)]).filter(Number.isFinite);
+  const all = curves.flatMap(({ times }) => extent(times, 0, times.length) ?? []);
   if (!all.length) return undefined;
   const [low, high] = [Math.min(...all), Math.max(...all)];
   const air = 0.06 * (high - low || Math.abs(high) || 1);
@@ -81,13 +86,25 @@ function phase(custom: Custom, [xs = [], ys = []]: Signal[][]): Panel | undefine
   };
 }
 
+/** A signal at other times, straight between its own; NaN where it has none. */
+function sampled({ times, values }: Signal, at: Float64Array): Float64Array {
+  if (times === at) return values;
+  return at.map((t) => {
+    const i = indexAt(times, t);
+    const [before, after] = [times[i]!, times[i + 1]];
+    if (t < before || (after === undefined && t > before)) return Number.NaN;
+    return t === before ? values[i]! : values[i]! + ((values[i + 1]! - values[i]!) * (t - before)) / (after! - before);
+  });
+}
+
 function signals(name: string, flight: Flight, overlays: readonly Overlay[], log: Log | undefined): Signal[] {
   const of = (from: Flight, role: Role, called: string): Signal[] => {
     const values = from.column(name);
-    return values ? [{ unit: from.unit(name), times: from.times, values, role, name: called }] : [];
+    return values ? [{ unit: from.unit(name), times: from.times, values, role, name: called, of: role }] : [];
   };
   const own = of(flight, "flown", "");
+  const laid = overlays.flatMap((one) => of(one.flight, one.role, one.name));
+  if (own.length) return [...own, ...laid];
   const series = log?.series.find((one) => one.name === name);
-  const role = own.length ? "file" : "flown"; // a signal of the log alone is what is drawn
-  return [...own, ...overlays.flatMap((one) => of(one.flight, one.role, one.name)), ...(series ? [{ ...series, role, name: own.length ? log!.name : "" } as Signal] : [])];
+  return [...laid, ...(series ? [{ ...series, role: "flown", name: "", of: "file" } as const] : [])]; // what is drawn is the log's alone
 }

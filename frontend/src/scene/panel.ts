@@ -12,6 +12,7 @@ import { type Caption, SceneView } from "./view";
 export class ScenePanel {
   readonly view: SceneView | undefined;
   private flight = "";
+  private logged = false; // whether a log has a path
 
   constructor(session: Session, clock: Clock) {
     const canvas = byId("scene") as HTMLCanvasElement;
@@ -36,8 +37,13 @@ export class ScenePanel {
     });
     view.caption.watch((caption) => captionOf(caption));
     session.shown.watch((shown) => shown && this.show(shown));
-    session.log.watch((log) => view.showLog(log && pathOfLog(log)));
-    palette.follow((colours) => session.shown.value && legend(session.shown.value, colours));
+    session.log.watch((log) => {
+      const path = log && pathOfLog(log);
+      this.logged = path !== undefined;
+      view.showLog(path);
+      if (session.shown.value) legend(session.shown.value, palette.value, this.logged);
+    });
+    palette.follow((colours) => session.shown.value && legend(session.shown.value, colours, this.logged));
     clock.time.watch((t) => view.setTime(t));
     document.documentElement.dataset["scene"] = "yes";
   }
@@ -50,7 +56,7 @@ export class ScenePanel {
     const { data, flight, ghost, given } = shown;
     this.view?.show(data.scene, flight, ghost, (name) => parameter(given, name), this.flight === data.id);
     this.flight = data.id;
-    legend(shown, palette.value);
+    legend(shown, palette.value, this.logged);
   }
 }
 
@@ -58,8 +64,8 @@ function parameter(given: Inputs | undefined, name: string): number {
   return given?.parameters[given.names.get(name) ?? -1] ?? Number.NaN;
 }
 
-/** What the colours mean. */
-function legend({ data, ghost, flight, given }: Shown, colours: Palette): void {
+/** What the colours mean. logged: whether the path of a log is drawn. */
+function legend({ data, ghost, flight, given }: Shown, colours: Palette, logged: boolean): void {
   const entry = (colour: string, width: number, dash: number[], text: string, opacity = 1): HTMLElement => {
     const mark = swatch(colour, dash, width);
     mark.style.opacity = String(opacity);
@@ -69,6 +75,7 @@ function legend({ data, ghost, flight, given }: Shown, colours: Palette): void {
     entry(colours.blue, 5, [], "desired", 0.32),
     entry(colours.blue, 2.4, [], "flown"),
     ghost ? entry(colours.vermillion, 2.2, [4, 3], "ghost") : null,
+    logged ? entry(colours.pink, 2, [2, 2.5], "file") : null,
     data.scene.thrust && flight.has(data.scene.thrust) ? entry(colours.orange, 3, [], "thrust") : null,
     ...data.scene.arrows.map((arrow) => {
       if (arrow.columns?.every((name) => !flight.column(name)?.some((value) => value !== 0))) return null;
