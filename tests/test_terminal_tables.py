@@ -41,8 +41,9 @@ def test_every_word_is_whole_and_lines_fit_the_screen(monkeypatch, name, columns
     text = printed(monkeypatch, columns, show_table, "", header, rows)
     cells = words(*(cell for row in rows for cell in row))
     assert cells <= words(text)
+    assert not any(line.endswith(" ") for line in text.splitlines())
     longest = 4 + max(map(cell_len, cells | {f"{name}:" for name in header} | {row[0] for row in rows}))
-    assert all(cell_len(line.rstrip()) <= max(columns, longest) for line in text.splitlines())
+    assert all(cell_len(line) <= max(columns, longest) for line in text.splitlines())
 
 
 def test_a_column_is_no_narrower_than_its_words_and_what_is_short_is_not_broken():

@@ -29,7 +29,10 @@ def show_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
         table.add_column(name, width=width)
     for row in cells:
         table.add_row(*row)
-    console().print(table)
+    screen = console()
+    with screen.capture() as drawn:
+        screen.print(table)
+    screen.file.write("\n".join(line.rstrip() for line in drawn.get().splitlines()) + "\n")
     say("")
 
 
