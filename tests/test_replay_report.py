@@ -117,6 +117,20 @@ def test_what_was_not_measured_is_left_out_of_the_errors(tmp_path, logs, channel
         assert part[name] == pytest.approx(whole[name], rel=0.2)
 
 
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [(0.0, "the motors never run"), (10.0, "100 % of the motor commands are above the full one, `full` in the mapping")],
+)
+def test_motors_that_never_run_or_are_beyond_full_are_named(tmp_path, logs, factor, said):
+    flight = logged(0)[0]
+    header, rows = table(dataclasses.replace(flight, motors=factor * np.maximum(flight.motors, 0.2)))
+    (tmp_path / "map.toml").write_text(MAPPING)
+    write(tmp_path / "B0_made.csv", header, rows)
+    run = replayed(tmp_path, tmp_path / "r", count=1)
+    assert run.code == 2
+    assert f"B0_made: {said}" in run.err
+
+
 def test_the_thrust_of_one_flight_has_no_range(tmp_path, logs):
     one, two = (replayed(logs, tmp_path / str(count), count=count).out for count in (1, 2))
     assert re.search(r"over the thrust needed: \d\.\d{3}; relative to that of a flight's first seconds \d\.\d{3}\n", one)

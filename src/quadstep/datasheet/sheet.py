@@ -19,6 +19,10 @@ LIKELY = {"voltage": (1.0, 1000.0, "V"), "current": (0.01, 10_000.0, "A"), "spee
 """Least and most of the largest number of a column of the stand, and its unit."""
 
 
+IN_PROPORTION = (0.05, 2.0)
+"""Least and largest diameter of a propeller over the wheelbase: beyond, one of them is not in its unit."""
+
+
 class PropellerSection(Section):
     """The propeller, in metres or in inches."""
 
@@ -96,6 +100,13 @@ class Datasheet(Section):
     rise_time: Annotated[Positive | None, Quantity("s", "rise time of a rotor's speed, if measured")] = None
     propeller: PropellerSection
     stand: StandSection | None = None
+
+    @model_validator(mode="after")
+    def _in_proportion(self) -> "Datasheet":
+        size, places = self.propeller.size, self.wheelbase
+        if not IN_PROPORTION[0] * places <= size <= IN_PROPORTION[1] * places:
+            raise ValueError(f"wheelbase: {places:g} m does not go with propellers of {size:.3g} m; is each in its unit?")
+        return self
 
 
 def read_datasheet(path: Path) -> Datasheet:

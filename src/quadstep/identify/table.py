@@ -54,6 +54,16 @@ def predicted(
     return starts, [as_states(one) for one in states[0]]
 
 
+def why_unusable(flights: Sequence[FlightRecord]) -> str:
+    """Why nothing can be predicted in some flights."""
+    lost = float(np.mean(np.concatenate([flight.lost for flight in flights])))
+    if lost > 0.5:
+        return f"{100.0 * lost:.0f} % of the motor commands are above the full one, `full` in the mapping"
+    if not any(flight.turning.any() for flight in flights):
+        return "the motors never run"
+    return "less than a second of measured flight without a gap"
+
+
 def compare(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, guided: bool = False,
     horizons: tuple[int, ...] = HORIZONS,
@@ -64,7 +74,7 @@ def compare(
     rows = [one[::stride] for one in rows]
     kept = [i for i, one in enumerate(rows) if len(one)]
     if not kept:
-        raise UserError(f"{', '.join(flight.name for flight in flights)}: less than a second of measured flight without a gap")
+        raise UserError(f"{', '.join(flight.name for flight in flights)}: {why_unusable(flights)}")
     flights, rows = [flights[i] for i in kept], [rows[i] for i in kept]
     starts, states = predicted(flights, vehicle, p, rows, horizons, guided)
     period, now = flights[0].period, logged(flights, starts, 0)

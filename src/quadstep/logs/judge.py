@@ -17,8 +17,8 @@ CLEAR = 0.3
 """Share of a signal's variance that a regression must explain to count as evidence."""
 
 FACTORS = {180.0 / math.pi: "degrees where radians are expected", math.pi / 180.0: "radians where degrees are expected",
-           GRAVITY: "m/s^2 where g is expected", 1.0 / GRAVITY: "g where m/s^2 is expected", 1e3: "thousandths",
-           1e-3: "thousands"}  # fmt: skip
+           GRAVITY: "m/s^2 where g is expected", 1.0 / GRAVITY: "g where m/s^2 is expected", 1e3: "a thousand times too large",
+           1e-3: "a thousand times too small"}  # fmt: skip
 """Slopes that indicate a wrong unit."""
 
 MARGIN = 12
