@@ -11,11 +11,12 @@ PIP := -m pip --disable-pip-version-check
 # The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup reproduce test fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
+.PHONY: help setup reproduce test challenge fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests; some: make test TESTS='tests/test_cli.py -x'"
+	@echo "make challenge  search for flights, files and data that contradict a verdict: SECONDS=3600, SEED=7, ONLY='tubes'"
 	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
 	@echo "make proofs     prove the statements of docs/theory.md with Coq and Gappa; installs them (Debian, 370 MB) if need be"
@@ -70,6 +71,11 @@ reproduce: $(CORE)
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(TESTS)
+
+SECONDS ?= 300
+
+challenge: $(READY)
+	$(BIN)/python -m tests.challenge --seconds $(SECONDS) $(if $(SEED),--seed $(SEED)) $(if $(ONLY),--only '$(ONLY)')
 
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz

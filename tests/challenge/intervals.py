@@ -1,0 +1,45 @@
+"""Intervals of shares and quantiles hold the truth as often as they say, on draws with known answers."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from quadstep.analysis import statistics
+from tests.challenge.search import Attempt, Search, coverage
+
+SIZES = (6, 10, 30, 100, 1000)
+
+
+def shares(seed: int) -> Iterable[Attempt]:
+    random = np.random.default_rng(seed)
+
+    def held() -> Iterator[bool]:
+        while True:
+            total, p = int(random.choice(SIZES)), float(random.beta(0.3, 0.3))
+            found = statistics.share(int(random.binomial(total, p)), total)
+            yield found.low <= p <= found.high
+
+    return coverage(held())
+
+
+def quantiles(seed: int) -> Iterable[Attempt]:
+    """Of heavy-tailed, skewed and two-humped draws."""
+    random = np.random.default_rng(seed)
+
+    def held() -> Iterator[bool]:
+        while True:
+            count, q = int(random.choice(SIZES)), float(random.choice([0.5, 0.9, 0.95]))
+            values = np.exp(3.0 * random.normal(size=count)) + 5.0 * (random.random(count) < 0.3)
+            truth = truths[q]
+            found = statistics.quantile(values, q)
+            yield not (found.low > truth or found.high < truth)
+
+    many = np.exp(3.0 * random.normal(size=4_000_000)) + 5.0 * (random.random(4_000_000) < 0.3)
+    truths = {q: float(np.quantile(many, q)) for q in (0.5, 0.9, 0.95)}
+    return coverage(held())
+
+
+SEARCHES = [
+    Search("interval of a share", "the 95 % interval of a share of flights holds the true share", shares),
+    Search("interval of a quantile", "the 95 % interval of a quantile holds the true quantile", quantiles),
+]

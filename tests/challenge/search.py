@@ -1,0 +1,113 @@
+"""What a search for a contradiction is, and running several within a budget of time."""
+
+import importlib
+import pkgutil
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import NamedTuple
+
+from scipy.stats import binom
+
+import tests.challenge
+
+LOOSE = 0.9
+"""A bound that no attempt reaches to this share is loose: news, not a failure."""
+
+
+class Attempt(NamedTuple):
+    """One attempt at a verdict.
+
+    reached: how close it came, as a share of what the verdict allows; above 1, or not a number, it contradicts the verdict.
+        Where a verdict is right or wrong and nothing between, 0 or 2.
+    case: what the attempt was, so that somebody can repeat it.
+    """
+
+    reached: float
+    case: str
+
+    @property
+    def contradicts(self) -> bool:
+        return not self.reached <= 1.0
+
+
+class Search(NamedTuple):
+    """A search for what contradicts one verdict.
+
+    verdict: the promise that is attacked, as a sentence.
+    attempts: from a seed, one attempt after another; the same ones for the same seed. It may go on for ever.
+    bound: whether the verdict is a bound, so that attempts that stay far below it are news.
+    """
+
+    name: str
+    verdict: str
+    attempts: Callable[[int], Iterable[Attempt]]
+    bound: bool = False
+
+
+class Outcome(NamedTuple):
+    """What came of a search. nearest: the attempt that came closest; error: a traceback, if the search itself failed."""
+
+    name: str
+    tried: int
+    nearest: Attempt | None
+    seconds: float
+    error: str = ""
+
+    @property
+    def failed(self) -> bool:
+        return bool(self.error) or not self.tried or (self.nearest is not None and self.nearest.contradicts)
+
+
+def searches() -> dict[str, Search]:
+    """All searches by name."""
+    modules = [info.name for info in pkgutil.iter_modules(tests.challenge.__path__) if info.name not in ("search", "__main__")]
+    every = [each for name in sorted(modules) for each in importlib.import_module(f"tests.challenge.{name}").SEARCHES]
+    found = {each.name: each for each in every}
+    if len(found) < len(every):
+        raise ValueError("two searches have the same name")
+    return found
+
+
+def closer(one: Attempt | None, other: Attempt) -> Attempt:
+    """The attempt that came closer to a contradiction."""
+    if one is None or (other.contradicts and not one.contradicts):
+        return other
+    return other if other.reached > one.reached else one
+
+
+def attempted(search: Search, seed: int, seconds: float) -> Outcome:
+    """Attempts until the time is up, the first contradiction, or the end of the search; at least one is made."""
+    began, tried, nearest, error = time.perf_counter(), 0, None, ""
+    try:
+        for attempt in search.attempts(seed):
+            tried, nearest = tried + 1, closer(nearest, attempt)
+            if attempt.contradicts or time.perf_counter() - began > seconds:
+                break
+    except Exception:
+        error = traceback.format_exc()
+    return Outcome(search.name, tried, nearest, time.perf_counter() - began, error)
+
+
+def attempted_by_name(name: str, seed: int, seconds: float) -> Outcome:
+    """As `attempted`, in another process."""
+    return attempted(searches()[name], seed, seconds)
+
+
+def challenge(names: list[str], seed: int, seconds: float, processes: int) -> Iterator[Outcome]:
+    """Outcomes in the order of the names; every search has an equal share of `seconds` on so many processes."""
+    share = seconds * processes / max(1, len(names))
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        yield from pool.map(attempted_by_name, names, [seed] * len(names), [share] * len(names))
+
+
+def coverage(held: Iterable[bool], level: float = 0.95, batch: int = 200) -> Iterator[Attempt]:
+    """Attempts at an interval: after each batch, misses as a share of the most that chance allows once in a million."""
+    trials = misses = 0
+    for each in held:
+        trials, misses = trials + 1, misses + (not each)
+        if trials % batch == 0:
+            most = float(binom.ppf(1.0 - 1e-6, trials, 1.0 - level))
+            yield Attempt(misses / most, f"{misses} of {trials} intervals miss, {most:.0f} allowed at {100 * level:g} %")
