@@ -1,6 +1,7 @@
 """From drawn values to flights: whatever varies, the flights of a batch are those built one by one, number by number."""
 
 import copy
+import re
 
 import numpy as np
 import pytest
@@ -189,6 +190,7 @@ VARIED = {
     "real controllers": (NOISY, 'controller.type = {type="grid", values=["geometric", "pid", "lqr"]}\n'
                          '"vehicle.mass" = ' + U % (2.4, 2.9)),
     "what the controller believes": (NOISY, '"controller.mass" = ' + U % (2.4, 2.9)),
+    "a gain of three axes": (NOISY, '"controller.k_x" = ' + U % (5, 7)),
     "gains of the LQR": (with_controller("lqr"), '"controller.integral_bound" = ' + U % (1, 2)
                          + '\n"vehicle.mass" = ' + U % (2, 3)),
     "only noise": (NOISY, ""),
@@ -213,12 +215,36 @@ IN_ONE_GO = {
     "mass": 1, "a start": 1, "three inertias": 1, "disturbance": 1, "tables": 2, "a word": 3, "nothing": 1, "correlated": 1,
     "a real mass": 1, "mean wind": 1, "turbulence": 1, "noise": 1, "latency": 2, "only noise": 1, "limits of the flight": 1,
     "the path's duration in a fixed flight": 1, "durations to choose from": 3, "a rotor's coefficient": 1,
+    "all inertias by one number": 1, "a gain of three axes": 1,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", IN_ONE_GO)
 def test_what_varies_smoothly_is_built_in_one_go(name, tmp_path):
     assert agree(campaign(tmp_path, VARIED[name][1], VARIED[name][0]), range(30)) == IN_ONE_GO[name]
+
+
+def test_a_gain_of_three_axes_gives_the_metrics_of_flights_set_up_one_by_one(tmp_path, caplog):
+    direct, singly = (Flyer(campaign(tmp_path, '"controller.k_x" = ' + U % (5, 7), NOISY)) for _ in range(2))
+    singly.planner.direct[()] = []  # as if no array fitted
+    table = direct.fly(0, 40)
+    assert direct.planner.direct[()] == ["controller.k_x"]
+    assert len(set(table["position_rmse[m]"].to_pylist())) == 40
+    assert singly.fly(0, 40).equals(table)
+    assert not direct.planner.singly
+    direct.rehearse()
+    assert not caplog.messages
+
+
+def test_keys_that_are_set_up_flight_by_flight_are_named_with_their_price(tmp_path, caplog):
+    vary = '"simulation.duration" = ' + U % (0.3, 0.4) + '\n"vehicle.mass" = ' + U % (0.9, 1.1)
+    Flyer(campaign(tmp_path, vary)).rehearse()
+    (line,) = caplog.messages
+    assert re.fullmatch(
+        r"quadstep: note: each flight is set up by itself, [0-9.e+]+ ms each, because simulation.duration cannot be "
+        "set for many flights at once; a choice or a grid of few values would cost less",
+        line,
+    )
 
 
 def test_recordings_to_choose_from(tmp_path):

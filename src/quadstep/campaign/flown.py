@@ -1,5 +1,6 @@
 """Spans of a campaign's flights: drawn, built, flown, and returned as a table with one row per flight."""
 
+import logging
 from collections.abc import Callable
 from typing import Protocol
 
@@ -22,6 +23,8 @@ FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "suc
 OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
 
 Progress = Callable[[int], None]
+
+log = logging.getLogger(__name__)
 
 
 class Sweeper(Protocol):
@@ -71,10 +74,14 @@ class Flyer:
         return joined(flights)
 
     def rehearse(self) -> None:
-        """Build the first flights, so that impossible flights are refused before anything is written. Raises UserError."""
+        """Build the first flights, so that impossible ones are refused before anything is written, and slow ones are
+        announced. Raises UserError.
+        """
         flights = np.arange(TYPICAL)
         for _ in self.planner.batches(flights, self.planner.typical):
             pass
+        if self.planner.singly:
+            log.warning("quadstep: note: %s", self.planner.price())
 
     def sweep(self, batch: Batch) -> Sweeper:
         """The sweep for a batch, kept for the next one like it."""

@@ -68,13 +68,17 @@ def placed(content: object, rest: list[str], value: object, defaults: object, ke
 
 
 def overridden(section: Checked, key: str, value: object) -> Checked:
-    """A checked mission with an entry replaced by something that is not checked: an array in place of a number."""
+    """A checked mission with an entry replaced by something that is not checked: an array in place of a number, or of each
+    number of a list.
+    """
     return cast(Checked, replaced(section, parts(key), value))
 
 
 def replaced(section: object, rest: list[str], value: object) -> object:
     """`overridden` from an inner level of the key on. Raises TypeError where there is no number to replace."""
     if not rest:
+        if isinstance(section, tuple) and section:  # one number may be written for all entries, as in `k_x = 6`
+            return tuple(replaced(entry, rest, value) for entry in section)
         if isinstance(section, bool) or not isinstance(section, float | int):
             raise TypeError(f"no number: {section!r:.60}")
         return value

@@ -5,6 +5,7 @@ cannot (a value that is rounded, compared or decides the structure), each value 
 kind is found by trial: the flights are compared with those built one by one, number by number.
 """
 
+import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -65,7 +66,7 @@ class Planner(Variants):
     """Builds flights of one mission in which some keys vary.
 
     typical: values of the varying keys; the trial of what can be built in one go uses them. score_period: [s], None for the
-    mission's log period.
+    mission's log period. singly: keys because of which flights were built one by one. setup: [s] that one of those took.
     """
 
     def __init__(
@@ -80,6 +81,8 @@ class Planner(Variants):
         self.direct: dict[object, list[str]] = {}
         self.checked: dict[object, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         self.structures: set[object] = set()
+        self.singly: dict[str, None] = {}
+        self.setup = 0.0
 
     def batches(self, flights: NDArray[np.int64], drawn: Mapping[str, Drawn]) -> Iterator[Batch]:
         """The flights of these numbers with these values, in batches. Raises UserError for values that cannot be flown."""
@@ -102,6 +105,7 @@ class Planner(Variants):
         others = [name for name in columns if name not in direct]
         alike = list(groups([columns[name] for name in others], len(members)))
         if len(alike) * FEWEST_ALIKE > len(members) and any(drawn[name].options is None for name in others):
+            self.singly |= dict.fromkeys(name for name in others if drawn[name].options is None)
             yield from self.one_by_one(fixed, columns, flights, members)
             return
         for chosen, some in alike:
@@ -128,10 +132,12 @@ class Planner(Variants):
         members: NDArray[np.int64],
     ) -> Iterator[Batch]:  # fmt: skip
         """Batches of flights that were built one by one; everything but tables counts as varying."""
+        began = time.perf_counter()
         plans = [
             self.plan({**fixed, **{name: column[i].item() for name, column in columns.items()}}, int(flights[members[i]]))
             for i in range(len(members))
         ]
+        self.setup = (time.perf_counter() - began) / len(members)
         alike: dict[object, list[int]] = defaultdict(list)
         for i, plan in enumerate(plans):
             given = (plan.start, plan.parameters)
@@ -164,6 +170,13 @@ class Planner(Variants):
                 f"{self.source}: score_period = {period:g} s: no sample is between score_from and the flight's end"
             )
         return Batch(members, scored_loop, scored_ticks, start, parameters, places, rows)
+
+    def price(self) -> str:
+        """Which keys make each flight be built by itself, and the time that this takes."""
+        return (
+            f"each flight is set up by itself, {1000.0 * self.setup:.2g} ms each, because {' and '.join(self.singly)} "
+            "cannot be set for many flights at once; a choice or a grid of few values would cost less"
+        )
 
     # What can be built in one go
 
