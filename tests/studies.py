@@ -44,6 +44,8 @@ controller = "pid"
 ranges = { position = {}, velocity = { low = 1.0, high = 20.0 } }
 [tuning]
 budget = 4500
+repeats = 1
+constraints = {}
 flown = [{ path = "up", scenario = "windy" }]
 """
 OPTIONAL = """

@@ -10,6 +10,7 @@ from scipy.stats import binom, binomtest, friedmanchisquare, rankdata, wilcoxon
 from quadstep.analysis.statistics import ordered_quantile
 from quadstep.comparison.ranking import (
     ALPHA,
+    by_chance,
     compare,
     corrected,
     differences,
@@ -133,6 +134,39 @@ def test_ranks_of_a_situation_are_friedmans():
     assert sum(found.ranks.values()) == pytest.approx(6.0)
     assert found.ranks["c"] == max(found.ranks.values())
     assert [(one.first, one.second) for one in found.pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
+
+
+def test_a_pair_is_decided_only_if_every_search_of_the_one_is_better_than_every_search_of_the_other():
+    good, fair, poor = (flown(normal(mean, place)) for place, mean in enumerate((1.0, 1.5, 2.0)))
+    both = good._replace(others=(fair,))
+    assert corrected([compare({"a": both, "b": poor}, METRIC)])[0].pairs[0].winner == "a"
+    scattered = good._replace(others=(poor,))
+    found = compare({"a": scattered, "b": fair}, METRIC).pairs[0]
+    assert (found.winner, found.p) == (None, 1.0)  # though its best gains are certainly better
+    assert pair("a", "b", good, fair, METRIC).winner == "a"
+    alone = pair("a", "b", good, fair, METRIC).difference
+    assert found.difference.value == alone.value
+    assert found.difference.low <= alone.low
+    assert found.difference.high > 0.0 > alone.high
+    losing = flown([math.inf] * 20 + [1.0] * 40)
+    kept = compare({"a": good._replace(others=(losing,)), "b": losing}, METRIC).pairs[0]
+    assert kept.keeper is None
+    assert pair("a", "b", good, losing, METRIC).keeper == "a"
+
+
+def test_intervals_hold_the_results_of_every_search():
+    first, second = normal(1.0, 1), normal(1.4, 2)
+    found = spread(flown(first)._replace(others=(flown(second),)), METRIC).median
+    one, other = (ordered_quantile(each, 0.5) for each in (first, second))
+    assert found == (one.value, one.low, other.high)
+
+
+def test_equal_controllers_tuned_three_times_each_rank_the_same_way_one_time_in_ten():
+    random = np.random.default_rng(5)
+    draws = random.random((20_000, 2, 3))
+    unanimous = (draws[:, 0].max(1) < draws[:, 1].min(1)) | (draws[:, 1].max(1) < draws[:, 0].min(1))
+    assert by_chance(3) == pytest.approx(0.1)
+    assert unanimous.mean() == pytest.approx(by_chance(3), abs=0.01)
 
 
 def test_where_all_are_alike_nothing_is_decided():

@@ -16,7 +16,6 @@ from quadstep.comparison import jobs, workers
 from quadstep.comparison.kept import RUNNING, Kept
 from quadstep.comparison.run import How, Run
 from quadstep.comparison.study import FIRST, Situation, read_study
-from quadstep.comparison.tables import tex
 from quadstep.control import raptor
 from quadstep.errors import MissingExtraError
 from quadstep.flight.engines import fly
@@ -65,7 +64,7 @@ def in_this_process(monkeypatch):
 def done(tmp_path_factory):
     """The command run once, with tuning and a margin."""
     folder = tmp_path_factory.mktemp("compare")
-    file = written(folder, SMALL + TUNING + MARGIN)
+    file = written(folder, SMALL + TUNING.replace("repeats = 1", "repeats = 2") + MARGIN)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(workers, "drawing_pool", here)
         patch.setattr("quadstep.comparison.cost.REPEATS", 1)
@@ -88,7 +87,7 @@ def test_it_writes_tables_flights_gains_report_and_page(done):
     }
     wanted |= {"report.html", "page.html", "figures/research-2-6kg.png", "figures/research-2-6kg.svg"}
     assert wanted <= names
-    assert sum(name.startswith("flights/") for name in names) == 6
+    assert sum(name.startswith("flights/") for name in names) == 8  # of two frozen controllers, and one tuned twice
     for kind in ("margins/", "linear/", "costs/"):
         assert sum(name.startswith(kind) for name in names) == 3
     assert not [name for name in names if RUNNING in name]
@@ -125,7 +124,8 @@ def test_a_cell_holds_the_flights_that_its_missions_give(done):
 
 def test_every_controller_flew_the_same_draws(done):
     table = pq.read_table(done[1] / "flights").to_pylist()
-    windy = [row for row in table if row["scenario"] == "windy"]
+    windy = [row for row in table if row["scenario"] == "windy" and row["tuning"] == 1]
+    assert {row["controller"] for row in table if row["tuning"] == 2} == {"PID"}
     drawn = {name: [row["drawn"] for row in windy if row["controller"] == name] for name in ("soft", "firm", "PID")}
     assert drawn["soft"] == drawn["firm"] == drawn["PID"]
     assert len(set(drawn["soft"])) == 12
@@ -162,8 +162,11 @@ def test_the_table_for_latex_has_a_row_for_each_situation(done):
     text = (done[1] / "table.tex").read_text(encoding="utf-8")
     assert r"\begin{tabular}{lrrr}" in text
     assert " & soft & firm & PID" in text
-    assert text.count(r"\\") == 3
-    assert tex("R_1 & 5 %") == r"R\_1 \& 5 \%"
+    for rule in (r"\toprule", r"\midrule", r"\bottomrule"):
+        assert rule in text
+    assert text.count(r"\\") == 1 + 2 + 3  # a header, two situations, and the margins of the loops
+    assert text.count(r"\textbf{") == 2
+    assert r"phase margin [\textdegree{}] & " in text
 
 
 def test_the_page_has_the_rivals_with_their_own_gains(done):
@@ -210,7 +213,7 @@ def test_a_study_that_is_interrupted_goes_on(done, tmp_path, monkeypatch):
     assert not (tmp_path / "out" / "metrics.json").exists()
     left[0] = 20
     assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
-    assert 20 - left[0] < 1 + 6 + 3 + 2 * 3
+    assert 20 - left[0] < 2 + 8 + 3 + 2 * 3
     for name in ("cells.csv", "pairs.csv", "gains.json"):
         assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes()
 
@@ -291,7 +294,8 @@ def test_few_flights_lose_nothing_and_decide_nothing(tmp_path):
     result = quadstep("compare", *files, "--seeds", 4, "--out", out)
     assert (result.code, result.err) == (0, "")
     assert "With so few flights no difference can be significant: 1 pair takes at least 6 flights each." in result.out
-    assert "cm (4 flights are too few for an interval); not decided against" in result.out
+    assert "cm (4 flights are too few for an interval), with margins of " in result.out
+    assert " N/s; not decided against" in result.out
     assert "[-, -]" in (out / "report.html").read_text(encoding="utf-8")
     for text in (result.out, (out / "results.md").read_text(encoding="utf-8")):
         assert "lost]" not in text

@@ -2,11 +2,13 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from quadstep.comparison import training
 from quadstep.comparison.training import Journal, over_all, read_lines, train
+from quadstep.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
 from quadstep.tuning.judge import Judge, Judged
@@ -79,6 +81,69 @@ def test_a_journal_of_another_search_is_not_believed(trained, tmp_path):
     (tmp_path / "other.jsonl").write_text("nonsense\n[1, 2]\n", encoding="utf-8")
     assert read_lines(tmp_path / "other.jsonl") == []
     assert read_lines(tmp_path / "none.jsonl") == []
+
+
+@pytest.fixture(scope="module")
+def limited():
+    """The same task with the margins that a study asks for by default."""
+    one = study(SMALL + TUNING.replace("constraints = {}\n", ""))
+    return training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}))
+
+
+def test_tuned_gains_must_leave_six_decibels_and_thirty_degrees_by_default(limited):
+    assert {name: one.least for name, one in limited.margins.items()} == pytest.approx(
+        {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": math.pi / 6.0}
+    )
+    assert limited.decisive != task().decisive
+    stability = training.Stability(limited)
+    gains = {f"controller.{name}.{axis}": value for name, value in (("position", 1.0), ("velocity", 3.0)) for axis in range(3)}
+    assert stability.violation(gains) < stability.violation({key: 6.0 * value for key, value in gains.items()})
+    margins = stability.margins(gains)
+    missed = {name: max(0.0, 1.0 - margins[name] / limit.least) for name, limit in limited.margins.items()}
+    assert stability.violation(gains) == pytest.approx(sum(missed.values()))
+
+
+def test_a_loop_that_cannot_be_linearised_is_tuned_without_margins_and_says_why(limited, monkeypatch):
+    def refused(*_):
+        raise UserError(f"{limited.source}: no rest")
+
+    monkeypatch.setattr(training, "margin_metrics", refused)
+    stability = training.Stability(limited)
+    assert stability.violation({}) == math.inf  # one candidate among others
+    stability.begin({})
+    assert (stability.unconstrained, stability.margins({}), stability.violation({})) == ("no rest", {}, 0.0)
+
+
+def test_margins_are_looked_at_for_whoever_would_be_the_best_and_count_as_constraints(monkeypatch):
+    search = object.__new__(training.Training)
+    asked, missed = [], {0.1: 0.5, 0.2: 0.0, 0.3: 0.0}
+    search.best = None
+    search.stability = SimpleNamespace(violation=lambda values: asked.append(values["k"]) or missed[values["k"]])
+    first = search.stable(
+        [judged(0.3), judged(0.1), judged(0.2), judged(0.1, lost=2)], [{"k": k} for k in (0.3, 0.1, 0.2, 0.0)]
+    )
+    assert asked == [0.1, 0.2]  # 0.3 is worse than 0.2, which keeps its margins; a loss is worse than anything
+    assert min(first, key=lambda one: one.cost).objective == 0.2
+    assert (first[1].violation, first[1].feasible) == (0.5, False)
+    assert 1.0 < first[1].cost < judged(0.1, lost=1).cost
+
+
+def test_searches_are_repeated_with_seeds_of_their_own():
+    one = study(SMALL + TUNING)
+    many = [
+        training.task(one, VEHICLE, "PID", one.file.controllers["PID"], one.knowing(VEHICLE, {"type": "pid"}), repeat)
+        for repeat in range(3)
+    ]
+    assert [each.seed for each in many] == [1, 2, 3]
+    assert len({repr(each.decisive) for each in many}) == 3
+
+
+def test_the_best_search_comes_first_and_one_that_misses_its_margins_last():
+    found = [
+        training.Trained({}, {}, objective, 1.0, lost, 1, 1, 1, violation=violation)
+        for objective, lost, violation in ((0.1, 0, 0.3), (0.3, 0, 0.0), (0.2, 1, 0.0), (0.2, 0, 0.0))
+    ]
+    assert [one.objective for one in sorted(found, key=lambda one: one.order)] == [0.2, 0.3, 0.2, 0.1]
 
 
 def test_what_decides_gains_is_all_in_their_digest():

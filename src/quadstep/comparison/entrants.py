@@ -18,6 +18,9 @@ from quadstep.user_code.blame import in_one_line
 
 FROM_FILE = "from {}"
 
+NEWER = training.Trained._field_defaults
+"""What older files of gains do not say."""
+
 COMMANDS = {
     Command: "thrust and torque",
     BodyRates: "thrust and body rates",
@@ -29,7 +32,7 @@ COMMANDS = {
 class Entrant(NamedTuple):
     """A controller on a vehicle. table: of a mission, with all that it knows and its gains. origin: of the gains, in words.
 
-    trained: how they were found; None where they are frozen. law: what it is.
+    trained: how they were found; None where they are frozen. law: what it is. others: with the gains of other searches.
     """
 
     vehicle: str
@@ -38,6 +41,7 @@ class Entrant(NamedTuple):
     origin: str
     law: type[Controller]
     trained: training.Trained | None = None
+    others: tuple["Entrant", ...] = ()
 
     @property
     def differs(self) -> tuple[str, str, str, str]:
@@ -51,10 +55,10 @@ class Entrant(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """An entrant whose gains are to be found. job: None where they are not."""
+    """An entrant whose gains are to be found. jobs: a search each; none where they are given."""
 
     entrant: Entrant
-    job: Tune | None
+    jobs: tuple[Tune, ...] = ()
 
 
 class Problem(NamedTuple):
@@ -98,7 +102,13 @@ def entrants(study: Study, kept: Kept, again: bool, local: bool) -> Entry:
 
 
 def entrant(
-    study: Study, kept: Kept, vehicle: str, name: str, entry: ControllerEntry, given: Mapping[str, Content], local: bool
+    study: Study,
+    kept: Kept,
+    vehicle: str,
+    name: str,
+    entry: ControllerEntry,
+    given: Mapping[str, list[Content]],
+    local: bool,
 ) -> Asked:
     """One of them. Raises UserError."""
     table = study.knowing(vehicle, entry.controller)
@@ -106,50 +116,59 @@ def entrant(
     mission.plan(study.folder, warn=True)
     law = mission.controller.controller
     if entry.frozen is not None or study.file.tuning is None:
-        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law), None)
-    task = training.task(study, vehicle, name, entry, table)
+        return Asked(Entrant(vehicle, name, table, entry.frozen or "as given", law))
+    tasks = [training.task(study, vehicle, name, entry, table, repeat) for repeat in range(study.file.tuning.repeats)]
     known = given.get(f"{name} on {vehicle}")
-    if known is not None:
-        trained = trained_of(known)
-        tuned = study.tuned(vehicle, table, trained.values)
-        return Asked(Entrant(vehicle, name, tuned, FROM_FILE.format(study.file.tuning.gains), law, trained), None)
-    training.check_task(task)
-    job = Tune(task, None)
+    if known:
+        origin = FROM_FILE.format(study.file.tuning.gains)
+        return Asked(tuned(study, Entrant(vehicle, name, table, origin, law), [trained_of(one) for one in known]))
+    training.check_task(tasks[0])
+    jobs = [Tune(task, None) for task in tasks]
     if local:
-        job = job._replace(journal=kept.path(JOURNALS, job.key).absolute())
-    return Asked(Entrant(vehicle, name, table, "tuned", law), job)
+        jobs = [job._replace(journal=kept.path(JOURNALS, job.key).absolute()) for job in jobs]
+    return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(jobs))
 
 
 def with_gains(study: Study, asked: Asked, kept: Kept) -> Entrant:
     """An entrant with the gains that were found for it."""
-    if asked.job is None:
+    if not asked.jobs:
         return asked.entrant
-    path = kept.find(asked.job.kind, asked.job.key)
-    assert path
-    trained = trained_of(read_json(path))
-    table = study.tuned(asked.entrant.vehicle, asked.entrant.table, trained.values)
-    return asked.entrant._replace(table=table, trained=trained)
+    paths = [kept.find(job.kind, job.key) for job in asked.jobs]
+    return tuned(study, asked.entrant, [trained_of(read_json(path)) for path in paths if path])
+
+
+def tuned(study: Study, entrant: Entrant, found: list[training.Trained]) -> Entrant:
+    """An entrant with the best gains of some searches, and others with those of each other search."""
+    first, *others = (
+        entrant._replace(table=study.tuned(entrant.vehicle, entrant.table, one.values), trained=one)
+        for one in sorted(found, key=lambda one: one.order)
+    )
+    return first._replace(others=tuple(others))
 
 
 def trained_of(content: Content) -> training.Trained:
     """Gains from JSON. Raises UserError."""
     try:
-        found = training.Trained._make(content[name] for name in training.Trained._fields)
+        found = training.Trained._make(
+            content.get(name, NEWER[name]) if name in NEWER else content[name] for name in training.Trained._fields
+        )
         _ = {str(key): float(value) for one in (found.values, found.before) for key, value in one.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         raise UserError("gains: not in the form that `quadstep compare` writes") from None
     return found
 
 
-def gains_file(study: Study) -> dict[str, Content]:
-    """The gains that a study brings along, by controller and vehicle. Raises UserError."""
+def gains_file(study: Study) -> dict[str, list[Content]]:
+    """The gains that a study brings along, by controller and vehicle, of each search. Raises UserError."""
     name = study.file.tuning.gains if study.file.tuning else None
     if name is None:
         return {}
     path = study.folder / name
     try:
         content = read_json(path)
-        entries: dict[str, Content] = {str(one["controller"]): one for one in content["gains"]}
+        entries: dict[str, list[Content]] = {}
+        for one in content["gains"]:
+            entries.setdefault(str(one["controller"]), []).append(one)
     except (KeyError, TypeError):
         raise UserError(f"{path}: is not a file of gains written by `quadstep compare`") from None
     except UserError as error:
@@ -158,6 +177,7 @@ def gains_file(study: Study) -> dict[str, Content]:
 
 
 def write_gains(path: Path, found: list[Entrant]) -> None:
-    """gains.json: what was tuned, so that another study can take it from there."""
-    gains = [{"controller": f"{one.name} on {one.vehicle}", **one.trained._asdict()} for one in found if one.trained]
+    """gains.json: what was tuned, the best search first, so that another study can take it from there."""
+    every = [each for one in found for each in (one, *one.others)]
+    gains = [{"controller": f"{one.name} on {one.vehicle}", **one.trained._asdict()} for one in every if one.trained]
     path.write_text(json.dumps({"gains": gains}, indent=1) + "\n", encoding="utf-8")

@@ -30,7 +30,7 @@ class Comparison(NamedTuple):
     """All of a study. metrics: names with units by names without, the first of which ranks. ranked: by situation. margins: by
     their name, vehicle and controller. costs, linear (the loop at rest): by vehicle and controller. problems: what could not
     take part, or went wrong. notes: of whoever wrote the study, on its limits. left_out: who could not take part and
-    need not, a sentence each.
+    need not, a sentence each. tuned_in: situations that gains were tuned in, which do not count in mean ranks.
     """
 
     name: str
@@ -46,6 +46,7 @@ class Comparison(NamedTuple):
     raised: dict[str, MarginEntry]
     costs: dict[tuple[str, str], Cost]
     problems: tuple[Problem, ...]
+    tuned_in: frozenset[Situation] = frozenset()
     linear: Mapping[tuple[str, str], Linear] = {}
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -75,8 +76,16 @@ class Comparison(NamedTuple):
         return [one for one in self.results if one.situation == situation]
 
     def overall(self) -> dict[str, float]:
-        """The mean rank of each controller over all situations, 0 the best and 1 the worst."""
-        return ranking.overall(list(self.ranked.values()))
+        """The mean rank of each controller over all situations that no gain was tuned in, 0 the best and 1 the worst; over
+        all where there is no other.
+        """
+        counted = [one for situation, one in self.ranked.items() if situation not in self.tuned_in]
+        return ranking.overall(counted or list(self.ranked.values()))
+
+    @property
+    def searches(self) -> int:
+        """The fewest searches for the gains of any controller that was tuned; 0 where none was."""
+        return min((1 + len(one.others) for one in self.entrants if one.trained), default=0)
 
 
 def result(situation: Situation, controller: str, flown: Flown, metrics: Mapping[str, str]) -> Result:

@@ -70,6 +70,7 @@ class Fly(NamedTuple):
             zip(("vehicle", "path", "scenario", "controller"), (*self.cell.situation, self.cell.controller), strict=True)
         )
         columns = {name: pa.array([text] * self.seeds).dictionary_encode() for name, text in whose.items()}
+        columns["tuning"] = pa.array([1 + self.cell.repeat] * self.seeds)
         columns |= {name: table[name] for name in table.column_names if name not in values}
         return parquet(pa.table({**columns, DRAWN: pa.array(rows)}))
 

@@ -29,10 +29,10 @@ def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:
             "A disturbance is increased until flights fail, that is, are lost or exceed the error limit.",
             table(tables.MARGIN_HEADER, tables.margin_rows(found)),
         ]
-    parts += ["## Situation by situation", bullets(others), words.METHOD]
+    parts += ["## Situation by situation", bullets(others), " ".join(filter(None, (words.METHOD, words.searches(found))))]
     if len(found.controllers) > 1:
         ranked = [[name, f"{rank:.2f}"] for name, rank in found.overall().items()]
-        parts += ["## Mean ranks", table(("controller", "from 0 (best) to 1"), ranked)]
+        parts += ["## Mean ranks", table(("controller", f"over {words.ranked_in(found)}, from 0 (best) to 1"), ranked)]
     parts += ["## Gains and cost", table(tables.WHO_HEADER, tables.who_rows(found)), *words.uncounted(found)]
     return "\n\n".join(parts) + "\n"
 

@@ -5,18 +5,21 @@ the exact test of McNemar (1947) of who loses which flights. All tests of one ki
 are corrected by Holm (1979): with 95 % confidence not one of the pairs called decided is wrong. Friedman's test (1937) asks
 whether any controller of a situation differs. Pairs, not mean ranks, decide who is better, as mean ranks depend on who else
 takes part (Benavoli, Corani and Mangili 2016).
+
+Where controllers were tuned several times, a pair is decided only if the gains of each search for the one are better than
+those of each search for the other: its p-value is the largest of all these (an intersection-union test, Berger 1982).
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import binomtest, friedmanchisquare, rankdata, wilcoxon
 
 from quadstep.analysis.statistics import LEVEL, RESAMPLES, Estimate
-from quadstep.comparison.spread import Floats, Flown
+from quadstep.comparison.spread import Floats, Flown, hull
 
 ALPHA = 1.0 - LEVEL
 
@@ -76,7 +79,7 @@ def compare(flown: Mapping[str, Flown], metric: str) -> Ranked:
     columns = {name: one.ranked(metric) for name, one in flown.items()}
     table = np.stack(list(columns.values()), axis=1)
     ranks = rankdata(table, axis=1).mean(axis=0)
-    pairs = tuple(pair(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
+    pairs = tuple(of_searches(one, other, flown[one], flown[other], metric) for one, other in combinations(flown, 2))
     found = Ranked(dict(zip(flown, map(float, ranks), strict=True)), friedman(table), pairs)
     if not all(map(alike, flown.values())) or all(one.lost.all() for one in flown.values()):
         return found
@@ -98,6 +101,19 @@ def friedman(table: Floats) -> float:
         return 1.0
     ranks = rankdata(table, axis=1)  # which is what it depends on, and which is finite
     return float(friedmanchisquare(*ranks.T).pvalue)
+
+
+def of_searches(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
+    """One pair over all searches for its gains: numbers of the best gains, decided by all of them."""
+    found, *others = (pair(first, second, *both, metric) for both in product(one.every, other.every))
+    if not others:
+        return found
+    every = (found, *others)
+    return found._replace(
+        difference=hull([each.difference for each in every]),
+        p=max(each.p if each.effect * found.effect > 0.0 else 1.0 for each in every),
+        p_lost=max(each.p_lost if each.lost * found.lost > 0.0 else 1.0 for each in every),
+    )
 
 
 def pair(first: str, second: str, one: Flown, other: Flown, metric: str) -> Pair:
@@ -174,6 +190,11 @@ def corrected(situations: Sequence[Ranked]) -> list[Ranked]:
         else one._replace(pairs=tuple(pair._replace(p=next(tracking), p_lost=next(losing)) for pair in one.pairs))
         for one in situations
     ]
+
+
+def by_chance(searches: int) -> float:
+    """The chance that so many searches for each of two equal controllers all rank the same way, whichever way that is."""
+    return 2.0 / math.comb(2 * searches, searches)
 
 
 def fewest(pairs: int) -> int:

@@ -65,7 +65,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     }
     shown = list(figures)[:IN_SUMMARY]
     body = [page.summary(first, facts(found), [figures[one] for one in shown])]
-    body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.tests(found)}")]
+    body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}")]
     body += [page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []
     if links:
         body.append(page.links(links, "The best controllers in the same gust, one shown as a ghost:"))
@@ -92,7 +92,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
             ),
             page.table(("", *found.controllers), words.wins(found)),
             page.table(
-                ("controller", "mean rank over all situations, from 0 (best) to 1"),
+                ("controller", f"mean rank over {words.ranked_in(found)}, from 0 (best) to 1"),
                 [[name, f"{rank:.2f}"] for name, rank in found.overall().items()],
             ),
         ]

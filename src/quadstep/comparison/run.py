@@ -19,7 +19,7 @@ from quadstep.comparison.linear import Linear
 from quadstep.comparison.report import write_results
 from quadstep.comparison.spread import Flown, flown_of
 from quadstep.comparison.study import Cell, Situation, Study
-from quadstep.comparison.training import read_lines
+from quadstep.comparison.training import flown_in, read_lines
 from quadstep.comparison.workers import alone, work
 from quadstep.documents import read_json
 from quadstep.errors import InterruptedRun, UserError
@@ -143,7 +143,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         if not asked:
             raise UserError(f"no controller is left to compare: {[*left_out, *(one.line for one in problems)][0]}")
         metrics = check_all(study, run, [one.entrant for one in asked])
-        jobs = [one.job for one in asked if one.job and not run.out(*one.job.controller)]
+        jobs = [job for one in asked for job in one.jobs if not run.out(*job.controller)]
         run.work("tuning", jobs)
         everybody = [with_gains(study, one, run.kept) for one in asked if not run.out(one.entrant.vehicle, one.entrant.name)]
         flights, flown = fly(run, cells(study, run, everybody), study.file.seeds)
@@ -163,6 +163,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
             entrants=tuple(everybody),
             margins={(one.asked.name, *one.controller): found for one in bears if (found := run.read(one, margins.from_json))},
             raised=study.file.margins or {},
+            tuned_in=frozenset(one for one in flown if study.file.tuning and one[1:] in flown_in(study)),
             costs=costs(run, asked_of_laws),
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
@@ -177,13 +178,13 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
 
 
 def cells(study: Study, run: Run, everybody: Sequence[Entrant]) -> list[Cell]:
-    """Everybody in every situation."""
+    """Everybody in every situation, with the gains of each search."""
     found = []
     for situation in study.situations():
         for one in everybody:
             if one.vehicle == situation.vehicle and not run.out(one.vehicle, one.name):
                 try:
-                    found.append(study.cell(situation, one.name, one.table))
+                    found += [study.cell(situation, one.name, each.table, i) for i, each in enumerate((one, *one.others))]
                 except UserError as error:
                     run.met(Problem((one.vehicle, one.name), str(error)))
     return found
@@ -196,7 +197,9 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
     there = [job for job in jobs if not run.out(*job.controller)]
     flown: dict[Situation, dict[str, Flown]] = {}
     for job in there:
-        flown.setdefault(job.cell.situation, {})[job.cell.controller] = read_back(run.kept, job)
+        row, one = flown.setdefault(job.cell.situation, {}), read_back(run.kept, job)
+        first = row.get(job.cell.controller)
+        row[job.cell.controller] = first._replace(others=(*first.others, one)) if first else one
     if not there:
         raise UserError(
             f"no controller is left to compare: {run.problems[0].line}" if run.problems else "there is nothing to fly"

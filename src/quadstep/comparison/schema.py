@@ -3,19 +3,23 @@ measured.
 """
 
 from collections.abc import Collection, Mapping
-from typing import Annotated, Literal, TypeAlias
+from math import radians
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
-from quadstep.mission.tune import as_ranges, ranges_by_key
+from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 
 Content: TypeAlias = dict[str, object]
 """A mission, or a table of one, as parsed TOML."""
 
 MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
 """Entries of a table; flights of a cell; seeds of tuning, below which the tail is overfitted."""
+
+LEAST_MARGINS = {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": radians(30.0)}
+"""Margins [dB, dB, rad] that tuned gains must leave, unless a study says otherwise: the usual limits of textbooks."""
 
 EFFORTS = ("energy", "rotor_activity", "saturation")
 """What is measured beside tracking, where the vehicle has rotors of its own."""
@@ -128,6 +132,14 @@ class TuningSection(Section):
     aggregate: Annotated[
         Literal["mean", "p95", "worst"], Quantity("", "aggregate of the flights' costs; its mean over `flown` is minimised")
     ] = "p95"
+    constraints: Annotated[
+        dict[str, Any],
+        AfterValidator(as_constraints),
+        Quantity("", "limits of metrics and margins, as in [tune]; {} for none; default: margins of 6 dB and 30 degrees"),
+    ] = Field(default_factory=lambda: as_constraints(dict(LEAST_MARGINS)))
+    repeats: Annotated[
+        int, Field(ge=1, le=20), Quantity("", "searches per controller and vehicle, each with its own seed")
+    ] = 3
     gains: Annotated[str | None, Quantity("", "a file with gains from an earlier run")] = None
 
 

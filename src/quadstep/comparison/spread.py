@@ -5,6 +5,7 @@ many are lost: a controller cannot gain by losing its worst flights.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,18 @@ Floats = NDArray[np.float64]
 
 
 class Flown(NamedTuple):
-    """The flights of a cell. lost: which did not complete. metrics: by name without unit, NaN where lost."""
+    """The flights of a cell. lost: which did not complete. metrics: by name without unit, NaN where lost. others: the same
+    flights with the gains of other searches.
+    """
 
     lost: NDArray[np.bool_]
     metrics: dict[str, Floats]
+    others: tuple["Flown", ...] = ()
+
+    @property
+    def every(self) -> tuple["Flown", ...]:
+        """The flights with the gains of each search."""
+        return (self, *self.others)
 
     def ranked(self, name: str) -> Floats:
         """A metric in which a lost flight is worse than any other."""
@@ -58,16 +67,20 @@ def flown_of(table: pa.Table, campaign: Campaign) -> Flown:
 
 def spread(flown: Flown, name: str) -> Spread:
     """A metric."""
-    values = flown.metrics[name][~flown.lost]
-    ranked = flown.ranked(name)
-    return Spread(
-        float(values.mean()) if len(values) else math.nan, ordered_quantile(ranked, 0.5), ordered_quantile(ranked, 0.95)
-    )
+    values, ranked = flown.metrics[name][~flown.lost], [one.ranked(name) for one in flown.every]
+    median, high = (hull([ordered_quantile(one, q) for one in ranked]) for q in (0.5, 0.95))
+    return Spread(float(values.mean()) if len(values) else math.nan, median, high)
 
 
 def losses(flown: Flown) -> Estimate:
     """The share lost, with its exact interval."""
-    return share(int(flown.lost.sum()), len(flown.lost))
+    return hull([share(int(one.lost.sum()), len(one.lost)) for one in flown.every])
+
+
+def hull(found: Sequence[Estimate]) -> Estimate:
+    """The first value, with an interval about those of all; unknown where one of them is."""
+    low, high = np.array([one[1:] for one in found]).T
+    return Estimate(found[0].value, float(low.min()), float(high.max()))
 
 
 def effort(flown: Flown) -> Effort:

@@ -46,16 +46,18 @@ class Situation(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A controller in a situation: flights of one campaign."""
+    """A controller in a situation: flights of one campaign. repeat: which search its gains are from, 0 the best."""
 
     situation: Situation
     controller: str
     campaign: Campaign
+    repeat: int = 0
 
     @property
     def label(self) -> str:
         """In words."""
-        return ": ".join(filter(None, (self.controller, self.situation.label)))
+        name = f"{self.controller} (tuning {self.repeat + 1})" if self.repeat else self.controller
+        return ": ".join(filter(None, (name, self.situation.label)))
 
     @property
     def mission(self) -> Mission:
@@ -127,9 +129,12 @@ class Study(NamedTuple):
 
     def nominal(self, vehicle: str, controller: Content) -> Mission:
         """The mission of a vehicle as its makers know it, on its first path in no scenario."""
+        return check_mission({**self.at_rest(vehicle), "controller": controller}, self.source, self.folder)
+
+    def at_rest(self, vehicle: str) -> Content:
+        """What a nominal mission says, but for its controller."""
         path = next(one.mission for one in self.file.paths.values() if one.suits(vehicle))
-        mission = together(self.file.common, path, {"vehicle": self.vehicle(vehicle)})
-        return check_mission({**mission, "controller": controller}, self.source, self.folder)
+        return together(self.file.common, path, {"vehicle": self.vehicle(vehicle)})
 
     def knowing(self, vehicle: str, controller: Content) -> Content:
         """A controller's table with every number written out that follows from the vehicle: what it knows is the vehicle as
@@ -150,7 +155,7 @@ class Study(NamedTuple):
         mission = self.nominal(vehicle, controller)
         return cast(Content, with_numbers({"controller": controller}, mission, dict(values))["controller"])
 
-    def cell(self, situation: Situation, name: str, controller: Content) -> Cell:
+    def cell(self, situation: Situation, name: str, controller: Content, repeat: int = 0) -> Cell:
         """A controller in a situation. Raises UserError naming both."""
         mission = self.content(situation, controller)
         try:
@@ -158,7 +163,7 @@ class Study(NamedTuple):
         except UserError as error:
             said = str(error).removeprefix(f"{self.source}: ")
             raise UserError(f"{self.source}: {name} cannot fly {situation.label}: {said}") from None
-        return Cell(situation, name, campaign)
+        return Cell(situation, name, campaign, repeat)
 
     def check_cell(self, cell: Cell) -> None:
         """Refuses a cell whose first flight cannot be built. Raises UserError."""

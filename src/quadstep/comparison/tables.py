@@ -1,7 +1,7 @@
 """A comparison as tables: CSV and Parquet for machines, LaTeX for a paper, and rows of text for the screen and the report."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pyarrow as pa
@@ -9,7 +9,9 @@ import pyarrow as pa
 from quadstep.campaign.store import parquet
 from quadstep.comparison.cost import BOARD
 from quadstep.comparison.found import Comparison, Result
+from quadstep.comparison.study import Situation
 from quadstep.comparison.words import NOTHING, percent, share_lost, shown, title, unit_of
+from quadstep.report import latex
 from quadstep.report.tables import write_csv
 from quadstep.report.units import counted
 
@@ -68,7 +70,7 @@ def write_tables(out: Path, found: Comparison) -> None:
         if rows:
             write_csv(out / f"{name}.csv", list(rows[0]), (list(row.values()) for row in rows))
             (out / f"{name}.parquet").write_bytes(parquet(pa.Table.from_pylist(rows)))
-    (out / "table.tex").write_text(latex(found), encoding="utf-8")
+    (out / "table.tex").write_text(latex_tables(found), encoding="utf-8")
 
 
 # Text
@@ -199,31 +201,33 @@ def beyond(value: float, low: float, high: float) -> str:
 
 # LaTeX
 
-SPECIAL = {char: f"\\{char}" for char in "&%$#_{}"} | {
-    "\\": r"\textbackslash{}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-}
+LOOP = (
+    ("gain margin [dB]", lambda one: min(one["gain_margin_up"], one["gain_margin_down"])),
+    ("phase margin [\u00b0]", lambda one: math.degrees(one["phase_margin"])),
+    ("delay margin [ms]", lambda one: 1e3 * one["delay_margin"]),
+)
 
 
-def tex(text: str) -> str:
-    """Text that LaTeX sets as it is."""
-    return "".join(SPECIAL.get(char, char) for char in text)
-
-
-def latex(found: Comparison) -> str:
-    """A table of every situation and controller: median and 95 % quantile, and what is lost."""
-    metric = tex(title(found.metrics[found.metric]))
-    parts = [f"% {tex(found.name)}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"]
+def latex_tables(found: Comparison) -> str:
+    """A table for each vehicle: medians with 95 % quantiles, the smallest median of a situation in bold, and margins."""
+    metric, tables = title(found.metrics[found.metric]), []
     for vehicle in dict.fromkeys(one.vehicle for one in found.situations):
         header, rows = matrix(found, vehicle)
-        if vehicle:
-            parts.append(f"% {tex(vehicle)}")
-        parts += [rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}", r"\hline", line(header) + r" \hline"]
-        parts += [*(line(row) for row in rows), r"\hline", r"\end{tabular}", ""]
-    return "\n".join(parts)
+        there = [one for one in found.situations if one.vehicle == vehicle]
+        bold = [(0, i, header.index(best(found, situation))) for i, situation in enumerate(there)]
+        text = f"{found.name}: median (95 % quantile) of {metric}, {counted(found.seeds, 'flight')} per cell"
+        loops = [[name, *(loop_cell(found, vehicle, one, value) for one in header[1:])] for name, value in LOOP]
+        comments = [text, *([vehicle] if vehicle else []), "margins: the least over all channels, at rest"]
+        tables.append(latex.booktabs(header, [rows, loops], comments, bold))
+    return "\n".join(tables)
 
 
-def line(cells: Sequence[str]) -> str:
-    """A row."""
-    return f"{' & '.join(map(tex, cells))} \\\\"
+def best(found: Comparison, situation: Situation) -> str:
+    """The controller with the smallest median."""
+    return min(found.of(situation), key=lambda one: one.spreads[found.metric].median.value).controller
+
+
+def loop_cell(found: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:
+    """A margin of a loop at rest; a dash where it is not linearised."""
+    one = found.linear.get((vehicle, controller))
+    return NOTHING if one is None or one.refused else f"{value(one.metrics):.3g}"

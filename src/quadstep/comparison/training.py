@@ -1,11 +1,14 @@
 """Gains found for one controller and vehicle, on the same flights and with the same budget as every other controller's.
 
 The objective is the mean, over the situations that are tuned on, of an aggregate of the flights' costs; its unit is the same
-for all controllers. A generation that was flown is written into a journal, from which an interrupted search goes on.
+for all controllers. Gains must leave margins of stability, where the loop can be linearised: that is looked at for candidates
+that would be the best so far, as it costs more than their flights. A generation that was flown is written into a journal,
+from which an interrupted search goes on.
 """
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypedDict, cast
 
@@ -14,23 +17,32 @@ import numpy as np
 from quadstep.atomic import replace_file
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.schema import digests
+from quadstep.comparison.linear import without_estimator
 from quadstep.comparison.schema import Content, ControllerEntry
 from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
+from quadstep.linear.metrics import margin_metrics
+from quadstep.linear.names import MARGINS
+from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
-from quadstep.mission.tune import Range
+from quadstep.mission.tune import Constraint, Range
 from quadstep.report.units import counted
+from quadstep.tuning.gains import with_numbers
 from quadstep.tuning.ground import Ground, asked_of
 from quadstep.tuning.judge import Judge, Judged, squashed
 from quadstep.tuning.search import FEWEST_GENERATIONS, Search, population
 
 
 class Task(NamedTuple):
-    """A controller to be tuned for a vehicle. missions: with their tables [tune], one for each situation."""
+    """A controller to be tuned for a vehicle. missions: with their tables [tune], one for each situation. rest: the mission
+    whose loop is linearised, and margins that it must leave.
+    """
 
     vehicle: str
     controller: str
     missions: tuple[Content, ...]
+    rest: Content
+    margins: dict[str, Constraint]
     source: str
     folder: Path
     budget: int
@@ -39,7 +51,8 @@ class Task(NamedTuple):
     @property
     def decisive(self) -> list[object]:
         """What decides its result."""
-        return [self.missions, digests(list(self.missions), self.folder), self.budget, self.seed]
+        margins = {name: one.model_dump() for name, one in self.margins.items()}
+        return [self.missions, self.rest, margins, digests(list(self.missions), self.folder), self.budget, self.seed]
 
     @property
     def label(self) -> str:
@@ -50,7 +63,8 @@ class Task(NamedTuple):
 class Trained(NamedTuple):
     """Gains that were found. values: by key of the mission; before: what they were. objective: of the former on the flights
     that were tuned on [m, where it is a length]. lost: of these flights. flights: used of the budget. tuned: how many
-    gains.
+    gains. seed: of the search. violation: by what share constraints are missed. margins: those that were asked for;
+    unconstrained: why there are none.
     """
 
     values: dict[str, float]
@@ -61,10 +75,22 @@ class Trained(NamedTuple):
     flights: int
     seeds: int
     tuned: int
+    seed: int = 0
+    violation: float = 0.0
+    margins: Mapping[str, float] = {}
+    unconstrained: str = ""
+
+    @property
+    def order(self) -> tuple[bool, int, float]:
+        """Of searches for the same controller: the first is the best."""
+        return self.violation > 0.0, self.lost, self.objective
 
 
-def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content) -> Task:
-    """The tuning of a controller. controller: its table with all that it knows. Raises UserError."""
+def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controller: Content, repeat: int = 0) -> Task:
+    """The tuning of a controller. controller: its table with all that it knows. repeat: number of the search.
+
+    Raises UserError.
+    """
     tuning = study.file.tuning
     assert tuning
     situations = [Situation(vehicle, *place) for place in study.places(vehicle) if place in flown_in(study)]
@@ -79,13 +105,17 @@ def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controll
         "seeds": tuning.seeds,
         "objective": tuning.objective,
         "aggregate": tuning.aggregate,
+        "constraints": {key: one.model_dump() for key, one in tuning.constraints.items() if key not in MARGINS},
         "precision": study.file.precision,
         **({} if study.file.score_period is None else {"score_period": study.file.score_period}),
     }
     missions = tuple(
         {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
     )
-    return Task(vehicle, name, missions, study.source, study.folder, tuning.budget, study.file.seed)
+    margins = {key: one for key, one in tuning.constraints.items() if key in MARGINS}
+    rest = {**study.at_rest(vehicle), "controller": controller}
+    seed = study.file.seed + repeat
+    return Task(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
 
 
 def flown_in(study: Study) -> list[tuple[str, str]]:
@@ -164,15 +194,49 @@ def read_lines(path: Path) -> list[Line]:
     return found
 
 
-class Training(Search):
-    """A search whose candidates fly in several situations."""
+class Stability:
+    """The margins that the gains of a task must leave. unconstrained: why the present gains have none to look at."""
 
-    def __init__(self, grounds: Sequence[Ground], budget: int, seed: int, journal: Journal) -> None:
-        super().__init__(grounds[0], budget, seed, lambda *_: None)
-        self.grounds, self.journal = grounds, journal
+    def __init__(self, asked: Task) -> None:
+        self.asked = asked
+        self.mission = check_mission(asked.rest, asked.source, asked.folder)
+        self.unconstrained = ""
+
+    def begin(self, present: Mapping[str, float]) -> None:
+        """Look whether the loop can be linearised at all."""
+        if self.asked.margins:
+            try:
+                self.margins(present)
+            except UserError as error:
+                self.unconstrained = str(error).removeprefix(f"{self.asked.source}: ")
+
+    def margins(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The margins of these gains by name, in their units. Raises UserError where the loop cannot be linearised."""
+        if not self.asked.margins or self.unconstrained:
+            return {}
+        content = with_numbers(self.asked.rest, self.mission, dict(values))
+        mission = check_mission(content, self.asked.source, self.asked.folder)
+        return margin_metrics(without_estimator(mission), self.asked.margins)
+
+    def violation(self, values: Mapping[str, float]) -> float:
+        """By what share the limits are missed, summed; infinite for a loop that cannot be linearised with these gains."""
+        try:
+            margins = self.margins(values)
+        except UserError:
+            return math.inf
+        return sum(limit.excess(np.array([margins[name]])) for name, limit in self.asked.margins.items() if name in margins)
+
+
+class Training(Search):
+    """A search whose candidates fly in several situations, and must leave margins of stability."""
+
+    def __init__(self, grounds: Sequence[Ground], asked: Task, journal: Journal) -> None:
+        super().__init__(grounds[0], asked.budget, asked.seed, lambda *_: None)
+        self.grounds, self.journal, self.stability = grounds, journal, Stability(asked)
         first = self.asked
         every = first.section.model_copy(update={"seeds": sum(one.asked.seeds for one in grounds)})
         self.asked = first._replace(section=every, different=True)
+        self.stability.begin(first.present)
 
     def judged(self, values: list[dict[str, float]]) -> list[Judged]:
         """Candidates flown in every situation, and judged."""
@@ -181,9 +245,23 @@ class Training(Search):
             flown = [one.fly(values, 0, one.asked.seeds) for one in self.grounds]
             judges = [Judge(one.asked.section, one.duration) for one in self.grounds]
             each = [[judge.judge(one) for one in many] for judge, many in zip(judges, flown, strict=True)]
-            found = [over_all(list(one), judges) for one in zip(*each, strict=True)]
+            found = self.stable([over_all(list(one), judges) for one in zip(*each, strict=True)], values)
             self.journal.add(self.flights + len(values) * self.asked.seeds, values, found)
         self.flights += len(values) * self.asked.seeds
+        return found
+
+    def stable(self, judged: list[Judged], values: Sequence[Mapping[str, float]]) -> list[Judged]:
+        """Judgements that count missed margins as `Judge` counts missed constraints, of candidates that would be the best."""
+        found, least = list(judged), math.inf if self.best is None else self.best.judged.cost
+        for place in sorted(range(len(found)), key=lambda place: found[place].cost):
+            one = found[place]
+            if one.lost or one.cost >= least:
+                continue
+            missed = self.stability.violation(values[place])
+            if missed > 0.0:
+                cost = one.cost + squashed(missed) + (0.0 if one.violation > 0.0 else 1.0)
+                found[place] = one = one._replace(violation=one.violation + missed, cost=cost)
+            least = min(least, one.cost)
         return found
 
 
@@ -203,7 +281,7 @@ def train(asked: Task, journal: Path | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
     path = Path(asked.source)
     grounds = [Ground(asked_of(path, "", content, asked.folder), asked.seed, OneThread) for content in asked.missions]
-    search = Training(grounds, asked.budget, asked.seed, Journal(journal))
+    search = Training(grounds, asked, Journal(journal))
     found = search.run()
     best, before = found.best.judged, found.present.judged
     return Trained(
@@ -215,6 +293,10 @@ def train(asked: Task, journal: Path | None = None) -> Trained:
         flights=search.flights,
         seeds=search.asked.seeds,
         tuned=len(search.asked.gains),
+        seed=asked.seed,
+        violation=best.violation if math.isfinite(best.violation) else 1.0,
+        margins=search.stability.margins(found.best.values) if math.isfinite(best.violation) else {},
+        unconstrained=search.stability.unconstrained,
     )
 
 

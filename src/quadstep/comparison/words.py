@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
-from quadstep.comparison.ranking import ALPHA, Ranked, fewest
+from quadstep.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.comparison.study import Situation
 from quadstep.report.symbols import prose
-from quadstep.report.units import counted, listed
+from quadstep.report.units import counted, listed, quantity
 
 LOST, NOTHING = "lost", "-"
 
@@ -19,7 +19,7 @@ METHOD = (
     "All controllers fly the same flights in a situation: the same path, wind, noise and draws. A lost flight counts as "
     "worse than any other. Pairs are compared by Wilcoxon's signed-rank test and, for lost flights, by McNemar's exact "
     "test; the p-values of all pairs in all situations get Holm's correction, so that with 95 % confidence no pair that is "
-    "reported as decided is wrong."
+    "reported as decided is wrong: of these gains, on these vehicles and paths."
 )
 
 
@@ -83,7 +83,19 @@ def sentences(found: Comparison) -> list[str]:
     """The finding as a whole, then situation by situation."""
     lines = [of_all(found)] if len(found.controllers) > 1 else []
     lines += [of_situation(found, situation, ranked) for situation, ranked in found.ranked.items()]
+    lines += missed(found)
     lines += [problem.line for problem in found.problems]
+    return lines
+
+
+def missed(found: Comparison) -> list[str]:
+    """Whose gains miss the limits that they were to keep, and for whom these could not be looked at."""
+    lines = []
+    for one in found.entrants:
+        if one.trained and one.trained.violation > 0.0:
+            lines.append(f"{one.name} on {one.vehicle}: no gains that keep every limit were found (tuning.constraints).")
+        if one.trained and one.trained.unconstrained:
+            lines.append(f"{one.name} on {one.vehicle}: tuned without limits on its margins: {one.trained.unconstrained}.")
     return lines
 
 
@@ -106,8 +118,10 @@ def of_all(found: Comparison) -> str:
     decided, kept = sum(pair.winner is not None for pair in pairs), sum(pair.keeper is not None for pair in pairs)
     many = len(found.ranked)
     over = f" over {many} situations" if many > 1 else ""
-    first, *_ = found.overall().items()
+    first = next(iter(found.overall()))
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
+    if many > 1:
+        text = f"{first} has the best mean rank{with_margins(found, first)}. {text}"
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
@@ -118,7 +132,52 @@ def of_all(found: Comparison) -> str:
             f" Tracking differs significantly in {decided} of {len(pairs)} pairs{over}, the number of lost flights in "
             f"{kept or 'none'}."
         )
-    return f"{text} {first[0]} has the best mean rank." if many > 1 else text
+    return text
+
+
+def with_margins(found: Comparison, controller: str, vehicle: str | None = None) -> str:
+    """What a winner's loop leaves and costs, to follow its name: least margins over vehicles, and rotor activity."""
+    loops = [one for (where, name), one in found.linear.items() if name == controller and vehicle in (None, where)]
+    if not loops:
+        return ""
+    if any(one.refused for one in loops):
+        return ", margins unknown (its loop is not linearised)"
+    least = {name: min(one.metrics[name] for one in loops) for name in loops[0].metrics}
+    gain = min(least["gain_margin_up"], least["gain_margin_down"])
+    if gain <= 0.0:
+        return ", with a loop that is unstable at rest"
+    phase, delay = math.degrees(least["phase_margin"]), quantity(least["delay_margin"], "s")
+    text = f", with margins of {gain:.2g} dB, {phase:.2g}° and {delay}"
+    effort = [
+        one.effort.activity
+        for one in found.results
+        if one.controller == controller and vehicle in (None, one.situation.vehicle) and math.isfinite(one.effort.activity)
+    ]
+    return text + (f" and a rotor activity of {sum(effort) / len(effort):.3g} N/s" if effort else "")
+
+
+def ranked_in(found: Comparison) -> str:
+    """The situations that mean ranks are over."""
+    there = len(found.tuned_in & found.ranked.keys())
+    if 0 < there < len(found.ranked):
+        return f"the {counted(len(found.ranked) - there, 'situation')} that no gain was tuned in"
+    return "all situations, in which gains were tuned" if there else "all situations"
+
+
+def searches(found: Comparison) -> str:
+    """What repeated searches for gains say, and do not."""
+    if not found.searches:
+        return ""
+    if found.searches < 2:
+        return (
+            "Gains were searched for once for each controller, so decisions are about these gains: another search for the "
+            "same controller may end elsewhere."
+        )
+    return (
+        f"Gains were searched for {found.searches} times for each controller, and each set flew all flights. Intervals are "
+        "about the results of all of them, and a pair is decided only if every set of the one is better than every set of "
+        f"the other, which of two equal controllers happens with a chance of {100 * by_chance(found.searches):.2g} %."
+    )
 
 
 def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str:
@@ -126,6 +185,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
     results = {one.controller: one for one in found.of(situation)}
     best = min(results, key=lambda name: (results[name].spreads[found.metric].median.value, ranked.ranks[name]))
     where, full = situation.label or MISSIONS, found.metrics[found.metric]
+    where += " (tuned in)" if situation in found.tuned_in else ""
     unit = unit_of(full)
     median = results[best].spreads[found.metric].median
     if not math.isfinite(median.value):
@@ -140,6 +200,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
         text += f"{shown(median, unit.factor)} {unit.name}"
+    text += with_margins(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []
     open_: list[str] = []

@@ -1,16 +1,22 @@
-"""Progress bars on standard error."""
+"""Progress on standard error: bars on a terminal, else a line now and then."""
 
 import contextlib
+import math
 import sys
+import time
 from collections.abc import Iterator
 
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from quadstep.terminal.screen import console
+from quadstep.terminal.screen import complain, console
 
 WIDE, ROOM = 60, 50
 """Columns from which on there is a bar beside the numbers, and what the rest of its line needs."""
+
+
+EVERY = 60.0
+"""Seconds from one line of progress to the next, where there is no terminal."""
 
 
 class Count(ProgressColumn):
@@ -30,19 +36,50 @@ class Rate(ProgressColumn):
 
 
 class Bar:
-    """A bar that is being shown, or nothing where standard error is no terminal that can draw one."""
+    """A bar that is being shown, or lines where standard error is no terminal that can draw one."""
 
     def __init__(self, progress: Progress, doing: str, unit: str, total: float | None) -> None:
-        self.progress = progress
+        self.progress, self.lines = progress, Lines(doing, unit) if progress.disable else None
         self.task = progress.add_task(doing, total=total, unit=unit, note="")
 
     def to(self, done: float, total: float | None = None, note: str = "") -> None:
         """Set the progress. total: as far as known. note: shown beside it."""
         self.progress.update(self.task, completed=done, total=total, note=note)
+        if self.lines:
+            self.lines.to(done, total)
 
     def doing(self, what: str) -> None:
         """Set the description to the current stage."""
         self.progress.update(self.task, description=what)
+        if self.lines:
+            self.lines = Lines(what, self.lines.unit, self.lines.last)
+
+
+class Lines:
+    """A stage told in lines, the first after `EVERY` seconds. last: when the last one was."""
+
+    def __init__(self, doing: str, unit: str, last: float | None = None) -> None:
+        self.doing, self.unit, self.began = doing, unit, time.monotonic()
+        self.last, self.first = self.began if last is None else last, math.nan
+
+    def to(self, done: float, total: float | None) -> None:
+        """Say how far it is, and how long it will take, if the last line is old enough."""
+        now = time.monotonic()
+        if math.isnan(self.first):
+            self.first = done
+        if now - self.last < EVERY:
+            return
+        self.last = now
+        of = "" if total is None else f" of {total:,.0f}"
+        left = ""
+        if total is not None and done > self.first:
+            left = f", about {minutes((total - done) * (now - self.began) / (done - self.first))} left"
+        complain(f"{self.doing}: {done:,.0f}{of} {self.unit}".rstrip() + left)
+
+
+def minutes(seconds: float) -> str:
+    """A time in words."""
+    return f"{seconds / 3600.0:.1f} h" if seconds >= 5400.0 else f"{max(1.0, seconds / 60.0):.0f} min"
 
 
 @contextlib.contextmanager
