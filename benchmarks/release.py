@@ -38,7 +38,7 @@ TRIED: dict[str, tuple[tuple[str, ...], ...]] = {
 """What is run of each extra; of the others, that its packages can be imported."""
 
 IMPORTED = {
-    "pandas": "pandas", "mavlink": "pymavlink", "ulog": "pyulog", "mcap": "mcap, mcap_ros2", "rotorpy": "rotorpy",
+    "pandas": "pandas", "mavlink": "pymavlink", "mcap": "mcap, mcap_ros2", "rotorpy": "rotorpy",
     "notebook": "notebook", "cluster": "ray, pyarrow",
 }  # fmt: skip
 """What is imported of each extra."""

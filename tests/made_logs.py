@@ -8,6 +8,17 @@ import numpy as np
 from quadstep.logs.flight import FlightRecord
 
 FLIP = np.array([1.0, -1.0, -1.0])
+MCAP_MAPPING = """
+time = { column = "log_time" }
+motors = { columns = ["/motors.c[0]", "/motors.c[1]", "/motors.c[2]", "/motors.c[3]"] }
+[columns]
+position = { columns = ["/state.p[0]", "/state.p[1]", "/state.p[2]"] }
+velocity = { columns = ["/state.v[0]", "/state.v[1]", "/state.v[2]"] }
+attitude = { columns = ["/state.q[0]", "/state.q[1]", "/state.q[2]", "/state.q[3]"] }
+rates = { columns = ["/state.w[0]", "/state.w[1]", "/state.w[2]"] }
+voltage = { columns = ["/state.volts"] }
+"""
+"""The mapping of what `mcap` writes."""
 
 
 def frd(flight: FlightRecord):

@@ -18,7 +18,7 @@ DECLARED = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_
 COMMANDS = {"campaign", "comparison", "envelope", "rare", "tuning", "verify"}
 """Packages of commands that need an extra."""
 
-READERS = {"quadstep.logs.ardupilot", "quadstep.logs.mcap_file", "quadstep.logs.ulog", "quadstep.numbers.symbols"}
+READERS = {"quadstep.logs.mcap_file", "quadstep.numbers.symbols"}
 """Modules elsewhere that are loaded where an extra's package is used."""
 
 WITHOUT = f"""
@@ -50,9 +50,8 @@ def test_an_extra_made_of_another_names_all_its_packages():
 
 @pytest.mark.parametrize("package", EXTRAS)
 def test_every_package_is_one_of_its_extra_or_comes_with_one(package):
-    comes_with = {"mpmath": "sympy", "mcap_ros2": "mcap-ros2-support", "h5py": "foundation-policy"}.get(
-        package, package.replace("_", "-")
-    )
+    brought_by = {"mpmath": "sympy", "mcap_ros2": "mcap-ros2-support", "lz4": "mcap", "zstandard": "mcap"}
+    comes_with = {**brought_by, "h5py": "foundation-policy"}.get(package, package.replace("_", "-"))
     assert any(one.startswith(comes_with) for one in requirements(EXTRAS[package]))
 
 

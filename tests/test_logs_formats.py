@@ -1,24 +1,21 @@
 """Logs of autopilots: what was written is read, in the simulator's axes; what is cut short is refused."""
 
+import dataclasses
+import struct
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from quadstep.errors import UserError
+from quadstep.identify.replay import ready
+from quadstep.identify.table import compare
+from quadstep.logs import ardupilot, ulog
 from quadstep.logs.judge import judge
+from quadstep.logs.mapping import load_mapping
 from quadstep.logs.read import read_log
 from tests import made_logs
 from tests.made_flights import logged, start
-
-MAPPING = """
-time = { column = "log_time" }
-motors = { columns = ["/motors.c[0]", "/motors.c[1]", "/motors.c[2]", "/motors.c[3]"] }
-[columns]
-position = { columns = ["/state.p[0]", "/state.p[1]", "/state.p[2]"] }
-velocity = { columns = ["/state.v[0]", "/state.v[1]", "/state.v[2]"] }
-attitude = { columns = ["/state.q[0]", "/state.q[1]", "/state.q[2]", "/state.q[3]"] }
-rates = { columns = ["/state.w[0]", "/state.w[1]", "/state.w[2]"] }
-voltage = { columns = ["/state.volts"] }
-"""
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +43,6 @@ def same(read, flight, motors, within):
 
 
 def test_ulog(tmp_path, flight, motors):
-    pytest.importorskip("pyulog")
     content = made_logs.ulog(flight, motors)
     (tmp_path / "a.ulg").write_bytes(content)
     same(read_log(tmp_path / "a.ulg"), flight, motors, 5e-3)
@@ -57,7 +53,6 @@ def test_ulog(tmp_path, flight, motors):
 
 
 def test_ardupilot(tmp_path, flight, motors):
-    pytest.importorskip("pymavlink")
     (tmp_path / "a.BIN").write_bytes(made_logs.ardupilot(flight, motors))
     same(read_log(tmp_path / "a.BIN"), flight, motors, 5e-3)
     for bad, said in ((b"", "is empty"), (bytes(5000), "damaged, or without data")):
@@ -69,7 +64,7 @@ def test_ardupilot(tmp_path, flight, motors):
 def test_mcap(tmp_path, flight, motors):
     pytest.importorskip("mcap_ros2")
     made_logs.mcap(tmp_path / "a.mcap", flight, motors)
-    (tmp_path / "map.toml").write_text(MAPPING)
+    (tmp_path / "map.toml").write_text(made_logs.MCAP_MAPPING)
     same(read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml")), flight, motors, 1e-9)
     with pytest.raises(UserError, match="give --mapping"):
         read_log(tmp_path / "a.mcap")
@@ -78,9 +73,201 @@ def test_mcap(tmp_path, flight, motors):
         for mapping in (None, str(tmp_path / "map.toml")):
             with pytest.raises(UserError, match=said):
                 read_log(path, mapping)
-    (tmp_path / "map.toml").write_text(MAPPING.replace("/motors", "/engines"))
+    (tmp_path / "map.toml").write_text(made_logs.MCAP_MAPPING.replace("/motors", "/engines"))
     with pytest.raises(UserError, match="motors' commands are not in the log"):
         read_log(tmp_path / "a.mcap", str(tmp_path / "map.toml"))
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:5000])
     with pytest.raises(UserError, match="cannot be read as an MCAP file"):
         read_log(tmp_path / "b.mcap", str(tmp_path / "map.toml"))
+
+
+def test_own_readers_read_what_the_formats_own_readers_do(tmp_path, flight, motors):
+    pyulog, dfreader = pytest.importorskip("pyulog"), pytest.importorskip("pymavlink.DFReader")
+    (tmp_path / "a.ulg").write_bytes(made_logs.ulog(flight, motors))
+    found, damaged = ulog.read(tmp_path / "a.ulg", load_mapping("px4").names())
+    assert damaged == 0
+    theirs = {one.name: one.data for one in pyulog.ULog(str(tmp_path / "a.ulg")).data_list}
+    assert len(found) > 15
+    for name, series in found.items():
+        topic, _, field = name.partition(".")
+        assert np.array_equal(series.value, theirs[topic][field])
+        assert np.array_equal(series.time, theirs[topic]["timestamp"] * 1e-6)
+    (tmp_path / "a.bin").write_bytes(made_logs.ardupilot(flight, motors))
+    found, damaged = ardupilot.read(tmp_path / "a.bin", load_mapping("ardupilot").names())
+    assert damaged == 0
+    assert len(found) > 15
+    log = dfreader.DFReader_binary(str(tmp_path / "a.bin"))
+    messages = [log.recv_match(type=["ATT", "IMU", "RCOU"]) for _ in range(300)]
+    for kind, field in (("ATT", "Yaw"), ("IMU", "GyrX"), ("RCOU", "C3")):
+        theirs = [getattr(one, field) for one in messages if one.get_type() == kind]
+        assert found[f"{kind}.{field}"].value[: len(theirs)].tolist() == theirs
+
+
+def test_letters_of_ardupilot_that_count_in_parts_of_a_unit(tmp_path):
+    out = made_logs.described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    out += made_logs.described(9, 3 + 8 + 2 + 4 + 4, "X", "QcLe", "TimeUS,A,B,C")
+    out += struct.pack("<BBBQhii", 0xA3, 0x95, 9, 2_000_000, -1234, 471234567, 50)
+    (tmp_path / "a.bin").write_bytes(out)
+    found, _ = ardupilot.read(tmp_path / "a.bin", ["X.A", "X.B", "X.C", "X.D"])
+    assert {name: series.value.tolist() for name, series in found.items()} == {
+        "X.A": [pytest.approx(-12.34)], "X.B": [pytest.approx(47.1234567)], "X.C": [0.5],
+    }  # fmt: skip
+    assert found["X.A"].time.tolist() == [2.0]
+
+
+def test_layouts_of_a_ulog_within_one_another(tmp_path):
+    formats = [b"esc:uint8_t id;float[2] v;", b"status:uint64_t timestamp;esc[2] e;bool ok;uint8_t[7] _padding0;"]
+    begin = b"ULog\x01\x12\x35\x01" + bytes(8)
+    out = begin + b"".join(made_logs.message(b"F", one) for one in formats)
+    out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"status")
+    sample = struct.pack("<HQBffBff?", 7, 3_000_000, 1, 1.0, 2.0, 2, 3.0, 4.0, True)
+    (tmp_path / "a.ulg").write_bytes(out + made_logs.message(b"D", sample) + made_logs.message(b"D", sample + bytes(7)))
+    found, damaged = ulog.read(
+        tmp_path / "a.ulg", ["status.e[1].v[0]", "status.ok", "status.e[2].v[0]", "status.e", "status.x"]
+    )
+    assert damaged == 0
+    assert {name: series.value.tolist() for name, series in found.items()} == {
+        "status.e[1].v[0]": [3.0, 3.0], "status.ok": [1.0, 1.0],
+    }  # fmt: skip
+    assert found["status.ok"].time.tolist() == [3.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "layout",
+    [
+        b"a:a[65535] x;",
+        b"a:b[60000] x;",
+        b"a:float[99999] x;",
+        b"a:nothing x;",
+        b"a:;",
+        b"a:float x;float x;",
+        b"a:float[-1] x;",
+    ],
+)
+def test_a_layout_that_no_message_can_have_is_damage(tmp_path, layout):
+    out = b"ULog\x01\x12\x35\x01" + bytes(8) + made_logs.message(b"F", b"b:float[60000] x;") + made_logs.message(b"F", layout)
+    out += made_logs.message(b"A", struct.pack("<BH", 0, 7) + b"a")
+    (tmp_path / "a.ulg").write_bytes(out)
+    columns, damaged = ulog.read(tmp_path / "a.ulg", ["a.x"])
+    assert not columns
+    assert damaged > 0
+
+
+@pytest.mark.parametrize(("suffix", "made"), [(".ulg", made_logs.ulog), (".bin", made_logs.ardupilot)])
+def test_damage_is_left_out_and_counted_and_nothing_of_it_reaches_the_terminal(tmp_path, capfd, flight, motors, suffix, made):
+    content = bytearray(made(flight, motors))
+    whole = read_log(saved(tmp_path / f"a{suffix}", content))
+    assert whole.damaged == 0
+    content[60_000:60_000] = b"\x1b[31m\x1b]0;title\x07" * 20
+    content[90_000:90_400] = bytes(400)
+    del content[120_000:120_033]
+    found = read_log(saved(tmp_path / f"b{suffix}", content))
+    assert found.damaged == 3
+    assert found.rows == whole.rows
+    where = ~found.lost & np.isfinite(found.channel("rates")).all(axis=1)
+    assert where.mean() > 0.99
+    assert np.array_equal(found.channel("rates")[-500:], whole.channel("rates")[-500:])
+    assert [one.text for one in judge(found) if "damaged" in one.text] == [
+        "the file is damaged in 3 places; what could not be read is left out"
+    ]
+    assert capfd.readouterr() == ("", "")
+
+
+def saved(path, content):
+    path.write_bytes(content)
+    return path
+
+
+def test_a_log_of_a_few_samples_is_one_line(tmp_path, flight, motors):
+    few = dataclasses.replace(flight, time=flight.time[:10])
+    for suffix, made in ((".ulg", made_logs.ulog), (".bin", made_logs.ardupilot)):
+        with pytest.raises(UserError, match=r"rows of 0.01 s with motor commands; a log needs at least 20"):
+            read_log(saved(tmp_path / f"a{suffix}", made(few, motors)))
+
+
+def packed_mcap(says, content, kind):
+    """An MCAP file of one chunk that says how large it is unpacked."""
+    import lz4.frame
+    import zstandard
+
+    def record(number, body):
+        return bytes([number]) + struct.pack("<Q", len(body)) + body
+
+    def text(value):
+        return struct.pack("<I", len(value)) + value
+
+    data = zstandard.compress(content) if kind == b"zstd" else lz4.frame.compress(content)
+    chunk = record(6, struct.pack("<QQQI", 0, 1, says, 0) + text(kind) + struct.pack("<Q", len(data)) + data)
+    magic = b"\x89MCAP0\r\n"
+    return magic + record(1, text(b"") + text(b"x")) + chunk + record(15, bytes(4)) + record(2, bytes(20)) + magic
+
+
+@pytest.mark.parametrize("kind", [b"zstd", b"lz4"])
+def test_an_mcap_file_is_not_unpacked_further_than_it_says_and_may(tmp_path, kind):
+    pytest.importorskip("mcap_ros2")
+    from mcap.records import Chunk
+
+    from quadstep.logs.mcap_file import data_of, recorded
+
+    mapping = str(saved(tmp_path / "map.toml", made_logs.MCAP_MAPPING.encode()))
+    content = b"\x80" + struct.pack("<Q", 5_000_000) + bytes(5_000_000)
+    for says, said in ((2_500_000_000, "unpacks to 2500 MB"), (1000, "the size or"), (9_000_000, "the size or")):
+        with pytest.raises(UserError, match=said):
+            read_log(saved(tmp_path / "a.mcap", packed_mcap(says, content, kind)), mapping)
+    (chunk,) = (one for one in recorded(packed_mcap(1000, content, kind)) if isinstance(one, Chunk))
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="the size or the checksum"):
+        data_of(chunk)
+    assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    tracemalloc.stop()
+    with pytest.raises(UserError, match="has none of the columns"):
+        read_log(saved(tmp_path / "a.mcap", packed_mcap(len(content), content, kind)), mapping)
+
+
+def test_a_flipped_bit_of_an_mcap_file_is_noticed(tmp_path, flight, motors):
+    pytest.importorskip("mcap_ros2")
+    from mcap.writer import CompressionType, Writer
+
+    mapping = str(saved(tmp_path / "map.toml", made_logs.MCAP_MAPPING.encode()))
+    short = dataclasses.replace(flight, time=flight.time[:40])
+    made_logs.mcap(tmp_path / "a.mcap", short, motors, lambda file: Writer(file, compression=CompressionType.NONE))
+    content, whole = (tmp_path / "a.mcap").read_bytes(), read_log(tmp_path / "a.mcap", mapping)
+    refused = 0
+    for place in range(0, len(content), 256):
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << place // 256 % 8
+        try:
+            found = read_log(saved(tmp_path / "b.mcap", flipped), mapping)
+        except UserError:
+            refused += 1
+            continue
+        assert np.array_equal(found.motors, whole.motors)
+        assert all(np.array_equal(found.channels[name], values, equal_nan=True) for name, values in whole.channels.items())
+    assert refused > 0.7 * len(content) / 256
+
+
+def test_numbers_that_no_sensor_gives_are_not_measured(tmp_path, flight, motors):
+    wild = dict(flight.channels)
+    wild["rates"] = wild["rates"].copy()
+    wild["rates"][700] = (1e30, 1.0, 1.0)
+    found = read_log(saved(tmp_path / "a.ulg", made_logs.ulog(dataclasses.replace(flight, channels=wild), motors)))
+    assert np.nanmax(np.abs(found.channel("rates"))) < 100.0
+    assert 1 <= (~np.isfinite(found.channel("rates")).all(axis=1)).sum() <= 3
+
+
+def test_a_layout_whose_name_speaks_to_the_terminal_is_none_of_ours(tmp_path, capfd, flight, motors):
+    content = made_logs.ardupilot(flight, motors)
+    evil = made_logs.described(9, 11, "\x1b]0;", "!!", "\x1b[2J\x1b[31mred\x07")
+    assert read_log(saved(tmp_path / "a.bin", content[:89] + evil + content[89:])).rows > 2000
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_log_that_is_no_measurement_is_one_line(flight):
+    still = {
+        **flight.channels,
+        "attitude": np.tile([1.0, 0.0, 0.0, 0.0], (flight.rows, 1)),
+        "rates": np.zeros((flight.rows, 3)),
+    }
+    fixed = dataclasses.replace(flight, channels=still)
+    with pytest.raises(UserError, match="attitude: exactly as if nothing acted on the vehicle"):
+        compare([fixed], start(), ready([fixed], start())[0])

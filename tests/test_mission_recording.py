@@ -40,6 +40,12 @@ def rows(*changed):
     return "\n".join(lines) + "\n"
 
 
+def test_times_in_another_unit_are_one_line(tmp_path):
+    (tmp_path / "path.csv").write_text("t,x,y,z\n0,0,0,0\n1,1,0,0\n200000000,2,0,0\n300000000,3,0,1\n400000000,3,0,1\n")
+    with pytest.raises(UserError, match=r"path.file: path.csv: its times, 0 to 4e\+08 s .* are they in seconds\?"):
+        check_mission({"path": {"type": "recorded", "file": "path.csv"}}, "m.toml", tmp_path).plan()
+
+
 def test_a_recording_too_short_for_its_smoothing_is_one_line_that_names_file_and_row_and_what_is_allowed(tmp_path):
     tiny = "t,x,y,z\n0,0,0,0\n1e-6,1,0,0\n2e-6,2,0,0\n3e-6,3,0,1\n"
     (tmp_path / "tiny.csv").write_text(tiny)

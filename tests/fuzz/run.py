@@ -12,12 +12,15 @@ from typing import NamedTuple
 
 from tests.fuzz.inputs import Campaigns, Missions, Recordings, Vehicles
 from tests.fuzz.judge import Verdict, judge, limit_memory
+from tests.fuzz.logs import Logs
 from tests.fuzz.stored import Campaigned, Flights, Weights
 
-KINDS = {kind.name: kind for kind in (Missions(), Campaigns(), Vehicles(), Recordings(), Flights(), Weights(), Campaigned())}
+KINDS = {
+    kind.name: kind for kind in (Missions(), Campaigns(), Vehicles(), Recordings(), Flights(), Weights(), Campaigned(), Logs())
+}
 SHARES = {
-    "missions": 0.35, "campaigns": 0.17, "vehicles": 0.15, "recordings": 0.17, "flights": 0.06, "weights": 0.06,
-    "campaign results": 0.04,
+    "missions": 0.32, "campaigns": 0.15, "vehicles": 0.13, "recordings": 0.16, "flights": 0.06, "weights": 0.06,
+    "campaign results": 0.04, "logs": 0.08,
 }  # fmt: skip
 """Of all cases."""
 

@@ -1,5 +1,6 @@
 """What commands that read logs share."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -46,10 +47,9 @@ def show_compared(title: str, found: "Compared") -> None:
             error, constant, zero = (SHOWN[group] * one for one in found.means(horizon, group))
             ratio = found.ratio(horizon, group)
             beside = f"{found.ratio(horizon, group, 'zero').value:.2f}"
-            if ratio.low == ratio.low:
-                shown = f"{ratio.value:.2f} ({ratio.low:.2f} to {ratio.high:.2f})"
-            else:
-                shown = f"{ratio.value:.2f}"
+            shown = f"{ratio.value:.2f}"
+            if math.isfinite(ratio.low):
+                shown += f" ({ratio.low:.2f} to {ratio.high:.2f})"
             what = f"{group}, {horizon} [{UNITS[group]}]"
             rows.append((what, f"{error:.3g}", f"{constant:.3g}", f"{zero:.3g}", shown, beside))
     header = ("what, samples ahead", "error", "constant", "zero rate", "to constant (95 %)", "to zero")

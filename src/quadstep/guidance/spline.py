@@ -64,7 +64,7 @@ def near_recording(times: Array, points: Array, smoothing: float) -> PiecewisePa
     """Least jerk near recorded `points` (n, 4) [m, m, m, rad] at uneven `times` (n,) [s], at rest at both ends; n >= 2.
 
     smoothing: time constant tau [s]; what is faster than 1/tau rad/s is taken for noise (gain 1 / (1 + (w tau)^6)). The
-    recording lasts `LEAST_SPAN` of it or longer.
+    recording lasts `LEAST_SPAN` of it or longer. Raises ValueError where its steps are too unlike for numbers to hold.
 
     >>> import numpy as np
     >>> from quadstep.guidance import Piecewise, near_recording

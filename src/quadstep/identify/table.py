@@ -86,4 +86,8 @@ def compare(
             lengths = norms(guess, truth)
             for i in range(len(flights)):
                 found[place][h, :, i] = lengths[:, starts.flight == i].mean(axis=1)
+    still = np.argwhere(found[1] * found[2] == 0.0)
+    if len(still):
+        name, group = flights[still[0, 2]].name, GROUPS[still[0, 1]]
+        raise UserError(f"{name}: {group}: exactly as if nothing acted on the vehicle: no measurement, and nothing to predict")
     return Compared(tuple(flight.name for flight in flights), horizons, found[0], found[1], found[2], len(starts.row))

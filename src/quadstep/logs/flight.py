@@ -43,7 +43,8 @@ class FlightRecord:
     full command, or speeds [rad/s] if `speeds`. channels: each of `WIDTHS` that was logged, shape (n, width): position [m],
     velocity [m/s], attitude (w, x, y, z) body to world, rates [rad/s] about body axes, acceleration: specific force [m/s^2],
     voltage [V], setpoint [m], setpoint_yaw [rad], reference_rates: from another sensor, estimated_*: the log's own estimate.
-    derived: channels that were computed from others. lost (n,): rows with an invalid command (above the full one).
+    derived: channels that were computed from others. lost (n,): rows with an invalid command (above the full one). damaged:
+    how many stretches of the file could not be read and were skipped.
     """
 
     name: str
@@ -54,6 +55,7 @@ class FlightRecord:
     channels: dict[str, Floats]
     derived: tuple[str, ...]
     lost: Flags
+    damaged: int = 0
 
     def channel(self, name: str) -> Floats:
         """A channel, shape (n, width); NaN throughout where it was not logged."""

@@ -1,13 +1,15 @@
 """Samples of many topics resampled to evenly spaced rows."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.errors import UserError
-from quadstep.logs.flight import Flags, FlightRecord, Floats
+from quadstep.logs.flight import Flags, Floats
 from quadstep.logs.mapping import Mapping, converted
 from quadstep.logs.series import Columns, Series
+from quadstep.logs.table import FEWEST_ROWS
 
 PERIOD = 0.01
 """Period of the rows, if the log is that fast [s]."""
@@ -18,7 +20,16 @@ STALE = 0.1
 LONGEST = 3600.0 * 6
 
 
-def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
+class Rows(NamedTuple):
+    """Rows of a log: time [s] (n,), their period [s], the motors' commands as logged (n, rotors), and channels in SI."""
+
+    time: Floats
+    period: float
+    motors: Floats
+    channels: dict[str, Floats]
+
+
+def gridded(path: Path, columns: Columns, mapping: Mapping) -> Rows:
     """A log by a mapping. Raises UserError if the motors, or everything else, are missing, or time goes backward."""
     for name, series in columns.items():
         if len(series.time) > 1 and (np.diff(series.time) < 0.0).any():
@@ -34,22 +45,16 @@ def gridded(path: Path, columns: Columns, mapping: Mapping) -> FlightRecord:
         raise UserError(f"{path}: longer than six hours; cut the log")
     period = max(PERIOD, float(np.median(np.diff(told))))
     time = np.arange(told[0], told[-1], period)
+    if len(time) < FEWEST_ROWS:
+        raise UserError(f"{path}: {len(time)} rows of {period:g} s with motor commands; a log needs at least {FEWEST_ROWS}")
     logged = np.stack([held(columns[name], time) for name in mapping.motors.columns], axis=1)
-    factor = {"share": 1.0 / (mapping.motors.full - mapping.motors.zero), "rad/s": 1.0, "rpm": np.pi / 30.0}[
-        mapping.motors.unit
-    ]
-    motors = np.maximum((logged - mapping.motors.zero) * factor, 0.0)
-    share = mapping.motors.unit == "share"
-    known = np.isfinite(motors).all(axis=1)
-    lost: Flags = ~known | (np.nan_to_num(motors).max(axis=1) > (1.001 if share else np.inf))
     channels = {}
     for name, channel in mapping.columns.items():
         if all(one in columns and len(columns[one].time) > 1 for one in channel.columns):
             samples = np.stack([columns[one].value for one in channel.columns], axis=1)
             stamps = columns[channel.columns[0]].time
             channels[name] = between(stamps, converted(mapping, name, samples), time)
-    channels = {name: values for name, values in channels.items() if np.isfinite(values).any()}
-    return FlightRecord(path.stem, time - time[0], period, np.nan_to_num(motors), not share, channels, (), lost)
+    return Rows(time - time[0], period, logged, channels)
 
 
 def stale(stamps: Floats, time: Floats) -> Flags:

@@ -72,6 +72,9 @@ def never_flew(flight: FlightRecord) -> str:
 def flaws(flight: FlightRecord) -> list[Finding]:
     """Gaps, duplicate rows, lost commands, missing numbers, crashes."""
     found = []
+    if flight.damaged:
+        places = "1 place" if flight.damaged == 1 else f"{flight.damaged} places"
+        found.append(Finding(False, f"the file is damaged in {places}; what could not be read is left out"))
     steps = np.diff(flight.time)
     twice = int((steps < 1e-9).sum())
     gaps = steps[steps > 1.5 * flight.period]

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
-from quadstep.logs.flight import WIDTHS, Floats
+from quadstep.logs.flight import WIDTHS, Flags, Floats
 from quadstep.mission.check import check
 from quadstep.mission.fields import Positive, Quantity, Section, as_tuple
 
@@ -27,6 +27,9 @@ UNITS = {
 }
 """Units by kind of quantity, with their value in SI; the first is the default."""
 
+LARGEST = {"position": 1e8, "velocity": 1e4, "attitude": 1e6, "rates": 1e3, "acceleration": 1e4, "voltage": 1e3, "yaw": 1e6}
+"""Larger numbers [SI] are no measurements, but damage or another column."""
+
 KINDS = {
     "setpoint": "position", "estimated_position": "position", "estimated_velocity": "velocity",
     "estimated_attitude": "attitude", "reference_rates": "rates", "setpoint_yaw": "yaw",
@@ -36,6 +39,10 @@ KINDS = {
 ORDERS = {"wxyz": 4, "xyzw": 4, "roll-pitch-yaw": 3, "yaw-pitch-roll": 3}
 
 Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=8)]
+
+
+MOST_COMMAND, MOST_SPEED = 1e3, 1e5
+"""Largest command, as a share of the full one, and largest speed of a rotor [rad/s]; larger ones are taken for these."""
 
 
 class TimeSection(Section):
@@ -74,6 +81,12 @@ class MotorsSection(Section):
     unit: Annotated[Literal["share", "rad/s", "rpm"], Quantity("", "share of the full command, or a speed")] = "share"
     zero: Annotated[float, Quantity("", "value of a zero command, in the logged unit")] = 0.0
     full: Annotated[Positive, Quantity("", "value of the full command, in the logged unit")] = 1.0
+
+    @model_validator(mode="after")
+    def _full(self) -> "MotorsSection":
+        if not self.full > self.zero:
+            raise ValueError(f"full = {self.full:g} should be above zero = {self.zero:g}")
+        return self
 
 
 class Mapping(Section):
@@ -136,8 +149,9 @@ def fitting(header: list[str]) -> str | None:
 def converted(mapping: Mapping, name: str, values: Floats) -> Floats:
     """A channel in the simulator's units and axes from its columns as logged, shape (n, columns)."""
     channel = mapping.columns[name]
-    units = UNITS[KINDS.get(name, name)]
-    scaled = values * units[channel.unit or next(iter(units))]
+    kind = KINDS.get(name, name)
+    unit = UNITS[kind][channel.unit or next(iter(UNITS[kind]))]
+    scaled = np.where(np.abs(values) <= LARGEST[kind] / unit, values, np.nan) * unit
     if channel.signs:
         scaled = scaled * np.array(channel.signs, dtype=float)
     if WIDTHS[name] == 4:
@@ -191,6 +205,16 @@ def product(a: Floats, b: Floats) -> Floats:
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
-def content_of(mapping: Mapping) -> dict[str, object]:
-    """A mapping in words, for a report."""
-    return mapping.model_dump(exclude_defaults=True)
+def commanded(mapping: Mapping, logged: Floats) -> tuple[Floats, Flags]:
+    """The motors' commands, (n, rotors), as shares of the full one or speeds [rad/s], and which rows are lost: one of them is
+    above the full one, or not a number. logged: in the log's unit.
+    """
+    motors = mapping.motors
+    share = motors.unit == "share"
+    zero, one, most = motors.zero, motors.full - motors.zero, MOST_COMMAND
+    if not share:
+        zero, one, most = 0.0, {"rad/s": 1.0, "rpm": 30.0 / math.pi}[motors.unit], MOST_SPEED
+    known = np.isfinite(logged)
+    found = (np.where(known, logged, zero).clip(zero, zero + most * one) - zero) / one
+    lost: Flags = ~known.all(axis=1) | (found.max(axis=1) > (1.0 + 1e-6 if share else np.inf))
+    return found, lost

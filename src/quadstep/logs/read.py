@@ -1,20 +1,19 @@
 """Reading logs of every kind into `FlightRecord`s."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from quadstep.errors import UserError
-from quadstep.logs.flight import Flags, FlightRecord, Floats
-from quadstep.logs.grid import gridded
-from quadstep.logs.mapping import Mapping, converted, fitting, load_mapping, mapping_names, read_mapping
+from quadstep.logs.flight import FlightRecord, Floats
+from quadstep.logs.grid import Rows, gridded
+from quadstep.logs.mapping import Mapping, commanded, converted, fitting, load_mapping, mapping_names, read_mapping
 from quadstep.logs.table import header_of, read_columns
 from quadstep.logs.topics import read_topics, refuse_empty
 
 USUAL = {".ulg": ("px4", "px4-outputs"), ".ulog": ("px4", "px4-outputs"), ".bin": ("ardupilot",), ".mcap": ()}
 """The package's mappings for logs of many topics, in the order in which they are tried, by file extension."""
-
-RPM = np.pi / 30.0
 
 
 def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
@@ -35,9 +34,9 @@ def read_many(path: Path, mappings: list[Mapping]) -> FlightRecord:
     if not mappings:
         refuse_empty(path)
         raise UserError(f"{path}: topics have no fixed names; give --mapping FILE that assigns the columns (docs/logs.md)")
-    columns = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
+    columns, damaged = read_topics(path, list(dict.fromkeys(name for mapping in mappings for name in mapping.names())))
     chosen = next((one for one in mappings if all(name in columns for name in one.motors.columns)), mappings[0])
-    return completed(gridded(path, columns, chosen))
+    return recorded(path, chosen, gridded(path, columns, chosen), damaged)
 
 
 def found_mapping(path: Path) -> Mapping:
@@ -58,18 +57,21 @@ def read_table(path: Path, mapping: Mapping) -> FlightRecord:
     period = check_time(path, time, mapping.time.column)
     logged = np.stack([columns[name] for name in mapping.motors.columns], axis=1)
     check_motors(path, logged, mapping)
-    factor = {"share": 1.0 / (mapping.motors.full - mapping.motors.zero), "rad/s": 1.0, "rpm": RPM}[mapping.motors.unit]
-    motors = (logged - mapping.motors.zero) * factor
-    share = mapping.motors.unit == "share"
-    lost: Flags = motors.max(axis=1) > (1.0 + 1e-9 if share else np.inf)
     channels = {
         name: converted(mapping, name, np.stack([columns[one] for one in channel.columns], axis=1))
         for name, channel in mapping.columns.items()
     }
-    channels = {name: values for name, values in channels.items() if np.isfinite(values).any()}
+    return recorded(path, mapping, Rows(time, period, logged, channels))
+
+
+def recorded(path: Path, mapping: Mapping, rows: Rows, damaged: int = 0) -> FlightRecord:
+    """The flight of some rows, whose motors' commands are still as logged. damaged: as in `FlightRecord`."""
+    channels = {name: values for name, values in rows.channels.items() if np.isfinite(values).any()}
     if mapping.columns.get("velocity") and mapping.columns["velocity"].axes == "body" and "attitude" in channels:
         channels["velocity"] = turned(channels["attitude"], channels["velocity"])
-    return completed(FlightRecord(path.stem, time, period, motors, not share, channels, (), lost))
+    motors, lost = commanded(mapping, rows.motors)
+    speeds = mapping.motors.unit != "share"
+    return completed(FlightRecord(path.stem, rows.time, rows.period, motors, speeds, channels, (), lost, damaged))
 
 
 def check_time(path: Path, time: Floats, column: str) -> float:
@@ -112,9 +114,7 @@ def completed(record: FlightRecord) -> FlightRecord:
     if "attitude" in channels and "rates" not in channels:
         channels["rates"] = rates_of(channels["attitude"], record.time)
         derived.append("rates")
-    return FlightRecord(
-        record.name, record.time, record.period, record.motors, record.speeds, channels, tuple(derived), record.lost
-    )
+    return replace(record, channels=channels, derived=tuple(derived))
 
 
 def rates_of(attitude: Floats, time: Floats) -> Floats:

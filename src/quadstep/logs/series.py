@@ -1,9 +1,14 @@
 """Columns of logs with many topics: each has its own samples and is named topic.field."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import NamedTuple
 
+from quadstep.errors import UserError
 from quadstep.logs.flight import Floats
+
+MOST_SAMPLES = 20_000_000
+"""Most numbers taken from a log, in all."""
 
 
 class Series(NamedTuple):
@@ -16,6 +21,13 @@ class Series(NamedTuple):
 Columns = dict[str, Series]
 
 
+class Topics(NamedTuple):
+    """What is read of a log. damaged: how many stretches of it are not what its format says, and were skipped."""
+
+    columns: Columns
+    damaged: int
+
+
 def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:
     """Fields by topic; the topic's name ends at the first dot."""
     found: dict[str, list[str]] = {}
@@ -24,3 +36,9 @@ def by_topic(wanted: Iterable[str]) -> dict[str, list[str]]:
         if field:
             found.setdefault(topic, []).append(field)
     return found
+
+
+def refuse_many(path: Path, rows: Mapping[str, int], fields: Mapping[str, list[str]]) -> None:
+    """Raises UserError where so many rows of each topic are more numbers than a log may have."""
+    if sum(count * (1 + len(fields[topic])) for topic, count in rows.items()) > MOST_SAMPLES:
+        raise UserError(f"{path}: more than {MOST_SAMPLES} numbers; cut the log")

@@ -1,4 +1,4 @@
-"""Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. Readers are loaded when used, since each needs a package."""
+"""Logs of many topics: PX4 ULog, ArduPilot .BIN, MCAP. Readers are loaded when used: that of MCAP needs packages."""
 
 from importlib import import_module
 from pathlib import Path
@@ -6,10 +6,7 @@ from pathlib import Path
 from quadstep import files
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
-from quadstep.logs.series import Columns
-
-MOST_SAMPLES = 20_000_000
-"""Most numbers taken from a log, in all."""
+from quadstep.logs.series import Topics
 
 READERS = {
     ".ulg": ("ulog", "a ULog"),
@@ -27,11 +24,11 @@ def refuse_empty(path: Path) -> None:
             raise UserError(f"{path}: is empty")
 
 
-def read_topics(path: Path, wanted: list[str]) -> Columns:
+def read_topics(path: Path, wanted: list[str]) -> Topics:
     """The requested columns that a log has. Raises UserError if it is not a log, or if a package is not installed."""
     module, kind = READERS[path.suffix.lower()]
     refuse_empty(path)
-    found: Columns
+    found: Topics
     with needed_by(f"reading {kind}"):
         try:
             found = import_module(f"quadstep.logs.{module}").read(path, wanted)
@@ -40,6 +37,4 @@ def read_topics(path: Path, wanted: list[str]) -> Columns:
         except Exception as error:
             said = str(error) or type(error).__name__
             raise UserError(f"{path}: cannot be read as {kind}: damaged, or another kind of file ({said})") from None
-    if sum(len(one.time) for one in found.values()) > MOST_SAMPLES:
-        raise UserError(f"{path}: more than {MOST_SAMPLES} numbers; cut the log")
     return found

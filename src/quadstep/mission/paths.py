@@ -178,7 +178,12 @@ class RecordedPath(Section):
             )
         except UserError as error:
             raise UserError(f"path.file: {error}") from None
-        return BuiltPath(Piecewise(), near_recording(times, points, self.smoothing), float(times[-1]))
+        try:
+            path = near_recording(times, points, self.smoothing)
+        except ValueError:
+            said = f"its times, 0 to {times[-1]:g} s with steps of up to {np.diff(times).max():g} s, cannot be smoothed"
+            raise UserError(f"path.file: {self.file}: {said} over {self.smoothing:g} s; are they in seconds?") from None
+        return BuiltPath(Piecewise(), path, float(times[-1]))
 
 
 class OwnPathSection(OwnSection):
