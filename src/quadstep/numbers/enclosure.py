@@ -88,14 +88,14 @@ class Enclosures:
 
     def log(self, x: Enclosure) -> Enclosure:
         low = x.low
-        if np.any(low <= 1e-300):
+        if not np.all(low > 1e-300):
             raise UndefinedError(f"a logarithm of a number that may be zero or negative ({place()})")
         return without_fresh_error(x, ARRAYS.log(x.centre), 1.0 / x.centre, 0.5 * x.tight * x.tight / (low * low))
 
     def sqrt(self, x: Enclosure) -> Enclosure:
         """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
         low, high = x.low, x.high
-        if np.any(low < 0.0):
+        if not np.all(low >= 0.0):
             raise UndefinedError(f"a square root of a number that may be negative ({place()})")
         far = low > 0.25 * high
         centre = np.where(far, x.centre, 1.0)
@@ -116,8 +116,8 @@ class Enclosures:
         across, along = y.tight, x.tight
         move = np.sqrt(across * across + along * along) * (1.0 + 1e-12)
         away = np.sqrt(y.centre * y.centre + x.centre * x.centre) * (1.0 - 1e-12) - move
-        cut = (x.low <= 0.0) & (y.low <= 0.0) & (y.high >= 0.0)
-        if np.any(away <= 1e-6 * move + TINY) or np.any(cut):
+        clear = (x.low > 0.0) | (y.low > 0.0) | (y.high < 0.0)
+        if not (np.all(away > 1e-6 * move + TINY) and np.all(clear)):
             raise UndefinedError(f"an angle across its jump from -pi to pi, or of a point that may be the origin ({place()})")
         square = y.centre * y.centre + x.centre * x.centre
         slope_y, slope_x = x.centre / square, -y.centre / square

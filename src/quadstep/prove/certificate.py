@@ -18,11 +18,17 @@ from quadstep.atomic import write_beside
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.prove.sampled import Array
-from quadstep.prove.unknown import Unknown
+from quadstep.prove.unknown import Unknown, refuse_out_of_range
 
 FORMAT = "quadstep tube 2"
 LARGEST = 2**28
 """Most bytes of a flight."""
+
+SMALL, LARGE = 1e-100, 1e100
+"""Magnitudes of a certificate's numbers other than zero, so that products of a few neither overflow nor underflow."""
+
+MOST_SAMPLES = 100
+"""Of a block, whose sums are then short enough for the check's allowance for rounding."""
 
 
 class Certificate(NamedTuple):
@@ -91,8 +97,22 @@ def written(unknown: Unknown) -> dict[str, float]:
 
 
 def read_unknown(content: Mapping[str, float]) -> Unknown:
-    """The unknowns read back. Raises KeyError, TypeError or ValueError."""
-    return Unknown(*(float(content[f"{name}[{unit}]"]) for name, unit in UNITS.items()))
+    """The unknowns read back. Raises KeyError, TypeError, ValueError, OverflowError or UserError."""
+    found = Unknown(*(float(content[f"{name}[{unit}]"]) for name, unit in UNITS.items()))
+    refuse_out_of_range(found, "{}")
+    return found
+
+
+def table(content: object, least: float, small: float = SMALL) -> Array:
+    """An array of numbers that are zero or of a magnitude from `small` to `LARGE`, and not below `least`.
+
+    Raises TypeError, ValueError, OverflowError.
+    """
+    found = np.array(content, dtype=np.float64)
+    size = np.abs(found)
+    if not np.all(((size == 0.0) | (size >= small)) & (size <= LARGE) & (found >= least)):
+        raise ValueError(f"a number is not zero or from {small:g} to {LARGE:g} in size, or is below {least:g}")
+    return found
 
 
 def read_certificate(path: Path) -> Certificate:
@@ -103,15 +123,14 @@ def read_certificate(path: Path) -> Certificate:
             raise ValueError(f"format should be {FORMAT!r}")  # noqa: TRY301 (one message for all)
         states = tuple(str(name) for name in content["states"])
         unknown = read_unknown(content["unknown"])
-        flown = unpacked(content["flown"], len(states))
-        spread, boxes = (np.array(content[name], dtype=np.float64) for name in ("spread", "boxes"))
-        position, size = np.array(content["position[m]"], dtype=np.float64), int(content["samples_per_block"])
+        flown = table(unpacked(content["flown"], len(states)), -LARGE, 0.0)
+        spread, boxes = table(content["spread"], -LARGE), table(content["boxes"], 0.0)
+        position, size = table(content["position[m]"], 0.0), int(content["samples_per_block"])
         mission = str(content["mission"])
-    except (KeyError, TypeError, ValueError, zlib.error, binascii.Error) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, UserError, zlib.error, binascii.Error) as error:
         raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
-    blocks = -(-(len(flown) - 1) // size) if size > 0 else 0
+    blocks = -(-(len(flown) - 1) // size) if 0 < size <= MOST_SAMPLES else 0
     shapes = spread.shape == (len(states), len(states)) and boxes.shape == (blocks, len(states)) and position.ndim == 1
-    numbers = (flown, spread, boxes, position, np.array(unknown))
-    if not shapes or blocks < 1 or not all(np.isfinite(one).all() for one in numbers):
+    if not shapes or blocks < 1:
         raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
     return Certificate(mission, unknown, states, flown, size, spread, boxes, position, str(content.get("folder", "")))

@@ -19,7 +19,7 @@ from quadstep.numbers import Number
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
 from quadstep.prove.backwards import Block, block, from_the_start, grown, passage, rounding
 from quadstep.prove.certificate import Certificate, read_certificate
-from quadstep.prove.check_loop import CONSTANTS, PUSHES, UP, Loop, number, pushed
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, UP, Loop, all_finite, number, pushed
 from quadstep.prove.unknown import Unknown
 
 
@@ -43,11 +43,10 @@ def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
     width, fresh = found.spread * box, Fresh(known, total)
     x = [number(found.flown[begin:end, i].copy(), width[i], total, fresh) for i in range(n)]
     p = pushed(loop.plan.parameters, found.unknown, n, total, samples)
-    with np.errstate(all="ignore"):
-        after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
+    after = loop.after(x, np.arange(begin, end, dtype=np.float64) * float(loop.span), p)
     linear, rest = np.zeros((samples, n, total)), np.zeros((samples, n))
     for i, one in enumerate(after):
-        if not isinstance(one, Enclosure) or one.parts is None or not np.all(np.isfinite(one.centre)):
+        if not isinstance(one, Enclosure) or one.parts is None:
             raise UserError(f"{found.states[i]} is not returned by the loop as a state is")
         linear[:, i] = one.parts.T
         rest[:, i] = one.rest + np.abs(one.centre - found.flown[begin + 1 : end + 1, i]) * UP
@@ -57,6 +56,7 @@ def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
     kept = np.concatenate([(step @ found.spread) * box, middle[:, n:]], axis=1)
     rest += np.abs(linear[:, :, :known] - kept).sum(axis=2) + np.abs(linear[:, :, known:]).sum(axis=2)
     rest += 3.0 * rounding(n) * (np.abs(step) @ (np.abs(into) @ reach + reach))  # `kept`
+    all_finite(linear, rest, step, kept)
     once = passage(step, kept[:, n : n + PUSHES], kept[:, n + PUSHES :], rest.max(axis=0) * UP, reach)
     return block(once, samples, box, into, found.spread)
 
@@ -74,12 +74,12 @@ def failing(loop: Loop, found: Certificate) -> str:
     known = from_the_start(blocks, start, axes)
     for place, box in enumerate(found.boxes):
         inside = grown(blocks, place, known, axes)
-        wide = inside.max(axis=0) > box
-        if np.any(wide):
-            name = found.states[int(np.argmax(wide))]
+        kept = inside.max(axis=0) <= box  # false for NaN
+        if not np.all(kept):
+            name = found.states[int(np.argmin(kept))]
             return f"at {place * found.block * seconds:g} s: {name} is not shown to stay in its box"
         most = np.maximum(most, inside[:, :axes].max(axis=0))
-    if np.any(most > found.position):
+    if not np.all(most <= found.position):
         return f"the position is shown to stay within {1e3 * most.max():.6g} mm, not within the bound that the file claims"
     return ""
 
@@ -106,7 +106,8 @@ def check_certificate(path: Path) -> Checked:
     try:
         loop = Loop(plan, found.states)
         refuse_unfit(loop, found)
-        failed = failing(loop, found)
+        with np.errstate(all="ignore"):  # what is not finite fails
+            failed = failing(loop, found)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     time, axes = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step, tuple(plan.loop.plant.axes)

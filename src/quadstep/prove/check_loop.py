@@ -93,6 +93,12 @@ def number(centre: Array, row: Array, total: int, fresh: Fresh | None = None) ->
     return Enclosure(centre, parts, 2.0**-52 * reach, reach, fresh)
 
 
+def all_finite(*arrays: Array) -> None:
+    """Raises UndefinedError for a number of the check that is infinite or none, of which no comparison would tell."""
+    if not all(np.all(np.isfinite(one)) for one in arrays):
+        raise UndefinedError("a number of the check is not finite")
+
+
 def pushed(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
     """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia. Raises UserError."""
     force, torque, mass, inertia, _ = unknown

@@ -17,7 +17,7 @@ from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.multirotor import Multirotor
-from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop, number, pushed
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop, all_finite, number, pushed
 from quadstep.prove.set_certificate import SetCertificate, read_set
 from quadstep.prove.unknown import Unknown
 
@@ -77,8 +77,7 @@ def box(found: SetCertificate, centre: Array, width: Array, second: int, directi
 def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Operand, directions: int) -> Image:
     """The image one sample later. Raises UndefinedError, UserError."""
     p = pushed(loop.plan.parameters, found.unknown, directions - UNKNOWNS, directions, 1)
-    with np.errstate(all="ignore"):
-        after = loop.after(numbers, ticks, p)
+    after = loop.after(numbers, ticks, p)
     for place in range(len(found.states)):
         other = found.twins.get(place)
         if place == found.unit:
@@ -95,12 +94,13 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
         one = after[place]
         if isinstance(one, float):  # as the law writes it, whatever it was
             one = number(np.array([one]), np.zeros(1), 1)
-        if not isinstance(one, Enclosure) or not (np.isfinite(one.centre[0]) and np.isfinite(one.tight[0])):
+        if not isinstance(one, Enclosure):
             raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
         gap[i] = one.centre[0] - found.rest[place]
         left[i] = one.rest[0] + abs(gap[i]) * 2.0**-50
         if one.parts is not None:
             parts[i, : len(one.parts)] = one.parts[:, 0]
+    all_finite(gap, parts, left)
     return Image(gap, parts, left)
 
 
@@ -144,7 +144,11 @@ def starts(loop: Loop, found: SetCertificate) -> Array:
 
 def failing(loop: Loop, found: SetCertificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
-    discs, count = Discs(found), len(found.live)
+    count = len(found.live)
+    try:
+        discs = Discs(found)
+    except np.linalg.LinAlgError:
+        return "its coordinates depend on each other"
     axes = len(loop.plan.loop.plant.axes)
     middle = 0.5 * (LONGEST / loop.plan.ticks.step + loop.span)
     away = np.array([middle - loop.span])
@@ -164,11 +168,11 @@ def failing(loop: Loop, found: SetCertificate) -> str:
         return f"nothing bounds a sample over the set: {error}"
     astray = discs.off @ discs.radii
     for what, bound in (("a flight in the set", kept), ("a start", first)):
-        beyond = (bound + astray) * UP > discs.radii
-        if np.any(beyond):
-            return f"{what} is not shown to be in the set a sample later (coordinate {int(np.argmax(beyond)) + 1} of {count})"
+        inside = (bound + astray) * UP <= discs.radii  # false for NaN
+        if not np.all(inside):
+            return f"{what} is not shown to be in the set a sample later (coordinate {int(np.argmin(inside)) + 1} of {count})"
     reach = np.abs(discs.spread) @ discs.radii * UP
-    if np.any(reach[[found.live.index(axis) for axis in range(axes)]] > found.position * UP):
+    if not np.all(reach[[found.live.index(axis) for axis in range(axes)]] <= found.position):
         return "the set is larger than the file claims"
     return ""
 
@@ -191,7 +195,8 @@ def check_set(path: Path) -> CheckedSet:
             raise UserError("its attitude is not a unit quaternion")  # noqa: TRY301
         if w >= 0 and abs(starts(loop, found)[w] ** 2 + np.square(starts(loop, found)[w + 1 : w + 4]).sum() - 1.0) > 1e-14:
             raise UserError("its quaternion does not begin with length one")  # noqa: TRY301
-        failed = failing(loop, found)
+        with np.errstate(all="ignore"):  # what is not finite fails
+            failed = failing(loop, found)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     begun, seconds = starts(loop, found)[: len(axes)], loop.span * plan.ticks.step

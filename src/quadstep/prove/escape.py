@@ -99,7 +99,7 @@ def escaped(at: Set, mode: int, grows: NDArray[np.bool_], radii: Array, found: G
     if not (share < WITHIN and np.all(off <= (1.0 - 2.0 * share) * radii)):
         return None
     begun = (2.0 * share * radius + float(off[mode])) * at.modes.spread[:, mode]
-    if np.any(np.abs(begun) > WITHIN * box):
+    if not np.all(np.abs(begun) <= WITHIN * box):
         return None
     samples = np.ceil(np.log((1.0 - share) / share) / np.log1p(growth) * (1.0 + EXACT))
     return Escape(begun, box, int(samples) + 1)  # it is outside where that is exceeded

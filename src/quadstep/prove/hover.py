@@ -11,7 +11,7 @@ from quadstep.guidance.reference import Reference
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 from quadstep.numbers.enclosure import UndefinedError
-from quadstep.prove.jet import Jet, jets
+from quadstep.prove.jet import Jet, bounded, jets
 from quadstep.prove.known import exact
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.spectrum import Spectrum, spectrum
@@ -56,7 +56,8 @@ def hover(mission: Mission, plan: FlightPlan, loop: Sampled) -> Hover | None:
 def is_equilibrium(loop: Sampled, at: Hover) -> bool:
     """Whether the loop stays there in exact arithmetic, number by number."""
     after = loop.step([exact(value) for value in at.state], at.tick)
-    return all(exact(a).value == exact(b).value for a, b in zip(after, at.state, strict=True))
+    pairs = [(exact(a).value, exact(b).value) for a, b in zip(after, at.state, strict=True)]
+    return all(a is not None and a == b for a, b in pairs)
 
 
 def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
@@ -67,7 +68,7 @@ def jacobian(loop: Sampled, at: Hover) -> tuple[Array, Array]:
         numbers = loop.step(jets(at.state), at.tick)
     for row, number in enumerate(numbers):
         if isinstance(number, Jet):
-            if number.kinked or not np.all(np.isfinite(number.slopes.tight)):
+            if number.kinked or not bounded(number):
                 raise UndefinedError(f"{loop.names[row]} has no slope there")
             middle[row], radius[row] = number.slopes.centre[:, 0], number.slopes.tight[:, 0]
     return middle, radius

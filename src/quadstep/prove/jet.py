@@ -125,7 +125,7 @@ def whole(x: object) -> Enclosure:
 
 def bounded(x: object) -> bool:
     """Whether its slopes are, so that it is continuous."""
-    return not isinstance(x, Jet) or bool(np.all(np.isfinite(x.slopes.tight)))
+    return not isinstance(x, Jet) or bool(np.all(np.isfinite(x.slopes.centre) & np.isfinite(x.slopes.tight)))
 
 
 def zero(x: Enclosure) -> bool:

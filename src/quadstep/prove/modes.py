@@ -20,6 +20,10 @@ count as equal.
 """
 
 
+NOTHING = 1e-90
+"""Entries of eigenvectors below this are zero."""
+
+
 class Modes(NamedTuple):
     """e = spread z: columns are eigenvectors, for a complex pair the real and the imaginary part. pairs: the first
     columns of pairs. values: the eigenvalue of every column; a pair has one as it is and one conjugate.
@@ -53,7 +57,7 @@ def modes(slopes: Array) -> Modes:
                     column += 1
                     spread[group, column], values[column] = vector.imag, value.conjugate()
                 column += 1
-    return Modes(spread, tuple(pairs), values)
+    return Modes(np.where(np.abs(spread) < NOTHING, 0.0, spread), tuple(pairs), values)
 
 
 def alike(a: complex, b: complex) -> bool:

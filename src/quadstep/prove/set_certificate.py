@@ -6,13 +6,11 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from quadstep import __version__
 from quadstep.atomic import write_beside
 from quadstep.documents import read_json
 from quadstep.errors import UserError
-from quadstep.prove.certificate import read_unknown, written
+from quadstep.prove.certificate import LARGE, SMALL, read_unknown, table, written
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown
 
@@ -83,19 +81,19 @@ def read_set(path: Path) -> SetCertificate:
             mission=str(content["mission"]),
             unknown=read_unknown(content["unknown"]),
             states=states,
-            rest=np.array(content["rest"], dtype=np.float64),
+            rest=table(content["rest"], -LARGE, 0.0),
             live=tuple(states.index(name) for name in content["live"]),
             twins={states.index(name): states.index(other) for name, other in content["twins"].items()},
             unit=states.index("attitude.0") if content["unit"] == "attitude.0" else -1,
-            spread=np.array(content["spread"], dtype=np.float64),
+            spread=table(content["spread"], -LARGE),
             pairs=tuple(int(one) for one in content["pairs"]),
-            radii=np.array(content["radii"], dtype=np.float64),
-            own=bool(content["own_start"]),
-            start=float(content["start[m]"]),
-            position=np.array(content["position[m]"], dtype=np.float64),
+            radii=table(content["radii"], SMALL),
+            own={True: True, False: False}[content["own_start"]],
+            start=float(table(content["start[m]"], 0.0)),
+            position=table(content["position[m]"], 0.0),
             folder=str(content.get("folder", "")),
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError, UserError) as error:
         raise UserError(f"{path}: not a certificate of `quadstep prove`: {error}") from None
     count, moving = len(states), len(found.live)
     paired = [place for one in found.pairs for place in (one, one + 1)]
@@ -105,7 +103,6 @@ def read_set(path: Path) -> SetCertificate:
     if found.unit >= 0:
         turn = [f"attitude.{i}" for i in range(4)]
         apart = apart and list(states[found.unit : found.unit + 4]) == turn and found.unit not in {*found.live, *found.twins}
-    numbers = (found.rest, found.spread, found.radii, found.position, np.array([*found.unknown, found.start]))
-    if not (shapes and sound and apart) or not all(np.isfinite(one).all() for one in numbers) or found.radii.min() < 0.0:
+    if not (shapes and sound and apart and moving):
         raise UserError(f"{path}: not a certificate of `quadstep prove`: its tables do not fit each other")
     return found

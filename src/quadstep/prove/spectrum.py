@@ -31,7 +31,7 @@ class Spectrum(NamedTuple):
         inner, outer = np.flatnonzero(~out), np.flatnonzero(out)
         while len(outer):  # discs that touch one that is not outside prove nothing
             apart = np.abs(self.centres[outer, None] - self.centres[None, inner]) * (1.0 - 1e-12)
-            touching = (apart <= self.radii[outer, None] + self.radii[None, inner]).any(axis=1)
+            touching = ~(apart > self.radii[outer, None] + self.radii[None, inner]).all(axis=1)
             if not touching.any():
                 break
             inner, outer = np.concatenate([inner, outer[touching]]), outer[~touching]

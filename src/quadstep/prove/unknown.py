@@ -40,11 +40,20 @@ class Unknown(NamedTuple):
         return np.array([self.mass] + [self.inertia] * 3)
 
 
+LARGEST = Unknown(force=1e3, torque=1e3, mass=0.9, inertia=0.9, start=1e3)
+"""The largest bounds."""
+
+
+def refuse_out_of_range(unknown: Unknown, key: str) -> None:
+    """Raises UserError for a bound that is negative, too large or not a number. key: its name, with {} for the field's."""
+    for name, value, most in zip(Unknown._fields, unknown, LARGEST, strict=True):
+        if not 0.0 <= value <= most:
+            raise UserError(f"{key.format(name)}: should be from 0 to {most:g}, not {value:g}")
+
+
 def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:
     """Raises UserError if a plan has no such numbers, or for invalid bounds."""
-    for name, value, most in zip(Unknown._fields, unknown, (1e3, 1e3, 0.9, 0.9, 1e3), strict=True):
-        if not 0.0 <= value <= most:
-            raise UserError(f"--{name}: should be from 0 to {most:g}, not {value:g}")
+    refuse_out_of_range(unknown, "--{}")
     given = [name for name, value in zip(Unknown._fields[:4], unknown, strict=False) if value]
     paper = isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance)
     if given and not paper:

@@ -1,0 +1,99 @@
+"""`quadstep prove --check` on certificates that somebody tampered with: whatever the numbers, no claim passes unproved."""
+
+import json
+
+import numpy as np
+import pytest
+
+from quadstep.documents import parse_toml
+from quadstep.mission.read import check_mission, plan_mission
+from quadstep.prove import check, check_set
+from quadstep.prove.certificate import read_certificate
+from quadstep.prove.check_loop import Loop
+from quadstep.prove.set_certificate import read_set
+from tests.planar_proofs import SET, TUBE, checked, proved
+
+
+@pytest.fixture(scope="module")
+def tube(tmp_path_factory):
+    return proved(tmp_path_factory.mktemp("tube"), TUBE, "--start", "0.001")
+
+
+@pytest.fixture(scope="module")
+def hover(tmp_path_factory):
+    return proved(tmp_path_factory.mktemp("set"), SET)
+
+
+def loop_of(found, path):
+    content = parse_toml(found.mission, "mission")
+    return Loop(plan_mission(check_mission(content, "mission"), path), found.states)
+
+
+@pytest.mark.parametrize("name", ["tube", "hover"])
+def test_what_was_proved_is_confirmed(tmp_path, name, request):
+    run = checked(tmp_path, request.getfixturevalue(name))
+    assert (run.code, run.err) == (0, "")
+    assert "confirmed: " in run.out
+
+
+@pytest.mark.parametrize("size", [1e60, 1.7e308])
+def test_a_shear_whose_products_are_no_numbers_confirms_nothing(tmp_path, tube, size):
+    """The boxes are so small that the enclosures see nothing of it; a comparison with NaN is false."""
+    content = json.loads(json.dumps(tube))
+    content["position[m]"] = [1e-15, 1e-15]
+    (tmp_path / "proof.json").write_text(json.dumps(content))
+    found = read_certificate(tmp_path / "proof.json")
+    spread, boxes = found.spread.copy(), found.boxes.copy()
+    spread[5, 3], boxes[:, 3] = size, 1e-10 / size
+    with np.errstate(all="ignore"):
+        assert check.failing(loop_of(found, tmp_path / "proof.json"), found._replace(spread=spread, boxes=boxes))
+
+
+@pytest.mark.parametrize("size", [1e-90, 1e-310, 0.0])
+def test_coordinates_whose_inverse_is_no_number_confirm_nothing(tmp_path, hover, size):
+    (tmp_path / "proof.json").write_text(json.dumps(hover))
+    found = read_set(tmp_path / "proof.json")
+    count = len(found.radii)
+    other = found._replace(spread=size * np.eye(count), radii=np.full(count, 1e-3), start=0.5, position=np.full(2, 1e-300))
+    with np.errstate(all="ignore"):
+        assert check_set.failing(loop_of(found, tmp_path / "proof.json"), other)
+
+
+def put(*where):
+    *way, value = where
+
+    def change(content):
+        for key in way[:-1]:
+            content = content[key]
+        content[way[-1]] = value(content[way[-1]]) if callable(value) else value
+
+    return change
+
+
+OUT_OF_RANGE = {
+    "a negative start": ("tube", put("unknown", "start[m]", -5e-6)),
+    "a negative force": ("tube", put("unknown", "force[N]", -1e-3)),
+    "a share of the mass below nothing": ("tube", put("unknown", "mass[-]", -0.1)),
+    "an inertia that may be zero": ("tube", put("unknown", "inertia[-]", 1.0)),
+    "a negative box": ("tube", put("boxes", 0, 2, lambda box: -box)),
+    "a box below all numbers": ("tube", put("boxes", 0, 2, 1e-318)),
+    "a shear above all numbers": ("tube", put("spread", 5, 3, 1.7e308)),
+    "a number of 400 digits": ("tube", put("boxes", 0, 2, 10**400)),
+    "a negative claim": ("tube", put("position[m]", 0, -1.0)),
+    "a block of all samples": ("tube", put("samples_per_block", 10**6)),
+    "a set from a negative start": ("hover", put("start[m]", -1e-3)),
+    "a set of nothing": ("hover", put("radii", 0, 0.0)),
+    "a negative radius": ("hover", put("radii", 0, lambda radius: -radius)),
+    "coordinates below all numbers": ("hover", put("spread", 0, 0, 1e-310)),
+    "a start that is neither": ("hover", put("own_start", "false")),
+}
+
+
+@pytest.mark.parametrize("name", OUT_OF_RANGE)
+def test_numbers_out_of_their_range_are_one_line(tmp_path, name, request):
+    base, change = OUT_OF_RANGE[name]
+    content = json.loads(json.dumps(request.getfixturevalue(base)))
+    change(content)
+    run = checked(tmp_path, content)
+    assert run.refused
+    assert "tampered.json" in run.err
