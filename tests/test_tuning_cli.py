@@ -33,7 +33,11 @@ def test_what_it_writes_and_says(tmp_path):
     assert "unseen flights" not in report
     assert "1/s]" in report
     assert "bound" not in report + done.out
-    assert lasting(out) == ["convergence.png", "convergence.svg", "history.csv", "metrics.json", "report.html", "tuned.toml"]
+    figures = ["convergence.png", "convergence.svg"]
+    assert lasting(out) == [*figures, "history.csv", "metrics.json", "report.html", "table.tex", "tuned.toml"]
+    table = (out / "table.tex").read_text(encoding="utf-8")
+    assert "& present & tuned & tuned - present" in table
+    assert r"position RMSE" in table
     before, after = tomllib.loads(QUICK), tuned(out)
     gains = after["controller"].pop("Lambda1")
     assert after == before, "nothing else has changed"

@@ -11,6 +11,8 @@ SPECIAL = {char: f"\\{char}" for char in "&%$#_{}"} | {
     "\u2212": "$-$",
     "\u00b0": r"\textdegree{}",
     "\u00b5": r"\textmu{}",
+    "\u00b2": "$^2$",
+    "\u00b3": "$^3$",
     "\u00a0": "~",
 }
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from quadstep.analysis.statistics import Estimate
 from quadstep.mission.key_units import label
 from quadstep.report import page, units
+from quadstep.report.latex import booktabs
 from quadstep.report.symbols import prose
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Found
@@ -17,18 +18,12 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
     """Write it beside tuned.toml. figure: of the search, its file without ending."""
     before, after = found.present.judged.objective, found.best.judged.objective
     drawn = page.figure(path.parent / figure, "The search: objective and gains of the candidates, over the flights flown")
-    both, many = (found.present.values, found.best.values), compared.flights > 1
-    gains = [
-        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
-         one.edge(found.best.values))
-        for one in asked.gains
-    ]  # fmt: skip
+    gains, measured, many = gain_rows(asked, found), measured_rows(compared), compared.flights > 1
     both_fly = (
         f"{units.counted(compared.flights, 'flight')} with each set of gains, the same for both; 95 % intervals. "
         "Differences are paired by flight."
     )
     alone = "Nothing is random in this mission, so there is one flight with each set of gains."
-    measured = [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
     body = [
         page.summary(answer(compared), facts(compared), [drawn]),
         page.heading("The gains", "gains"),
@@ -43,6 +38,29 @@ def write_report(path: Path, asked: Asked, found: Found, compared: Compared, fig
         ),
     ]
     page.write_page(path, asked.mission.name, body, "Tuning")
+
+
+def write_table(path: Path, asked: Asked, found: Found, compared: Compared) -> None:
+    """The gains, and what flights with them measure, for a paper."""
+    header = ("", "present", "tuned", "tuned - present")
+    gains = [(*one[:3], "") for one in gain_rows(asked, found)]
+    comment = f"{asked.mission.name}: {units.counted(compared.flights, 'flight')} with each set of gains, 95 % intervals"
+    path.write_text(booktabs(header, [gains, measured_rows(compared)], [comment]), encoding="utf-8")
+
+
+def gain_rows(asked: Asked, found: Found) -> list[tuple[str, ...]]:
+    """Each gain, present and tuned, and whether it ends at an edge of its range."""
+    both = (found.present.values, found.best.values)
+    return [
+        (label(asked.mission, one.key), *(listed([values[leaf.key] for leaf in one.leaves]) for values in both),
+         one.edge(found.best.values))
+        for one in asked.gains
+    ]  # fmt: skip
+
+
+def measured_rows(compared: Compared) -> list[list[str]]:
+    """Success, the objective and the metrics, with each set of gains."""
+    return [shares(compared), *(row(one) for one in (compared.objective, *compared.rows))]
 
 
 def answer(compared: Compared) -> str:
@@ -77,7 +95,7 @@ def facts(compared: Compared) -> list[page.Fact]:
     return found
 
 
-def shares(compared: Compared) -> list[page.Cell]:
+def shares(compared: Compared) -> list[str]:
     """The row of success."""
     return [
         "succeed",
@@ -86,7 +104,7 @@ def shares(compared: Compared) -> list[page.Cell]:
     ]
 
 
-def row(one: Row) -> list[page.Cell]:
+def row(one: Row) -> list[str]:
     """The row of a metric."""
     words, unit = units.metric(one.name)
     return [words, *(shown(part, unit) for part in (one.present, one.tuned, one.difference))]

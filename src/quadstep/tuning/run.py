@@ -21,13 +21,14 @@ from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
 from quadstep.tuning.picture import draw_search
-from quadstep.tuning.report import write_report
+from quadstep.tuning.report import write_report, write_table
 from quadstep.tuning.search import Candidate, Found, Search, check_budget
 from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
 from quadstep.user_code.places import place, sources
 
 TUNED, HISTORY, PICTURE, REPORT = "tuned.toml", "history.csv", "convergence", "report.html"
+TABLE = "table.tex"
 OBJECTIVE = "objective"
 
 
@@ -68,6 +69,7 @@ def tune(
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
         write_report(out / REPORT, wanted, found, compared, PICTURE)
+        write_table(out / TABLE, wanted, found, compared)
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
 
