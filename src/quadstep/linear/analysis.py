@@ -6,8 +6,8 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.linear.channels import Channel
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
 from quadstep.linear.margins import Margins, margins
+from quadstep.linear.modes import Modes
 from quadstep.linear.poles import STILL, Pole, poles
-from quadstep.linear.pose import not_held
 from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import linearising
 from quadstep.linear.transfer import frequencies, loci, opened
@@ -56,7 +56,8 @@ def studied(mission: Mission) -> Studied:
 def of_loop(loop: Reduced) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
-    found = Analysis(channels, poles(loop), (), loop, not_held(loop.period.pose, loop.map))
+    modes = Modes(loop)
+    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held)
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple, cast
 
-import numpy as np
-
 from quadstep.airframe.motion import Motion
 from quadstep.flight.loop import Loop, Numbers
 from quadstep.linear.states import Array, Flown, states, with_states
@@ -13,12 +11,6 @@ from quadstep.numbers.rotations import yaw_pitch_roll
 from quadstep.plants.lagrange import Lagrange
 from quadstep.plants.multirotor import Multirotor
 from quadstep.vehicle.state import State
-
-STAYS = 1e-9
-"""Singular values of map - 1 below this, relative to the largest or to 1, count as zero."""
-
-FELT = 1e-6
-"""Least share of a pose in a mode that stays, a vector of length 1, for the pose to count as not held."""
 
 
 class Pose(NamedTuple):
@@ -45,11 +37,3 @@ def heading(plant: Multirotor | Lagrange, state: Structure) -> float:
     attitude = cast("Motion | State", state).attitude
     angles = yaw_pitch_roll(attitude) if isinstance(plant, Multirotor) else attitude
     return angles[0]
-
-
-def not_held(found: Pose, whole: Array) -> tuple[str, ...]:
-    """The parts of the pose in which a deviation stays. whole: the map of a period."""
-    _, sizes, modes = np.linalg.svd(whole - np.eye(len(whole)))
-    staying = modes[sizes < STAYS * max(1.0, float(sizes.max(initial=0.0)))]
-    felt = np.linalg.norm(found.rows @ staying.T, axis=1)
-    return tuple(name for name, one in zip(found.names, felt, strict=True) if one > FELT)

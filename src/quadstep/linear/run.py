@@ -42,7 +42,7 @@ def linear_mission(path: Path, folder: Path, overwrite: bool, sheet: Sheet) -> D
     mission = read_mission(path)
     with publishing(folder, "linear-" + fingerprint([plan_mission(mission, path)]), overwrite) as out:
         found = of_file(mission, path)
-        moves = steps(found.rest) if found.analysis.stable else []
+        moves = steps(found.rest.period, found.analysis.poles) if found.analysis.stable else []
         done = Done(mission.name, found, moves, about(mission, path, found, moves))
         write(out, done, sheet)
     return done
@@ -68,7 +68,7 @@ def write(out: Path, done: Done, sheet: Sheet) -> None:
     margins = zip(found.channels, found.margins, strict=False)
     rows = [(channel.name, *margin_numbers(one)) for channel, one in margins]
     write_csv(out / "margins.csv", ("channel", *MARGIN_COLUMNS), rows)
-    write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]"), [tuple(pole) for pole in found.poles])
+    write_csv(out / "poles.csv", ("real[1/s]", "imaginary[rad/s]", "states"), [pole.row for pole in found.poles])
     write_json(out / "linear.json", done.record)
     page.write_page(out / REPORT, done.name, sections(out, done, sheet), "Linear")
     write_json(out / MANIFEST, {**done.record, "states": len(found.loop.period.names)})

@@ -30,3 +30,12 @@ def with_states(flown: Flown, values: Sequence[Number]) -> Flown:
     """The same with these in their place."""
     bare = rebuild(flown._replace(cycle=flown.cycle._replace(command=())), iter(values))
     return bare._replace(cycle=bare.cycle._replace(command=flown.cycle.command))
+
+
+def short(names: Sequence[str]) -> list[str]:
+    """Names without the part of the cycle that they belong to, unless an earlier name is the same or nothing else is left."""
+    found: dict[str, None] = {}
+    for name in names:
+        brief = name.partition(".")[2]
+        found[name if brief in found or not brief[:1].isalpha() else brief] = None
+    return list(found)

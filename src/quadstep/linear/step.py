@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.linear.equilibrium import Rest
-from quadstep.linear.poles import poles
+from quadstep.linear.poles import Pole
+from quadstep.linear.reduced import Reduced
 from quadstep.linear.sampled import WANTED
 from quadstep.linear.states import Array
 
@@ -41,12 +41,11 @@ class Step(NamedTuple):
         return math.inf if last >= len(self.t) else float(self.t[last])
 
 
-def steps(rest: Rest) -> list[Step]:
+def steps(loop: Reduced, poles: list[Pole]) -> list[Step]:
     """The step responses of each part of the pose."""
-    loop = rest.period
     names, rows = loop.period.pose
     inputs = [WANTED.index(name) for name in names]
-    slowest = poles(loop)[0].time_constant
+    slowest = poles[0].time_constant
     duration = min(max(SHORTEST, CONSTANTS * slowest), LONGEST)
     x = np.zeros((len(loop.places), len(inputs)))
     made = [rows @ x]

@@ -9,7 +9,7 @@ from quadstep.linear.poles import Pole
 from quadstep.linear.step import Step
 
 MARGIN_HEADER = ("", "gain up [dB]", "gain down [dB]", "phase [°]", "at [rad/s]", "delay [ms]", "disk", "S", "T")
-POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count")
+POLE_HEADER = ("pole [1/s]", "time constant [s]", "damping", "frequency [rad/s]", "count", "states")
 STEP_HEADER = ("step of 1", "overshoot [%]", "settling time to 2 % [s]")
 METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
@@ -20,15 +20,19 @@ METHOD = (
 SHOWN = 10
 """Most poles in a table, the slowest first; the files have all."""
 
+NAMED = 4
+"""Most states named in a row."""
+
 ALIKE = 1e-4
 """Poles that differ by less than this share share a row."""
 
 
 class Group(NamedTuple):
-    """Poles that are equal up to rounding. times: multiplicity; a pair counts as two."""
+    """Poles that are equal up to rounding. times: multiplicity; a pair counts as two. states: of any of them."""
 
     pole: Pole
     times: int
+    states: tuple[str, ...]
 
 
 def decibels(factor: float) -> str:
@@ -65,12 +69,12 @@ def grouped(poles: list[Pole]) -> list[Group]:
     groups: list[Group] = []
     for pole in poles:
         twice = 2 if pole.imaginary else 1
-        for place, (first, count) in enumerate(groups):
+        for place, (first, count, states) in enumerate(groups):
             if math.hypot(pole.real - first.real, pole.imaginary - first.imaginary) <= ALIKE * first.frequency:
-                groups[place] = Group(first, count + twice)
+                groups[place] = Group(first, count + twice, tuple(dict.fromkeys((*states, *pole.states))))
                 break
         else:
-            groups.append(Group(pole, twice))
+            groups.append(Group(pole, twice, pole.states))
     return groups
 
 
@@ -83,8 +87,9 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
             f"{pole.damping:.3f}",
             f"{pole.frequency:.4g}",
             str(count),
+            ", ".join(states[:NAMED]) + (", ..." if len(states) > NAMED else ""),
         ]
-        for pole, count in grouped(poles)[:most]
+        for pole, count, states in grouped(poles)[:most]
     ]
 
 

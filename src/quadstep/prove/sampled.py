@@ -19,6 +19,7 @@ from quadstep.flight.closed_loop import Clock, Outcome
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.flight.loop import Cycle, Loop, Numbers
+from quadstep.linear.states import short
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
 from quadstep.prove.influence import Influence, of
@@ -128,15 +129,6 @@ class Sampled:
         """The state's numbers from a cycle."""
         leaves = flatten(cycle)
         return [float(leaves[place]) for place in self.places]
-
-
-def short(names: Sequence[str]) -> list[str]:
-    """Names without the part of the cycle that they belong to, unless an earlier name is the same."""
-    found: dict[str, None] = {}
-    for name in names:
-        brief = name.partition(".")[2]
-        found[name if brief in found else brief] = None
-    return list(found)
 
 
 def refuse_unprovable(plan: FlightPlan) -> None:

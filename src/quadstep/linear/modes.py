@@ -1,0 +1,106 @@
+"""Modes of the sampled loop: by what factor each changes in a period, the states that take part, and which of them stay.
+
+All is computed in balanced coordinates (Parlett and Reinsch, "Balancing a matrix for calculation of eigenvalues and
+eigenvectors", 1969), in which it does not matter that one state is in metres and another in revolutions of a rotor.
+
+A deviation stays where the map of a period has the eigenvalue 1. The map is known up to rounding, and 1 is an eigenvalue of a
+map within that error exactly where the least singular value of the balanced map less 1 is no larger (Trefethen and Embree,
+"Spectra and Pseudospectra", 2005, section 2): a slow mode counts as 1 only where rounding alone could make it so.
+"""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.linear.reduced import Reduced
+from quadstep.linear.states import Array
+
+Complex = NDArray[np.complex128]
+
+ROUNDED = 1e-12
+"""Error of the map, relative to the product of its ticks' absolute values."""
+
+FELT = 1e-6
+"""Least share of a direction that stays, in balanced coordinates, in a part of the pose for that part to be not held."""
+
+SWEEPS, GAIN, ALONE = 50, 0.95, 2.0**-10
+"""Most sweeps of balancing; a unit is changed if that reduces its row and column to this share; size that the row or column
+has of a state that acts on no other, or that no other acts on.
+"""
+
+
+def scales(matrix: Array) -> Array:
+    """Units, powers of 2, in which the rows and columns of a square matrix are about equally large."""
+    found, sizes = np.ones(len(matrix)), np.abs(matrix)
+    np.fill_diagonal(sizes, 0.0)
+    for _ in range(SWEEPS):
+        still = True
+        for i in range(len(sizes)):
+            column, row = float(np.linalg.norm(sizes[:, i])), float(np.linalg.norm(sizes[i]))
+            if column and row:
+                factor = 2.0 ** round(0.5 * np.log2(row / column))
+                better = (factor * column) ** 2 + (row / factor) ** 2 < GAIN * (column**2 + row**2)
+            elif column or row:
+                factor = 2.0 ** round(np.log2(row / ALONE if row else ALONE / column))
+                better = factor != 1.0
+            else:
+                continue
+            if better:
+                found[i] *= factor
+                sizes[:, i] *= factor
+                sizes[i] /= factor
+                still = False
+        if still:
+            break
+    return found
+
+
+class Modes:
+    """The modes of a linearised period. factors: the eigenvalues of its map."""
+
+    def __init__(self, loop: Reduced) -> None:
+        whole = loop.map
+        most, self.pose = np.eye(len(whole)), loop.period.pose
+        for tick in loop.period.ticks:
+            most = np.abs(tick.step) @ (np.abs(tick.tasks) @ most)
+        self.units = scales(whole)
+        self.balanced = whole * self.units / self.units[:, None]
+        self.error = ROUNDED * float(np.linalg.norm(most * self.units / self.units[:, None], 2))
+        factors, vectors = np.linalg.eig(self.balanced)
+        self.factors, self.vectors = factors.astype(np.complex128), vectors.astype(np.complex128)
+
+    @cached_property
+    def shares(self) -> Array:
+        """The share of each state in each mode, (states, modes): the sizes of their participation factors, which do not
+        depend on units (Perez-Arriaga, Verghese and Schweppe, "Selective modal analysis", 1982); each column has the sum 1.
+        """
+        sizes = np.abs(self.vectors * np.linalg.pinv(self.vectors, rcond=1e-15).T)
+        shares: Array = sizes / np.maximum(sizes.sum(axis=0), np.finfo(float).tiny)
+        return shares
+
+    @cached_property
+    def staying(self) -> Array:
+        """Directions in which a deviation stays as it is, (directions, states), of length 1 in balanced coordinates."""
+        _, sizes, ways = np.linalg.svd(self.balanced - np.eye(len(self.balanced)))
+        staying: Array = ways[sizes <= self.error]
+        return staying
+
+    @cached_property
+    def still(self) -> NDArray[np.bool_]:
+        """Which modes neither grow nor decay: those nearest to 1 for as many directions as stay, and those that belong to the
+        same drift, to which rounding does the root of its error.
+        """
+        away = np.abs(self.factors - 1.0)
+        count = len(self.staying)
+        if not count:
+            return np.zeros(len(away), dtype=bool)
+        near: NDArray[np.bool_] = away <= max(float(np.sort(away)[count - 1]), float(np.sqrt(self.error)))
+        return near
+
+    @cached_property
+    def not_held(self) -> tuple[str, ...]:
+        """The parts of the pose in which a deviation stays."""
+        rows = self.pose.rows * self.units
+        felt, most = np.linalg.norm(rows @ self.staying.T, axis=1), np.linalg.norm(rows, axis=1)
+        return tuple(name for name, one, all_ in zip(self.pose.names, felt, most, strict=True) if one > FELT * all_)

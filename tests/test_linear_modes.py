@@ -1,0 +1,82 @@
+"""Modes of a linear loop: which stay as they are, how that is told from slow ones, and the states that take part in them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from quadstep import Mission
+from quadstep.linear.analysis import studied
+from quadstep.linear.modes import Modes, scales
+from quadstep.linear.pose import Pose
+from quadstep.linear.tables import pole_rows
+
+HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
+
+TUNED = {
+    "type": "geometric", "k_x": 102.587, "k_v": 8.48851, "k_i": 40.1959, "k_R": [479.881, 479.881, 124.414],
+    "k_Omega": [79.481, 79.481, 38.6051], "integral_bound": 0.963032,
+}  # fmt: skip
+"""As `quadstep tune` found them: rotor speeds and metres make slopes of 3e4."""
+
+
+@pytest.mark.parametrize(
+    ("preset", "controller"),
+    [("crazyflie", {"type": "indi"}), ("crazyflie", {"type": "geometric-l1"}), ("x500", TUNED)],
+    ids=lambda one: one if isinstance(one, str) else one["type"],
+)
+def test_slow_modes_are_not_taken_for_deviations_that_stay(preset, controller):
+    analysis = studied(Mission(vehicle={"preset": preset}, path=HOLD, controller=controller)).analysis
+    assert analysis.holds
+    assert np.abs(np.linalg.eigvals(analysis.loop.map) - 1.0).min() > 1e-3
+    assert analysis.poles[0].real < -0.3
+
+
+def test_the_integral_of_a_tuned_law_is_its_slowest_mode():
+    analysis = studied(Mission(vehicle={"preset": "x500"}, path=HOLD, controller=TUNED)).analysis
+    assert all(set(pole.states) <= {f"integral.{i}" for i in range(3)} for pole in analysis.poles[:3])
+    assert pole_rows(analysis.poles)[0][-1].startswith("integral.")
+
+
+def loop_of(whole, pose):
+    """A loop of one tick."""
+    names = tuple(f"state.x.{i}" for i in range(len(whole)))
+    tick = SimpleNamespace(tasks=np.eye(len(whole)), step=whole)
+    return SimpleNamespace(map=whole, period=SimpleNamespace(ticks=(tick,), pose=Pose(("x",), pose), names=names))
+
+
+@pytest.mark.parametrize("units", [1.0, 1e7])
+@pytest.mark.parametrize(
+    ("inner", "held"),
+    [
+        (np.diag([1.0, 0.9, 0.5]), False),  # nothing acts on the position
+        (np.diag([0.9, 1.0, 0.5]), True),  # another state stays
+        (np.array([[1.0, 0.01, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.5]]), False),  # it drifts
+        (np.array([[1.0 - 1e-4, 0.01, 0.0], [0.0, 1.0 - 1e-4, 0.01], [0.0, 0.0, 1.0 - 1e-4]]), True),  # a slow triple pole
+        (np.array([[0.99, 1e3, 0.0], [0.0, 0.99, 1e3], [0.0, 0.0, 0.99]]), True),  # far from normal
+        (np.array([[1.0, 0.01, 0.0], [-1e-7, 0.9, 0.0], [0.0, 0.0, 0.5]]), True),  # hardly any stiffness
+    ],
+)
+def test_what_stays_does_not_depend_on_units(inner, held, units):
+    scale = np.array([1.0, units, 1.0 / units])
+    modes = Modes(loop_of(inner * scale[:, None] / scale, np.array([[1.0, 0.0, 0.0]])))
+    assert modes.not_held == (() if held else ("x",))
+    assert modes.still.any() == (abs(np.linalg.eigvals(inner) - 1.0).min() < 1e-9)
+
+
+def test_balancing_takes_no_notice_of_units():
+    random = np.random.default_rng(1)
+    matrix, units = random.normal(size=(12, 12)), 2.0 ** random.integers(-30, 30, 12)
+    seen = matrix * units[:, None] / units
+    found = scales(seen)
+    assert np.linalg.norm(seen * found / found[:, None]) < 1.5 * np.linalg.norm(matrix)
+
+
+def test_shares_of_states_do_not_depend_on_units():
+    random = np.random.default_rng(2)
+    matrix, units = random.normal(size=(6, 6)), 10.0 ** random.integers(-4, 4, 6)
+    one, other = (Modes(loop_of(m, np.zeros((1, 6)))) for m in (matrix, matrix * units[:, None] / units))
+    order, again = np.argsort(one.factors), np.argsort(other.factors)
+    assert one.factors[order] == pytest.approx(other.factors[again])
+    assert one.shares[:, order] == pytest.approx(other.shares[:, again], abs=1e-9)
+    assert one.shares.sum(axis=0) == pytest.approx(np.ones(6))
