@@ -27,10 +27,15 @@ def adapter(folder, target, kind="pid", vehicle="crazyflie"):
 def flown(folder, target, name, program, *units):
     """What a program prints that flies the adapter."""
     driver = STUBS / target / program
-    (folder / program).write_text(driver.read_text(encoding="utf-8").replace("NAME", name), encoding="utf-8")
+    if not (folder / program).exists():
+        (folder / program).write_text(driver.read_text(encoding="utf-8").replace("NAME", name), encoding="utf-8")
     strict = ["-Wall", "-Wextra", "-Werror", "-Wno-unused-const-variable", "-I.", f"-I{STUBS / target}"]
     objects = []
     for unit in (program, *units, f"{name}.c", f"{name}_params.c"):
+        objects.append(f"{unit}.o")
+        compiled = folder / f"{unit}.o"
+        if compiled.exists() and compiled.stat().st_mtime > (folder / unit).stat().st_mtime:
+            continue
         plus = unit.endswith(".cpp")
         line = [
             "g++" if plus else "gcc",
@@ -45,7 +50,6 @@ def flown(folder, target, name, program, *units):
         ]
         built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
         assert built.returncode == 0, built.stderr
-        objects.append(f"{unit}.o")
     subprocess.run(["g++", *objects, "-lm", "-o", "fly"], cwd=folder, check=True)
     return subprocess.run([folder / "fly"], capture_output=True, text=True, check=True, timeout=PATIENCE).stdout.splitlines()
 

@@ -1,6 +1,7 @@
 """Trees of firmwares: where the real ones are, how an exported folder is built in one, and folders that look like them."""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -17,7 +18,15 @@ VARIABLES = {
 LONGEST = 3600.0
 """Seconds that building a firmware may take."""
 
-EXTERNAL = "set(config_module_list_external modules/quadstep_control PARENT_SCOPE)\n"
+DOCS = Path(__file__).parent.parent / "docs"
+
+
+def documented(page: str, pattern: str) -> str:
+    """A command as a page of docs/ gives it: what stands between backticks and matches a pattern."""
+    found = re.search(rf"`({pattern})`", (DOCS / page).read_text(encoding="utf-8"))
+    assert found, f"{page} should say {pattern}"
+    return found[1]
+
 
 OOT = """include $(PWD)/Kbuild
 all: $(OOT_CONFIG) $(obj-y)
@@ -73,7 +82,9 @@ def built(target: str, folder: Path, firmware: Path) -> subprocess.CompletedProc
     if target == "px4":
         outside = folder.parent / "external"
         shutil.copytree(folder, outside / "src/modules/quadstep_control")
-        (outside / "src/CMakeLists.txt").write_text(EXTERNAL, encoding="utf-8")
+        (outside / "src/CMakeLists.txt").write_text(
+            documented("export-px4.md", r"set\(config_module_list_external [^`]*\)"), encoding="utf-8"
+        )
         return run(["make", "px4_sitl_default", f"EXTERNAL_MODULES_LOCATION={outside}"], firmware)
     place = firmware / "libraries/AC_CustomControl"
     ours = [path for path in folder.iterdir() if path.suffix in (".c", ".cpp", ".h") and not path.name.startswith("test_")]

@@ -55,24 +55,46 @@ def test_px4_flies_the_law_in_its_axes(tmp_path):
     samples = numbers(lines, "sample")
     assert len(samples) == 12
     fastest = float(plan.parameters.airframe.rotor.fastest)
-    np.testing.assert_allclose(samples[:, :4], samples[:, 4:] / fastest, atol=2e-4)
+    np.testing.assert_allclose(samples[:, :4], (samples[:, 4:] / fastest) ** 2, atol=4e-4)  # thrust, which PX4 linearises
     check_px4_guards(lines)
+    check_px4_setpoints(lines)
 
 
 def check_px4_guards(lines):
     """A position that is old, not valid, not finite; a rate that is not finite; more thrust asked for than there is."""
-    young, held, lost, back = (numbers(lines, word) for word in ("young", "held", "lost", "back"))
-    assert young[0, 1] == 1  # a position is old after 0.1 s
-    assert (young[1:, 1] == 0).all()  # PX4 leaves a mode that cannot run
-    assert (held[0, 1], lost[0, 1]) == (0, 0)
-    assert (held[0, 2:] > 0.0).all()
-    assert (young[:, 2:] > 0.0).all()  # the last command, for 50 samples
-    assert (lost[:, 2:] == 0.0).all()
+    young, told, lost, back = (numbers(lines, word) for word in ("young", "told", "lost", "back"))
+    assert len(young) == 4
+    assert (young[:, 1] == 1).all()  # a position is old after 0.1 s; one bad sample does not end the mode
+    assert (told[:, 1] == 0).all()  # PX4 leaves the mode; it is told without having asked
+    for place in (0, 1, 3):
+        assert (lost[place, 2:] == told[place, 2:]).all()  # the last command, until PX4 has left: the motors are never stopped
+    assert (lost[:, 2:] > 0.0).all()
+    assert (young[:, 2:] > 0.0).all()
+    assert (numbers(lines, "latched")[:, 1] == 0).all()  # PX4 does not come back by itself
+    assert (numbers(lines, "able")[:, 1] == 1).all()
     assert (back[:, 1] == 1).all()
     assert (back[:, 2:] > 0.0).all()
     saturated = numbers(lines, "saturated")[0]
     assert (saturated[2:] <= 1.0).all()
     assert saturated[2:].max() > 0.99
+
+
+def check_px4_setpoints(lines):
+    """Where it holds, what it follows, and how it ends."""
+    thrust = {word: numbers(lines, word)[0, 2:] for word in ("entered", "climbs", "sinks", "holds", "reset", "low", "flies")}
+    hover = thrust["entered"].mean()
+    assert 0.3 < hover < 0.6
+    assert np.ptp(thrust["entered"]) < 1e-6  # where it is, whatever was asked before
+    assert thrust["climbs"].mean() > 1.1 * hover
+    assert thrust["sinks"].mean() < 0.95 * hover
+    assert np.ptp(thrust["holds"]) < 1e-3
+    assert abs(thrust["holds"].mean() - hover) < 0.1 * hover  # up to what was integrated meanwhile
+    for word in ("reset", "flies"):
+        assert np.abs(thrust[word] - thrust["holds"]).max() < 0.05 * hover, word  # a turned north shakes the yaw loop a little
+    np.testing.assert_allclose(thrust["low"], 1.1**2 * thrust["flies"], rtol=0.01)
+    assert [line for line in lines if line.startswith("stop")] == ["stop -1", "stop 0"]
+    assert "left" in lines
+    assert "gone 1 23 -1 Quadstep" in lines
 
 
 @needs(C_COMPILER)
@@ -110,12 +132,22 @@ BROKEN = {
         ),
     ),
     "px4": (
-        ("x500", "fly.cpp", "QuadstepControl.cpp", check_px4_guards),
+        ("x500", "fly.cpp", "QuadstepControl.cpp", lambda lines: (check_px4_guards(lines), check_px4_setpoints(lines))),
         (
-            ("_refused > HOLD", "false"),
-            ("now - _position.timestamp)", "0)"),
+            ("age(sampled(_position), present)", "0.0f"),
             ("_position.z_valid &&", ""),
-            ("_refused == 0;", "true;"),
+            ("can_arm_and_run = able;", "can_arm_and_run = true;"),
+            ("else if (able == _able)", "else"),
+            ("status.nav_state_user_intention != _mode_id", "true"),
+            ("_setpoint.timestamp > _entered", "true"),
+            ("+ SETPOINT_OLD", "+ 100 * SETPOINT_OLD"),
+            ("if (_follows && !follows)", "if (false)"),
+            ("_hold.position[1] -=", "_hold.position[1] +="),
+            ("_hold.position[2] -=", "_hold.position[2] +="),
+            ("_hold.yaw -=", "_hold.yaw +="),
+            ("gone.name, MODE", 'gone.name, ""'),
+            ("&& instance->_armed", "&& false"),
+            ("_scale * _scale", "_scale"),
         ),
     ),
     "ardupilot": (

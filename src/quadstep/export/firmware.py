@@ -103,6 +103,11 @@ def every_so_many(exported: Exported, indent: str, state: str, tick: str) -> str
     return text
 
 
+def weight(parameters: AirframeParameters) -> float:
+    """The thrust of hovering [N]."""
+    return float(parameters.airframe.mass * parameters.airframe.gravity)
+
+
 def px4(exported: Exported) -> dict[str, str]:
     """Its motors, and the law at each sample of the gyro."""
     parameters = cast(AirframeParameters, exported.subject.parameters)
@@ -112,6 +117,7 @@ def px4(exported: Exported) -> dict[str, str]:
         "MOTOR_ORDER": ", ".join(map(str, range(count))),
         "FASTEST_SPEED": f"{float(parameters.airframe.rotor.fastest)!r}f",
         "STEP_SECONDS": f"{exported.clocked.period('law')!r}f",
+        "HOVER_THRUST": f"{weight(parameters)!r}f",
         "LOOPS\n": every_so_many(exported, "\t", "_state", "(clock.tick - 1u)"),
         **outer(exported, "_outer"),
     }
@@ -120,15 +126,14 @@ def px4(exported: Exported) -> dict[str, str]:
 def ardupilot(exported: Exported) -> dict[str, str]:
     """The torque of a full mixer input at hover."""
     parameters, geometry = cast(AirframeParameters, exported.subject.parameters), geometry_of(exported)
-    weight = float(parameters.airframe.mass * parameters.airframe.gravity)
     full = []
     for axis in range(3):
         torque = [0.0, 0.0, 0.0]
         torque[axis] = 1e6
-        full.append(float(allocate(geometry, parameters.allocation, weight, Vector(torque))[2][axis]))
+        full.append(float(allocate(geometry, parameters.allocation, weight(parameters), Vector(torque))[2][axis]))
     return {
         "FULL_TORQUE": ", ".join(f"{one!r}f" for one in full),
-        "HOVER_THRUST": f"{weight!r}f",
+        "HOVER_THRUST": f"{weight(parameters)!r}f",
         "LOOPS\n": every_so_many(exported, "    ", "_state", "clock.tick"),
         **outer(exported, "_outer"),
     }

@@ -2,9 +2,11 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #define PX4_OK 0
 #define PX4_ERROR -1
 #define PX4_INFO(...) std::printf(__VA_ARGS__)
+#define PX4_ERR(...) std::printf(__VA_ARGS__)
 #define PX4_WARN(...) std::printf(__VA_ARGS__)
 #define MODULE_NAME "quadstep_control"
 #define __EXPORT
@@ -17,11 +19,14 @@ template<class T> class ModuleBase {
 public:
 	virtual ~ModuleBase() = default;
 	virtual int print_status() { return 0; }
-	static int main(int argc, char *argv[]) { return T::task_spawn(argc, argv); }
+	static int main(int argc, char *argv[]) { return argc > 1 && std::strcmp(argv[1], "stop") == 0 ? get_instance()->request_stop() : T::task_spawn(argc, argv); }
 	static T *instance() { return _object.load(); }
 protected:
-	bool should_exit() const { return false; }
-	static void exit_and_cleanup() {}
+	static T *get_instance() { return _object.load(); }
+	int request_stop() { _exits = true; return PX4_OK; }
+	bool should_exit() const { return _exits; }
+	static void exit_and_cleanup() { std::printf("left\n"); }
+	bool _exits = false;
 	static std::atomic<T *> _object;
 	static int _task_id;
 };

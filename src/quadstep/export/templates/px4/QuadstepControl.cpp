@@ -1,10 +1,16 @@
 /*
  * TITLE as a PX4 module.
  *
- * PX4's world is north, east, down and its body front, right, down; the law's are z up and front, left, up. A NaN in a setpoint
- * means that nothing is asked there. The law runs at each sample of the gyro, its slower loops every so many of them.
+ * PX4's world is north, east, down and its body front, right, down; the law's are z up and front, left, up. The law runs at each
+ * sample of the gyro, its slower loops every so many of them.
+ *
+ * The setpoint is the position and heading at entry into the mode, until a trajectory_setpoint newer than the entry arrives; a NaN
+ * in it means unspecified: the present position or heading, no velocity. When the last one is older than SETPOINT_OLD, the vehicle
+ * holds the position and heading of that moment.
  */
 #include "QuadstepControl.hpp"
+
+#include <parameters/param.h>
 
 #include <cmath>
 #include <cstring>
@@ -12,22 +18,35 @@
 namespace
 {
 constexpr float LEAST_PERIOD = 0.0002f, MOST_PERIOD = 0.02f;
-constexpr uint32_t HOLD = 50; /* samples that the last command is held when the law refuses; then the motors stop */
+constexpr hrt_abstime SETPOINT_OLD = 500000; /* us */
+constexpr hrt_abstime ASK_AGAIN = 1000000; /* us, until a request for the mode is repeated */
+constexpr uint32_t REFUSALS = 10; /* rejected samples in a row, with the last command held, until PX4 is told to leave the mode */
 constexpr int ROTORS = ROTOR_COUNT;
 /* PX4's motor for each rotor of the mission, in its order: check it against docs/vehicles.md before the first flight */
 constexpr int MOTOR[ROTORS] = {MOTOR_ORDER};
 constexpr float FASTEST = FASTEST_SPEED; /* rad/s at full output */
-constexpr float CURVE = 1.0f; /* share of the thrust that goes with the square of the output; THR_MDL_FAC of your vehicle */
+constexpr float WEIGHT = HOVER_THRUST; /* N, the thrust before the first command */
+constexpr char MODE[] = "Quadstep";
 
 float known(float value, float otherwise) { return std::isfinite(value) ? value : otherwise; }
 
-/* output of 0 to 1 for a rotor's speed: curve u^2 + (1 - curve) u is its share of the largest thrust */
-float output(float speed)
+/* Seconds since a sample; none if it is from the future: drivers and estimators stamp some samples when they publish them. */
+float age(hrt_abstime sampled, hrt_abstime present)
 {
-	const float share = (speed / FASTEST) * (speed / FASTEST);
-	const float linear = 1.0f - CURVE;
-	const float u = CURVE > 0.001f ? (std::sqrt(linear * linear + 4.0f * CURVE * share) - linear) / (2.0f * CURVE) : share;
-	return u < 0.0f ? 0.0f : (u > 1.0f ? 1.0f : u);
+	return present > sampled ? 1e-6f * static_cast<float>(present - sampled) : 0.0f;
+}
+
+/* When a message was sampled; when it was published, where the sample time is not filled in. */
+template<typename T> hrt_abstime sampled(const T &message)
+{
+	return message.timestamp_sample != 0 ? message.timestamp_sample : message.timestamp;
+}
+
+/* Normalised thrust, 0 to 1, of a rotor at a speed; PX4's outputs apply THR_MDL_FAC to it. */
+float output(float speed, float battery)
+{
+	const float share = battery * (speed / FASTEST) * (speed / FASTEST);
+	return share < 0.0f ? 0.0f : (share > 1.0f ? 1.0f : share);
 }
 }
 
@@ -38,35 +57,47 @@ QuadstepControl::QuadstepControl() : ScheduledWorkItem(MODULE_NAME, px4::wq_conf
 
 bool QuadstepControl::init()
 {
+	int32_t enabled = 0;
+	_scales = param_get(param_find("MC_BAT_SCALE_EN"), &enabled) == 0 && enabled != 0;
 	return _angular_velocity_sub.registerCallback();
 }
 
-void QuadstepControl::ask_for_a_mode()
+void QuadstepControl::ask_for_a_mode(hrt_abstime present)
 {
+	if (_asked != 0 && present < _asked + ASK_AGAIN) { return; }
 	register_ext_component_request_s request{};
-	request.timestamp = hrt_absolute_time();
-	std::strncpy(request.name, "Quadstep", sizeof(request.name) - 1);
+	request.timestamp = present;
+	std::strncpy(request.name, MODE, sizeof(request.name) - 1);
 	request.request_id = 42;
 	request.px4_ros2_api_version = 1;
 	request.register_arming_check = true;
 	request.register_mode = true;
 	_register_pub.publish(request);
-	_asked = true;
+	_asked = present;
 }
 
+/* PX4 asks every 300 ms; told at once when the answer changes, it leaves the mode without waiting for its next question. */
 void QuadstepControl::answer_arming_check()
 {
 	arming_check_request_s request;
-	if (!_check_sub.update(&request) || _check_id < 0) { return; }
+	const bool able = _refused < REFUSALS;
+	if (_check_sub.update(&request)) {
+		_request_id = request.request_id;
+	} else if (able == _able) {
+		return;
+	}
+	if (_check_id < 0) { return; }
+	_able = able;
 	arming_check_reply_s reply{};
 	reply.timestamp = hrt_absolute_time();
-	reply.request_id = request.request_id;
+	reply.request_id = _request_id;
 	reply.registration_id = _check_id;
 	reply.health_component_index = arming_check_reply_s::HEALTH_COMPONENT_INDEX_NONE;
-	reply.can_arm_and_run = _refused == 0; /* PX4 leaves the mode where this is false */
+	reply.can_arm_and_run = able; /* PX4 leaves the mode where this is false */
 	reply.mode_req_angular_velocity = true;
 	reply.mode_req_attitude = true;
-	reply.mode_req_local_position = true;
+	reply.mode_req_local_alt = true;
+	reply.mode_req_local_position = true; /* PX4 leaves the mode by itself where its estimate is not valid */
 	_check_pub.publish(reply);
 }
 
@@ -83,7 +114,7 @@ void QuadstepControl::say_what_is_controlled()
 	_mode_pub.publish(mode);
 }
 
-bool QuadstepControl::measure(NAME_measured &measured, hrt_abstime now)
+bool QuadstepControl::measure(NAME_measured &measured)
 {
 	_attitude_sub.update(&_attitude);
 	_position_sub.update(&_position);
@@ -103,13 +134,55 @@ bool QuadstepControl::measure(NAME_measured &measured, hrt_abstime now)
 	measured.rates[2] = -_angular_velocity.xyz[2];
 	measured.thrust = _made.thrust; /* what the last command made: laws that hedge need it */
 	std::memcpy(measured.torque, _made.torque, sizeof(measured.torque));
-	return _position.xy_valid && _position.z_valid && _position.v_xy_valid && _position.v_z_valid && now >= _position.timestamp;
+	return _position.xy_valid && _position.z_valid && _position.v_xy_valid && _position.v_z_valid;
 }
 
-void QuadstepControl::want(NAME_reference &reference, const NAME_measured &measured)
+/* The measured position and heading become the setpoint. */
+void QuadstepControl::hold_here(const NAME_measured &measured)
+{
+	const float *q = measured.attitude;
+	_hold = NAME_reference{};
+	std::memcpy(_hold.position, measured.position, sizeof(_hold.position));
+	_hold.yaw = std::atan2(2.0f * (q[0] * q[3] + q[1] * q[2]), 1.0f - 2.0f * (q[2] * q[2] + q[3] * q[3]));
+	_resets[0] = _position.xy_reset_counter;
+	_resets[1] = _position.z_reset_counter;
+	_resets[2] = _position.heading_reset_counter;
+}
+
+/* Where the estimator moves its origin or heading, the setpoint moves with it, and the vehicle stays where it is. */
+void QuadstepControl::follow_resets()
+{
+	const bool older = _setpoint.timestamp < _position.timestamp; /* a newer one knows of the reset */
+	if (_resets[0] != _position.xy_reset_counter) {
+		_hold.position[0] += _position.delta_xy[0];
+		_hold.position[1] -= _position.delta_xy[1];
+		if (older) {
+			_setpoint.position[0] += _position.delta_xy[0];
+			_setpoint.position[1] += _position.delta_xy[1];
+		}
+	}
+	if (_resets[1] != _position.z_reset_counter) {
+		_hold.position[2] -= _position.delta_z;
+		if (older) { _setpoint.position[2] += _position.delta_z; }
+	}
+	if (_resets[2] != _position.heading_reset_counter) {
+		_hold.yaw -= _position.delta_heading;
+		if (older) { _setpoint.yaw += _position.delta_heading; }
+	}
+	_resets[0] = _position.xy_reset_counter;
+	_resets[1] = _position.z_reset_counter;
+	_resets[2] = _position.heading_reset_counter;
+}
+
+void QuadstepControl::want(NAME_reference &reference, const NAME_measured &measured, hrt_abstime present)
 {
 	_setpoint_sub.update(&_setpoint);
-	reference = NAME_reference{};
+	follow_resets();
+	const bool follows = _setpoint.timestamp > _entered && present <= _setpoint.timestamp + SETPOINT_OLD;
+	if (_follows && !follows) { hold_here(measured); }
+	_follows = follows;
+	reference = _hold;
+	if (!follows) { return; }
 	const float sign[3] = {1.0f, -1.0f, -1.0f};
 	for (int i = 0; i < 3; ++i) {
 		reference.position[i] = known(sign[i] * _setpoint.position[i], measured.position[i]);
@@ -123,77 +196,116 @@ void QuadstepControl::want(NAME_reference &reference, const NAME_measured &measu
 	reference.yaw_rate = known(-_setpoint.yawspeed, 0.0f);
 }
 
+/* The factor of normalised thrust that makes up for the battery's voltage: thrust goes with its square. */
+float QuadstepControl::battery()
+{
+	battery_status_s status;
+	if (_scales && _battery_sub.update(&status) && status.connected && status.scale >= 1.0f) { _scale = status.scale; }
+	return _scale * _scale;
+}
+
 void QuadstepControl::publish(hrt_abstime now)
 {
 	actuator_motors_s motors{};
 	motors.timestamp = hrt_absolute_time();
 	motors.timestamp_sample = now;
 	for (float &one : motors.control) { one = NAN; }
-	for (int i = 0; i < ROTORS; ++i) { motors.control[MOTOR[i]] = output(_made.speeds[i]); }
+	const float scale = battery();
+	for (int i = 0; i < ROTORS; ++i) { motors.control[MOTOR[i]] = output(_made.speeds[i], scale); }
 	_motors_pub.publish(motors);
+}
+
+void QuadstepControl::leave()
+{
+	_angular_velocity_sub.unregisterCallback();
+	unregister_ext_component_s gone{};
+	gone.timestamp = hrt_absolute_time();
+	std::strncpy(gone.name, MODE, sizeof(gone.name) - 1); /* PX4 removes a mode only by its name */
+	gone.arming_check_id = _check_id;
+	gone.mode_id = _check_id < 0 ? -1 : static_cast<int8_t>(_mode_id);
+	gone.mode_executor_id = -1;
+	_unregister_pub.publish(gone);
+	exit_and_cleanup();
+}
+
+/* Rejected samples in a row; PX4 leaves the mode after some. */
+void QuadstepControl::note(bool refused)
+{
+	_refused = refused ? _refused + 1 : 0;
+	answer_arming_check();
 }
 
 void QuadstepControl::Run()
 {
-	if (should_exit()) {
-		_angular_velocity_sub.unregisterCallback();
-		unregister_ext_component_s gone{};
-		gone.timestamp = hrt_absolute_time();
-		gone.mode_id = _mode_id;
-		_unregister_pub.publish(gone);
-		exit_and_cleanup();
+	vehicle_status_s status{};
+	_status_sub.copy(&status);
+	_armed = status.arming_state == vehicle_status_s::ARMING_STATE_ARMED;
+	if (should_exit() && !_armed) { /* in flight the vehicle is flown on: stop_refused() */
+		leave();
 		return;
 	}
-	if (!_asked) { ask_for_a_mode(); }
+	const hrt_abstime present = hrt_absolute_time();
 	register_ext_component_reply_s reply;
 	if (_registered_sub.update(&reply) && reply.request_id == 42 && reply.success) {
 		_mode_id = reply.mode_id;
 		_check_id = reply.arming_check_id;
 		say_what_is_controlled();
 	}
+	if (_check_id < 0) { ask_for_a_mode(present); }
 	answer_arming_check();
 	if (!_angular_velocity_sub.update(&_angular_velocity)) { return; }
-	vehicle_status_s status{};
-	_status_sub.copy(&status);
 	const hrt_abstime now = _angular_velocity.timestamp_sample;
-	if (status.nav_state != _mode_id || status.arming_state != vehicle_status_s::ARMING_STATE_ARMED) {
+	if (status.nav_state != _mode_id || !_armed) {
 		NAME_reset(&_state);
 		_started = false;
-		_made = NAME_actuators{};
-		_refused = 0;
+		_follows = false;
+		/* once it gave up, it is able again when the pilot has chosen another mode: PX4 does not return here by itself */
+		if (status.nav_state_user_intention != _mode_id || !_armed) { note(false); }
 		return;
 	}
 	NAME_measured measured;
 	NAME_reference reference;
 	NAME_command command;
-	const bool valid = measure(measured, now);
-	want(reference, measured);
+	if (!_started) { _made = NAME_actuators{}; _made.thrust = WEIGHT; }
+	const bool valid = measure(measured);
 	if (!_started) {
 		_started = valid && NAME_start(&NAME_mission, &_state, &measured) == UPPER_OK;
+		_entered = present;
+		_follows = false;
 		_ticks = 0;
 		_last = now;
+		hold_here(measured);
+		note(!_started);
 		return;
 	}
+	want(reference, measured, present);
 	const float since = 1e-6f * static_cast<float>(now - _last);
 	_last = now;
 	NAME_clock clock{};
 	clock.tick = ++_ticks;
 	clock.step = STEP_SECONDS;
 	clock.period = since < LEAST_PERIOD ? LEAST_PERIOD : (since > MOST_PERIOD ? MOST_PERIOD : since);
-	clock.age = valid ? 1e-6f * static_cast<float>(now - _position.timestamp) : 1e3f;
+	clock.age = std::fmax(age(sampled(_position), present), age(sampled(_attitude), present));
+	clock.age = valid ? std::fmax(clock.age, age(now, present)) : 1e3f;
 LOOPS
 	_result = NAME_law(&NAME_mission, &_state, &measured, &reference, &clock, &command);
 	_result |= OUTER_SUM;
-	_refused = _result == UPPER_OK ? 0 : _refused + 1;
-	_result |= NAME_made(&NAME_mission, &command, &_made);
-	if (_refused > HOLD) { _made = NAME_actuators{}; }
+	note(_result != UPPER_OK);
+	_result |= NAME_made(&NAME_mission, &command, &_made); /* where the law rejects its input, of the last command */
 	publish(now);
 }
 
 int QuadstepControl::print_status()
 {
-	PX4_INFO("mode %d, status %u", static_cast<int>(_mode_id), static_cast<unsigned>(_result));
+	PX4_INFO("mode %d, status %u, %s", static_cast<int>(_mode_id), static_cast<unsigned>(_result), _follows ? "follows setpoints" : "holds");
 	return 0;
+}
+
+/* Whether `quadstep_control stop` is refused: PX4 forgets modes only while disarmed, and the motors would keep their last output. */
+bool QuadstepControl::stop_refused()
+{
+	const QuadstepControl *instance = get_instance();
+	return instance != nullptr && instance->_armed;
 }
 
 int QuadstepControl::task_spawn(int argc, char *argv[])
@@ -230,5 +342,9 @@ int QuadstepControl::print_usage(const char *reason)
 
 extern "C" __EXPORT int quadstep_control_main(int argc, char *argv[])
 {
+	if (argc > 1 && std::strcmp(argv[1], "stop") == 0 && QuadstepControl::stop_refused()) {
+		PX4_ERR("the vehicle is armed: change to another mode, land and disarm before stopping this one");
+		return PX4_ERROR;
+	}
 	return QuadstepControl::main(argc, argv);
 }

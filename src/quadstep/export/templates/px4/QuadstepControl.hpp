@@ -10,6 +10,7 @@
 #include <uORB/topics/actuator_motors.h>
 #include <uORB/topics/arming_check_reply.h>
 #include <uORB/topics/arming_check_request.h>
+#include <uORB/topics/battery_status.h>
 #include <uORB/topics/register_ext_component_reply.h>
 #include <uORB/topics/register_ext_component_request.h>
 #include <uORB/topics/trajectory_setpoint.h>
@@ -32,22 +33,30 @@ public:
 	static int custom_command(int argc, char *argv[]);
 	static int print_usage(const char *reason = nullptr);
 
+	static bool stop_refused();
+
 	bool init();
 	int print_status() override;
 
 private:
 	void Run() override;
-	void ask_for_a_mode();
+	void ask_for_a_mode(hrt_abstime present);
 	void answer_arming_check();
 	void say_what_is_controlled();
-	bool measure(NAME_measured &measured, hrt_abstime now);
-	void want(NAME_reference &reference, const NAME_measured &measured);
+	bool measure(NAME_measured &measured);
+	void hold_here(const NAME_measured &measured);
+	void follow_resets();
+	void want(NAME_reference &reference, const NAME_measured &measured, hrt_abstime present);
+	float battery();
 	void publish(hrt_abstime now);
+	void leave();
+	void note(bool refused);
 
 	uORB::SubscriptionCallbackWorkItem _angular_velocity_sub{this, ORB_ID(vehicle_angular_velocity)};
 	uORB::Subscription _attitude_sub{ORB_ID(vehicle_attitude)};
 	uORB::Subscription _position_sub{ORB_ID(vehicle_local_position)};
 	uORB::Subscription _setpoint_sub{ORB_ID(trajectory_setpoint)};
+	uORB::Subscription _battery_sub{ORB_ID(battery_status)};
 	uORB::Subscription _status_sub{ORB_ID(vehicle_status)};
 	uORB::Subscription _registered_sub{ORB_ID(register_ext_component_reply)};
 	uORB::Subscription _check_sub{ORB_ID(arming_check_request)};
@@ -69,8 +78,17 @@ private:
 	uint32_t _outer[OUTER_COUNT] {};
 	uint32_t _ticks{0};
 	hrt_abstime _last{0};
+	hrt_abstime _asked{0};
+	hrt_abstime _entered{0};
+	NAME_reference _hold{};
+	uint8_t _resets[3] {};
+	float _scale{1.0f};
+	bool _scales{false};
 	bool _started{false};
-	bool _asked{false};
+	bool _follows{false};
+	bool _armed{false};
+	bool _able{true};
+	uint8_t _request_id{0};
 	uint8_t _mode_id{255};
 	int8_t _check_id{-1};
 };
