@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -15,9 +14,9 @@ import pytest
 
 from quadstep import __version__
 from quadstep.campaign import draws
-from quadstep.campaign import store as store_module
 from quadstep.campaign.store import opened, parquet
 from quadstep.errors import UserError
+from quadstep.results import folder as folder_module
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
 from tests.commands import quadstep
 
@@ -418,15 +417,15 @@ def test_the_lock_goes_with_an_error(tmp_path):
 
 def full_after(count, monkeypatch):
     """Writing fails from the `count`-th file on; gives what says how often it was tried."""
-    write, tried = store_module.replace_file, []
+    write, tried = folder_module.replace_in, []
 
-    def fails(path, content, **how):
-        tried.append(path.name)
+    def fails(folder, name, content, **how):
+        tried.append(name)
         if len(tried) > count:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write(path, content, **how)
+        write(folder, name, content, **how)
 
-    monkeypatch.setattr(store_module, "replace_file", fails)
+    monkeypatch.setattr(folder_module, "replace_in", fails)
     return tried
 
 
@@ -447,7 +446,7 @@ def test_a_full_disk_is_one_line_and_what_was_written_is_kept(whole, tmp_path, m
     assert flights(out) == flights(whole[1])
 
 
-@pytest.mark.parametrize("call", ["write", "flush", "close", "replace", "fsync", "mkstemp"])
+@pytest.mark.parametrize("call", ["write", "flush", "close", "replace", "fsync", "open"])
 def test_wherever_the_disk_fails_nothing_half_written_stays(tmp_path, monkeypatch, call):
     def fails(*_, **__):
         raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -458,11 +457,12 @@ def test_wherever_the_disk_fails_nothing_half_written_stays(tmp_path, monkeypatc
         before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
         with monkeypatch.context() as patch:
             if call == "replace":
-                patch.setattr(Path, "replace", fails)
+                patch.setattr(os, "replace", fails)
             elif call == "fsync":
                 patch.setattr(os, "fsync", fails)
-            elif call == "mkstemp":
-                patch.setattr("tempfile.mkstemp", fails)
+            elif call == "open":
+                real_open = os.open
+                patch.setattr(os, "open", lambda *some, **more: (fails if some[1] & os.O_CREAT else real_open)(*some, **more))
             else:
                 real = os.fdopen
 

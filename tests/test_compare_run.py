@@ -13,12 +13,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from quadstep.comparison import jobs, workers
-from quadstep.comparison.kept import RUNNING, Kept
 from quadstep.comparison.run import How, Run
 from quadstep.comparison.study import FIRST, Situation, read_study
 from quadstep.control import raptor
-from quadstep.errors import MissingExtraError
+from quadstep.errors import MissingExtraError, UserError
 from quadstep.flight.engines import fly
+from quadstep.results.folder import RUNNING
+from quadstep.results.parts import parts_in
 from tests.campaigns import soon
 from tests.commands import LINE, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE
@@ -231,7 +232,7 @@ def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
     damaged.write_bytes(damaged.read_bytes()[:-30])
     result = quadstep("compare", file, "--out", out)
     assert result.refused
-    assert f"{damaged}: cannot be read" in result.err
+    assert f"{damaged}: was changed" in result.err
 
 
 @pytest.mark.slow
@@ -283,8 +284,9 @@ def test_equal_controllers_that_fail_are_each_a_problem(monkeypatch, tmp_path):
     cell = study(SMALLEST).cell(Situation("research-2.6kg", "up", "calm"), "firm", {"type": "geometric"})
     equal = [jobs.OfLaw("linear", cell._replace(controller=name)) for name in ("firm", "again")]
     monkeypatch.setattr(workers, "worked", lambda _: jobs.Worked(b"", "no idea"))
-    run = Run(Kept(tmp_path), How(keep_going=True))
-    run.work("linearising", equal)
+    with parts_in(tmp_path) as kept:
+        run = Run(kept, How(keep_going=True))
+        run.work("linearising", equal)
     assert [one.controller[1] for one in run.problems] == ["firm", "again"]
 
 
@@ -455,11 +457,18 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_was_flown(tmp_path):
 
 
 def test_what_is_kept_is_found_while_running_and_when_published(tmp_path):
-    kept = Kept(tmp_path)
-    kept.add("gains", "a", b"1")
-    assert kept.find("gains", "a").read_bytes() == b"1"
+    with pytest.raises(RuntimeError), parts_in(tmp_path) as kept:
+        kept.add("gains", "a", b"0")
+        kept.add("gains", "a", b"1")
+        assert kept.read("gains", "a") == b"1"
+        raise RuntimeError
     (tmp_path / "new").mkdir()
-    kept.publish(tmp_path / "new", [("gains", "a")])
-    kept.remove()
-    assert kept.find("gains", "a") is None
-    assert Kept(tmp_path / "new").find("gains", "a").read_bytes() == b"1"
+    with parts_in(tmp_path) as kept:
+        assert kept.read("gains", "a") == b"1"
+        kept.publish(tmp_path / "new", [("gains", "a")])
+        with pytest.raises(UserError, match="another run is writing"), parts_in(tmp_path):
+            pass
+    with parts_in(tmp_path) as kept:
+        assert kept.find("gains", "a") is None
+    with parts_in(tmp_path / "new") as kept:
+        assert kept.read("gains", "a") == b"1"

@@ -1,13 +1,12 @@
 """Tuning with equal budgets: one cost for all, and searches that resume where they stopped."""
 
-import json
 import math
 from types import SimpleNamespace
 
 import pytest
 
 from quadstep.comparison import training
-from quadstep.comparison.training import Journal, over_all, read_lines, train
+from quadstep.comparison.training import Journal, Place, over_all, read_lines, train
 from quadstep.errors import UserError
 from quadstep.mission.check import check
 from quadstep.mission.tune import TuneSection
@@ -46,7 +45,7 @@ def task():
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    journal = tmp_path_factory.mktemp("journal") / "one.jsonl"
+    journal = Place(tmp_path_factory.mktemp("journal"), "one.jsonl")
     return train(task(), journal), journal
 
 
@@ -62,25 +61,38 @@ def test_it_keeps_to_its_budget_and_to_its_ranges(trained):
 
 def test_a_search_that_was_stopped_goes_on_and_ends_as_if_nothing_had_been(trained, tmp_path, monkeypatch):
     found, journal = trained
-    lines = journal.read_text(encoding="utf-8").splitlines(keepends=True)
-    half = tmp_path / "half.jsonl"
-    half.write_text("".join(lines[:5]) + lines[5][:40], encoding="utf-8")  # killed while it wrote
+    lines = journal.path.read_text(encoding="utf-8").splitlines(keepends=True)
+    half = Place(tmp_path, "half.jsonl")
+    half.path.write_text("".join(lines[:5]) + lines[5][:40], encoding="utf-8")  # killed while it wrote
     flown, real = [], training.Ground.fly
     monkeypatch.setattr(training.Ground, "fly", lambda *given: flown.append(1) or real(*given))
     assert train(task(), half) == found
     assert len(flown) == len(lines) - 5
-    assert half.read_text(encoding="utf-8") == journal.read_text(encoding="utf-8")
+    assert half.path.read_text(encoding="utf-8") == journal.path.read_text(encoding="utf-8")
 
 
-def test_a_journal_of_another_search_is_not_believed(trained, tmp_path):
+def test_a_journal_of_another_search_is_not_used(trained):
     _, journal = trained
-    first = json.loads(journal.read_text(encoding="utf-8").splitlines()[0])
-    known = Journal(journal)
+    first, known = read_lines(journal)[0], Journal(journal)
     assert known.taken([{"controller.k_x": 1.0}]) is None
     assert known.taken(first["values"]) == [Judged(*one) for one in first["judged"]]
-    (tmp_path / "other.jsonl").write_text("nonsense\n[1, 2]\n", encoding="utf-8")
-    assert read_lines(tmp_path / "other.jsonl") == []
-    assert read_lines(tmp_path / "none.jsonl") == []
+
+
+def test_a_changed_journal_is_refused(trained, tmp_path):
+    whole = trained[1].path.read_bytes()
+    for place in range(0, len(whole), 64):
+        content = bytearray(whole)
+        content[place] ^= 1
+        (tmp_path / "one.jsonl").write_bytes(content)
+        with pytest.raises(UserError, match=r"one\.jsonl: was changed"):
+            read_lines(Place(tmp_path, "one.jsonl"))
+
+
+def test_no_journal_has_no_lines(tmp_path):
+    assert read_lines(Place(tmp_path, "none.jsonl")) == []
+    assert read_lines(Place(tmp_path / "none", "none.jsonl")) == []
+    (tmp_path / "half.jsonl").write_text("cut sho", encoding="utf-8")
+    assert read_lines(Place(tmp_path, "half.jsonl")) == []
 
 
 @pytest.fixture(scope="module")

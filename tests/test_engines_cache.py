@@ -86,7 +86,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(folder, fly, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "read-only")
 
-    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    monkeypatch.setattr("quadstep.atomic.replace_in", refuse)
     assert len(fly()) == 21
     assert entries(folder) == []
 

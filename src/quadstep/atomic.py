@@ -1,6 +1,8 @@
 """Writing a file so that its place holds the whole of it or what was there before, never half."""
 
+import contextlib
 import os
+import secrets
 import tempfile
 from pathlib import Path
 
@@ -12,17 +14,30 @@ WRITING = ".writing-"
 
 def replace_file(path: Path, content: bytes, mode: int = 0o644, synced: bool = False) -> None:
     """Write a file beside its place and move it there. synced: it must be on the disk by then. Raises OSError."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=WRITING)
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
+        replace_in(folder, path.name, content, mode, synced)
+    finally:
+        os.close(folder)
+
+
+def replace_in(folder: int, name: str, content: bytes, mode: int = 0o644, synced: bool = False) -> None:
+    """`replace_file` in an open folder; a link of this name is replaced, not followed. Raises OSError."""
+    temporary = f"{WRITING}{secrets.token_hex(8)}"
+    try:
+        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600, dir_fd=folder)
         with os.fdopen(handle, "wb") as file:
             file.write(content)
+            file.flush()
+            os.fchmod(handle, mode)
             if synced:
-                file.flush()
-                os.fsync(file.fileno())
-        Path(temporary).chmod(mode)
-        Path(temporary).replace(path)
+                os.fsync(handle)
+        os.replace(temporary, name, src_dir_fd=folder, dst_dir_fd=folder)
+        if synced:
+            os.fsync(folder)
     finally:
-        Path(temporary).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            os.unlink(temporary, dir_fd=folder)
 
 
 def check_place(path: Path, parents: bool = False) -> None:

@@ -65,7 +65,11 @@ def depth(text: str) -> int:
 
 def read_json(path: Path, links: bool = True) -> Any:
     """The content of a JSON file, every number of which is finite. Raises UserError naming it."""
-    text, source = files.read_text(path, files.JSON, links), str(path)
+    return parse_json(files.read_text(path, files.JSON, links), str(path))
+
+
+def parse_json(text: str | bytes, source: str) -> Any:
+    """The content of JSON, every number of which is finite. Raises UserError naming `source`."""
     try:
         content = json.loads(text, parse_constant=no_number)
     except RecursionError:

@@ -37,15 +37,17 @@ LONGEST_LINE = 65_536
 """Characters of a line in a table."""
 
 
-def opened(path: Path, kind: Kind, links: bool = True) -> io.BufferedReader:
-    """A file opened for reading. links: whether `path` may be a link.
+def opened(path: Path, kind: Kind, links: bool = True, folder: int | None = None) -> io.BufferedReader:
+    """A file opened for reading. links: whether `path` may be a link. folder: an open handle of the folder it is in.
 
     Raises UserError naming the file where it cannot be opened, is no regular file, or is larger than `kind` may be.
     """
     flags = os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC | (0 if links else os.O_NOFOLLOW)
+    name = path if folder is None else path.name
     try:
-        check(path, path.stat(follow_symlinks=links), kind)  # before it is opened: to open some devices is to use them
-        file: io.BufferedReader = io.BufferedReader(io.FileIO(os.open(path, flags)))
+        found = os.stat(name, dir_fd=folder, follow_symlinks=links)
+        check(path, found, kind)  # before it is opened: to open some devices is to use them
+        file: io.BufferedReader = io.BufferedReader(io.FileIO(os.open(name, flags, dir_fd=folder)))
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
     except ValueError:  # NUL and halves of surrogate pairs
@@ -76,10 +78,15 @@ def too_large(path: Path, kind: Kind) -> UserError:
 def read_bytes(path: Path, kind: Kind, links: bool = True) -> bytes:
     """All bytes of a file. Raises UserError as `opened` does, also for a file that grows while it is read."""
     with opened(path, kind, links) as file:
-        try:
-            found = file.read(kind.most + 1)
-        except OSError as error:
-            raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
+        return content_of(file, path, kind)
+
+
+def content_of(file: io.BufferedReader, path: Path, kind: Kind) -> bytes:
+    """All bytes of an open file. Raises UserError."""
+    try:
+        found = file.read(kind.most + 1)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
     if found is None or len(found) > kind.most:
         raise too_large(path, kind)
     return found

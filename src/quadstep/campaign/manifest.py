@@ -83,7 +83,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     if not os.path.lexists(path):
         return None
     try:
-        content = read_json(path)
+        content = read_json(path, links=False)
     except UserError as error:
         raise UserError(f"{error}; choose another --out") from None
     try:

@@ -1,7 +1,5 @@
 """report.html of a campaign, and its pictures."""
 
-import shutil
-import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,7 +10,6 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate
-from quadstep.atomic import WRITING
 from quadstep.campaign import report_text as text
 from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.pictures import (
@@ -39,6 +36,7 @@ from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.report import page
 from quadstep.report.sheet import Sheet
+from quadstep.results.folder import names_in
 
 REPORT, FIGURES = "report.html", "figures"
 
@@ -77,32 +75,21 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path,
 
     Raises UserError if it cannot be written.
     """
-    with store.explained():
-        temporary = Path(tempfile.mkdtemp(dir=store.folder, prefix=WRITING))
-        try:
-            (temporary / FIGURES).mkdir()
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
-                body = sections(store, campaign, summary, path, temporary / FIGURES, sheet.with_svg())
-            page.write_page(temporary / REPORT, campaign.file.name, body, "Campaign")
-            return moved(temporary, store)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
-
-
-def moved(temporary: Path, store: Store) -> list[str]:
-    """Move all files into the campaign's folder, the page last, and remove those of an earlier report; their names."""
-    names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
-    before = [name for name in store.manifest.get("files", []) if isinstance(name, str)]
-    store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
-    (store.folder / FIGURES).mkdir(exist_ok=True)
-    for name in sorted(names, key=lambda name: name == REPORT):
-        (temporary / name).chmod(0o644)
-        (temporary / name).replace(store.folder / name)
-    for name in set(before) - set(names):
-        if name.startswith(f"{FIGURES}/") and ".." not in Path(name).parts:
-            (store.folder / name).unlink(missing_ok=True)
-    return names
+    with store.explained(), store.files.draft() as draft:
+        out = draft.path
+        (out / FIGURES).mkdir()
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
+            body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
+        page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
+        names, before = draft.files(), names_in(store.manifest.get("files"))
+        store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
+        store.files.check_free(names)
+        store.files.take(draft, names, REPORT)
+        for name in set(before) - set(names):
+            if name.startswith(f"{FIGURES}/"):
+                store.files.remove(name)
+        return names
 
 
 def sections(store: Store, campaign: Campaign, summary: Summary, path: Path, folder: Path, sheet: Sheet = SCREEN) -> list[str]:

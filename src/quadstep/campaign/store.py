@@ -5,11 +5,8 @@ finished files can be read, and the run can be resumed.
 """
 
 import contextlib
-import fcntl
 import hashlib
 import json
-import os
-import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,11 +15,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep import __version__, files
-from quadstep.atomic import WRITING, replace_file
+from quadstep.atomic import WRITING
 from quadstep.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
 from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
+from quadstep.results.folder import Folder, names_in
+from quadstep.results.folder import opened as open_folder
 
 
 class Chunk(NamedTuple):
@@ -36,8 +35,8 @@ class Chunk(NamedTuple):
 class Store:
     """The folder of one campaign, held by one run. Made by `opened`."""
 
-    def __init__(self, folder: Path, manifest: dict[str, Any]) -> None:
-        self.folder, self.manifest = folder, manifest
+    def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
+        self.files, self.folder, self.manifest = files, files.path, manifest
         self.digests: dict[str, dict[str, Any]] = {one["file"]: one for one in manifest["chunks"]}
 
     @property
@@ -75,15 +74,14 @@ class Store:
     def has(self, chunk: Chunk) -> bool:
         """Whether a file is present, with all its flights."""
         known = self.digests.get(chunk.file, {})
-        return (known.get("first"), known.get("past")) == chunk[1:] and (self.folder / chunk.file).exists()
+        return (known.get("first"), known.get("past")) == chunk[1:] and self.files.status(chunk.file) is not None
 
     def write(self, chunk: Chunk, table: pa.Table) -> None:
         """Add a file, and then name it in the manifest. Raises UserError if it cannot be written."""
         content = parquet(table)
         digest = {"file": chunk.file, "first": chunk.first, "past": chunk.past, "sha256": hashlib.sha256(content).hexdigest()}
         with self.explained():
-            (self.folder / FLIGHTS).mkdir(parents=True, exist_ok=True)
-            replace_file(self.folder / chunk.file, content, synced=True)
+            self.files.write(chunk.file, content)
             self.digests[chunk.file] = digest
             self.save()
 
@@ -92,7 +90,7 @@ class Store:
         self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
         with self.explained():
             content = json.dumps(self.manifest, indent=1, allow_nan=False) + "\n"
-            replace_file(self.folder / MANIFEST, content.encode(), synced=True)
+            self.files.write(MANIFEST, content.encode())
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
@@ -116,7 +114,7 @@ class Store:
     def read_chunk(self, chunk: Chunk, columns: Sequence[str] | None = None) -> pa.Table:
         """The flights of one file. Raises UserError."""
         path = self.folder / chunk.file
-        with files.opened(path, files.FLIGHTS) as file:
+        with self.files.file(chunk.file, files.FLIGHTS) as file:
             try:
                 parquet = pq.ParquetFile(file)
                 check_kind(path, parquet.metadata, chunk, columns or (*KINDS, *self.manifest["metrics"]))
@@ -134,7 +132,7 @@ class Store:
         with self.explained():
             for name in self.digests.keys() - wanted:
                 del self.digests[name]
-                (self.folder / name).unlink(missing_ok=True)
+                self.files.remove(name)
 
     def judge_again(self, campaign: Campaign) -> None:
         """Rewrite the existing flights with the campaign's current definition of success. Raises UserError."""
@@ -144,13 +142,12 @@ class Store:
     def verify(self) -> None:
         """Raises UserError for a file whose content is not what was written."""
         for chunk in self.present:
-            path = self.folder / chunk.file
-            with files.opened(path, files.FLIGHTS) as file:
+            with self.files.file(chunk.file, files.FLIGHTS) as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != self.digests[chunk.file]["sha256"]:
                 raise UserError(
-                    f"{path}: corrupted (its content is not what was written); delete this file, and --resume flies flights "
-                    f"{chunk.first} to {chunk.past - 1} again"
+                    f"{self.folder / chunk.file}: corrupted (its content is not what was written); delete this file, and "
+                    f"--resume flies flights {chunk.first} to {chunk.past - 1} again"
                 )
 
 
@@ -163,58 +160,50 @@ def opened(
     Raises UserError: for a folder that holds something else or another campaign, a campaign that has changed, a corrupted
     file, a folder that another run is writing into.
     """
-    with held(folder, resume):
-        yield prepared(folder, campaign, flights, engine, resume, overwrite)
+    with held(folder, resume) as inside:
+        yield prepared(inside, campaign, flights, engine, resume, overwrite)
 
 
 @contextlib.contextmanager
-def held(folder: Path, resume: bool) -> Iterator[None]:
+def held(path: Path, resume: bool) -> Iterator[Folder]:
     """A folder, created if absent and locked while the block runs. Raises UserError."""
-    try:
-        if folder.exists() and not folder.is_dir():
-            raise UserError(f"{folder}: is a file; --out needs a folder")
-        if resume and not folder.exists():
-            raise UserError(nothing_there(folder))
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
-    try:
+    if resume and not path.exists():
+        raise UserError(nothing_there(path))
+    with contextlib.ExitStack() as stack:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise UserError(f"{folder}: another campaign is being flown into this folder; choose another --out") from None
-        try:
-            yield
-        finally:
-            sweep_up(folder)  # Ctrl-C may have come between making a file and guarding it
-    finally:
-        os.close(handle)
+            folder = stack.enter_context(open_folder(path))
+            stack.enter_context(folder.locked(wait=False))
+        except BlockingIOError:
+            raise UserError(f"{path}: another campaign is being flown into this folder; choose another --out") from None
+        except OSError as error:
+            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
+        stack.callback(folder.sweep, FLIGHTS)  # Ctrl-C may have come between making a file and guarding it
+        yield folder
 
 
-def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume: bool, overwrite: bool) -> Store:
+def prepared(inside: Folder, campaign: Campaign, flights: int, engine: str, resume: bool, overwrite: bool) -> Store:
     """The store in a folder that is locked."""
+    folder = inside.path
     found = read_manifest(folder)
     mine = new_manifest(campaign, flights, engine)
+    inside.sweep(FLIGHTS)
     if found is None:
         if resume:
             raise UserError(nothing_there(folder))
-        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING) and path.name != FLIGHTS]
-        strange += [path.name for path in (folder / FLIGHTS).glob("*") if not path.name.startswith(WRITING)]
+        empty = inside.is_folder(FLIGHTS) and not inside.names(FLIGHTS)
+        strange = [name for name in inside.names() if not name.startswith(WRITING) and not (empty and name == FLIGHTS)]
         if strange:
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
-    sweep_up(folder)
     if found is not None and not resume and (overwrite or not found["chunks"]):
-        clear(folder, found)
+        for name in (MANIFEST, *(one["file"] for one in found["chunks"]), *names_in(found.get("files"))):
+            inside.remove(name)
         found = None
     if found is None:
-        store = Store(folder, mine)
-        with store.explained():
-            (folder / FLIGHTS).mkdir(exist_ok=True)
+        store = Store(inside, mine)
         store.save()
         return store
     found.setdefault("metrics", mine["metrics"])
-    store = Store(folder, found)
+    store = Store(inside, found)
     if not resume:
         kept, all_of = len(store.present), store.count
         state = "complete" if kept == all_of else f"{kept} of {all_of} files"
@@ -239,25 +228,6 @@ def prepared(folder: Path, campaign: Campaign, flights: int, engine: str, resume
     store.manifest["machines"] = [*found["machines"], *(one for one in mine["machines"] if one not in found["machines"])]
     store.save(complete=False)
     return store
-
-
-def clear(folder: Path, manifest: dict[str, Any]) -> None:
-    """Remove the results of a campaign: the files it has written and nothing else. Raises UserError."""
-    listed = [Path(one["file"]) for one in manifest["chunks"]] + [Path(name) for name in manifest.get("files", [])]
-    try:
-        (folder / MANIFEST).unlink(missing_ok=True)
-        for path in listed:
-            if not path.is_absolute() and ".." not in path.parts and (folder / path).is_file():
-                (folder / path).unlink()
-    except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror or error}") from None
-
-
-def sweep_up(folder: Path) -> None:
-    """Remove the unfinished files of a killed run."""
-    for leftover in (*folder.glob(f"{WRITING}*"), *(folder / FLIGHTS).glob(f"{WRITING}*")):
-        with contextlib.suppress(OSError):
-            shutil.rmtree(leftover) if leftover.is_dir() else leftover.unlink()
 
 
 KINDS = {FLIGHT: "int64", OUTCOME: "dictionary", TIME: "double", SUCCESS: "bool"}

@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 from quadstep.comparison import training
 from quadstep.comparison.jobs import Tune
-from quadstep.comparison.kept import JOURNALS, Kept
 from quadstep.comparison.schema import Content, ControllerEntry
 from quadstep.comparison.study import Study
 from quadstep.control.commands import BodyRates, RotorSpeeds, RotorThrusts
 from quadstep.control.controller import Command, Controller
-from quadstep.documents import read_json
+from quadstep.documents import parse_json, read_json
 from quadstep.errors import MissingExtraError, UserError
+from quadstep.results.folder import RUNNING
+from quadstep.results.parts import JOURNALS, Parts
 from quadstep.user_code.blame import in_one_line
 
 FROM_FILE = "from {}"
@@ -76,7 +77,7 @@ class Entry(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def entrants(study: Study, kept: Kept, again: bool, local: bool) -> Entry:
+def entrants(study: Study, kept: Parts, again: bool, local: bool) -> Entry:
     """Everybody. again: tune also what the study has gains for. local: whether journals can be kept.
 
     Raises UserError for a file of gains that cannot be read.
@@ -103,7 +104,7 @@ def entrants(study: Study, kept: Kept, again: bool, local: bool) -> Entry:
 
 def entrant(
     study: Study,
-    kept: Kept,
+    kept: Parts,
     vehicle: str,
     name: str,
     entry: ControllerEntry,
@@ -125,16 +126,17 @@ def entrant(
     training.check_task(tasks[0])
     jobs = [Tune(task, None) for task in tasks]
     if local:
-        jobs = [job._replace(journal=kept.path(JOURNALS, job.key).absolute()) for job in jobs]
+        place = kept.folder.path.absolute()
+        jobs = [job._replace(journal=training.Place(place, f"{RUNNING}/{JOURNALS}/{job.key}.jsonl")) for job in jobs]
     return Asked(Entrant(vehicle, name, table, "tuned", law), tuple(jobs))
 
 
-def with_gains(study: Study, asked: Asked, kept: Kept) -> Entrant:
+def with_gains(study: Study, asked: Asked, kept: Parts) -> Entrant:
     """An entrant with the gains that were found for it."""
     if not asked.jobs:
         return asked.entrant
-    paths = [kept.find(job.kind, job.key) for job in asked.jobs]
-    return tuned(study, asked.entrant, [trained_of(read_json(path)) for path in paths if path])
+    parts = [(job, kept.read(job.kind, job.key)) for job in asked.jobs]
+    return tuned(study, asked.entrant, [trained_of(parse_json(part, job.label)) for job, part in parts if part])
 
 
 def tuned(study: Study, entrant: Entrant, found: list[training.Trained]) -> Entrant:

@@ -4,7 +4,6 @@ A piece gives the content of the file that keeps it. What goes wrong in it comes
 """
 
 import json
-from pathlib import Path
 from typing import NamedTuple
 
 import pyarrow as pa
@@ -14,10 +13,10 @@ from quadstep.campaign.draws import draw
 from quadstep.campaign.flown import Flyer, drawn_column
 from quadstep.campaign.store import parquet
 from quadstep.comparison import cost, linear, margins, training
-from quadstep.comparison.kept import COSTS, FLIGHTS, GAINS, MARGINS, key
 from quadstep.comparison.study import FIRST, Cell
 from quadstep.errors import UserError
 from quadstep.flight.kernel import host
+from quadstep.results.parts import COSTS, FLIGHTS, GAINS, MARGINS, key
 from quadstep.user_code.blame import blamed, user_error
 
 DRAWN = "drawn"
@@ -79,7 +78,7 @@ class Tune(NamedTuple):
     """The gains of a controller for a vehicle. journal: where it notes what was flown; None where nobody could read it."""
 
     task: training.Task
-    journal: Path | None
+    journal: training.Place | None
 
     @property
     def by_itself(self) -> bool:

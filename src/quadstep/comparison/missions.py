@@ -6,7 +6,6 @@ from pathlib import Path
 from quadstep.campaign.schema import CampaignFile, campaign_of
 from quadstep.comparison.entrants import Entrant, Problem
 from quadstep.comparison.found import Comparison, ranks, result
-from quadstep.comparison.kept import Kept, key
 from quadstep.comparison.report import write_results
 from quadstep.comparison.run import Finished, How, Run, costs, fly, interruptible, laws, linearised, reported
 from quadstep.comparison.schema import EFFORTS, MarginEntry
@@ -18,13 +17,19 @@ from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.presets import is_airframe
 from quadstep.mission.read import check_mission
 from quadstep.report.publish import publishing
+from quadstep.results.parts import key, parts_in
 
 MISSION_METRICS = ("position_rmse", "largest_error")
 
 
 def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) -> Finished:
     """Missions that may differ in anything, each flown with the same draws. Raises UserError, and InterruptedRun on Ctrl-C."""
-    run = Run(Kept(folder), how)
+    with parts_in(folder) as kept:
+        return compared(paths, folder, seeds, Run(kept, how))
+
+
+def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finished:
+    """The comparison, its parts kept by the run."""
     found_cells: list[Cell] = []
     names = unique([path.stem for path in paths])
     places = dict(zip(names, paths, strict=True))
@@ -34,7 +39,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
         except UserError as error:
             run.met(Problem(("", name), str(error)))
     identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
-    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
+    with publishing(folder, identity, run.how.overwrite) as out, interruptible(run):
         flights, flown = fly(run, found_cells, seeds)
         asked_of_laws = laws(flights)
         run.work("linearising", asked_of_laws)
@@ -55,9 +60,8 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
             linear=linearised(run, asked_of_laws),
             problems=tuple(run.problems),
         )
-        write_results(out, found, flights, how.sheet)
+        write_results(out, found, flights, run.how.sheet)
         run.publish(out, [*flights, *asked_of_laws])
-    run.kept.remove()
     return Finished(found, folder)
 
 

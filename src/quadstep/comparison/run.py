@@ -6,26 +6,26 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 
-from quadstep import files
 from quadstep.comparison import cost, margins
 from quadstep.comparison.engine import CompareEngine
 from quadstep.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.comparison.found import Comparison, ranks, result
 from quadstep.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
-from quadstep.comparison.kept import COSTS, LINEAR, Kept, key
 from quadstep.comparison.linear import Linear
 from quadstep.comparison.report import write_results
 from quadstep.comparison.spread import Flown, flown_of
 from quadstep.comparison.study import Cell, Situation, Study
 from quadstep.comparison.training import flown_in, read_lines
 from quadstep.comparison.workers import alone, work
-from quadstep.documents import read_json
+from quadstep.documents import parse_json
 from quadstep.errors import InterruptedRun, UserError
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
+from quadstep.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
 
 Doing = Callable[[str], None]
 Done = Callable[[int, int], None]
@@ -59,7 +59,7 @@ class Finished(NamedTuple):
 class Run:
     """Working out the pieces of a comparison. problems: so far; whoever has one takes part no more."""
 
-    def __init__(self, kept: Kept, how: How) -> None:
+    def __init__(self, kept: Parts, how: How) -> None:
         self.kept, self.how = kept, how
         self.problems: list[Problem] = []
 
@@ -110,11 +110,14 @@ class Run:
 
     def read(self, job: Job, made: Callable[[J], Read]) -> Read | None:
         """What a job gave, from its file of JSON; None where it gave nothing. Raises UserError for a file that was changed."""
-        path = self.kept.find(job.kind, job.key)
+        content = self.kept.read(job.kind, job.key)
+        if content is None:
+            return None
+        path = self.kept.folder.path / str(self.kept.find(job.kind, job.key))
         try:
-            return made(read_json(path)) if path else None
+            return made(parse_json(content, str(path)))
         except (KeyError, TypeError, ValueError):
-            raise UserError(f"{path}: was changed after `quadstep compare` wrote it; delete it to compute it again") from None
+            raise changed(path) from None
 
     def publish(self, out: Path, jobs: Sequence[Job]) -> None:
         """Put what these jobs gave into the folder of a finished study."""
@@ -123,9 +126,7 @@ class Run:
 
 def so_far(job: Job) -> int:
     """Flights that an unfinished search has noted."""
-    if not isinstance(job, Tune) or job.journal is None or not job.journal.exists():
-        return 0
-    lines = read_lines(job.journal)
+    lines = read_lines(job.journal) if isinstance(job, Tune) and job.journal else []
     return int(lines[-1]["flights"]) if lines else 0
 
 
@@ -134,9 +135,12 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
 
     Raises UserError, and InterruptedRun on Ctrl-C.
     """
-    run = Run(Kept(folder), how)
     identity = key(study.file.model_dump(exclude={"name"}), study.text)
-    with publishing(folder, identity, how.overwrite) as out, interruptible(run):
+    with (
+        parts_in(folder) as kept,
+        publishing(folder, identity, how.overwrite) as out,
+        interruptible(run := Run(kept, how)),
+    ):
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
         for problem in problems:
             run.met(problem)
@@ -173,7 +177,6 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         write_results(out, found, flights, how.sheet)
         write_gains(out / "gains.json", everybody)
         run.publish(out, [*jobs, *flights, *bears, *asked_of_laws])
-    run.kept.remove()
     return Finished(found, folder)
 
 
@@ -211,19 +214,15 @@ def fly(run: Run, wanted: Sequence[Cell], seeds: int) -> tuple[list[Fly], dict[S
     return there, flown
 
 
-def read_back(kept: Kept, job: Fly) -> Flown:
+def read_back(kept: Parts, job: Fly) -> Flown:
     """The flights of a cell. Raises UserError for a file that is not what was written."""
-    path = kept.find(job.kind, job.key)
-    assert path
-    try:
-        with files.opened(path, files.FLIGHTS) as file:
-            table = pq.read_table(file)
-        found = flown_of(table, job.cell.campaign)
-    except (OSError, ValueError, KeyError) as error:
-        raise UserError(f"{path}: cannot be read ({error}); delete it to fly it again") from None
-    if len(found.lost) != job.seeds:
-        raise UserError(f"{path}: does not hold {job.seeds} flights; delete it to fly them again")
-    return found
+    content = kept.read(job.kind, job.key)
+    assert content is not None
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        found = flown_of(pq.read_table(pa.BufferReader(content)), job.cell.campaign)
+        if len(found.lost) == job.seeds:
+            return found
+    raise changed(kept.folder.path / str(kept.find(job.kind, job.key)))
 
 
 def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
@@ -293,4 +292,6 @@ def interruptible(run: Run) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        raise InterruptedRun(f"finished flights are kept in {run.kept.folder}; run the same command to continue") from None
+        raise InterruptedRun(
+            f"finished flights are kept in {run.kept.folder.path}; run the same command to continue"
+        ) from None

@@ -6,6 +6,8 @@ that would be the best so far, as it costs more than their flights. A generation
 from which an interrupted search goes on.
 """
 
+import contextlib
+import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -14,19 +16,21 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
-from quadstep.atomic import replace_file
 from quadstep.campaign.cluster import OneThread
 from quadstep.campaign.schema import digests
 from quadstep.comparison.linear import without_estimator
 from quadstep.comparison.schema import Content, ControllerEntry
 from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
+from quadstep.files import LOG as JOURNAL
 from quadstep.linear.metrics import margin_metrics
 from quadstep.linear.names import MARGINS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Constraint, Range
 from quadstep.report.units import counted
+from quadstep.results.folder import opened
+from quadstep.results.parts import changed
 from quadstep.tuning.gains import with_numbers
 from quadstep.tuning.ground import Ground, asked_of
 from quadstep.tuning.judge import Judge, Judged, squashed
@@ -147,19 +151,32 @@ class Line(TypedDict):
 
     flights: int
     values: list[dict[str, float]]
-    judged: list[tuple[float, dict[str, float], int, float, float]]
+    judged: list[Judged]
+
+
+class Place(NamedTuple):
+    """Of a journal: a folder of results, and the name in it."""
+
+    folder: Path
+    name: str
+
+    @property
+    def path(self) -> Path:
+        """For messages."""
+        return self.folder / self.name
 
 
 class Journal:
-    """The generations of a search that were flown, a line of JSON each. path: None to keep none."""
+    """The generations of a search that were flown, a line of JSON each with its digest. place: None to keep none."""
 
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
-        self.lines = read_lines(path) if path else []
+    def __init__(self, place: Place | None) -> None:
+        self.place = place
+        self.lines = read_lines(place) if place else []
         self.next = 0
-        if path and path.exists():  # go on after the last whole line
-            text = "".join(json.dumps(one) + "\n" for one in self.lines)
-            replace_file(path, text.encode())
+        if place:  # go on after the last whole line
+            with opened(place.folder) as folder:
+                if folder.has(place.name):
+                    folder.write(place.name, "".join(map(as_text, self.lines)).encode())
 
     def taken(self, values: Sequence[dict[str, float]]) -> list[Judged] | None:
         """The judgements of the next generation, if it is there and of these candidates."""
@@ -171,27 +188,33 @@ class Journal:
 
     def add(self, flights: int, values: Sequence[dict[str, float]], judged: Sequence[Judged]) -> None:
         """One more generation."""
-        if self.path:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"flights": flights, "values": list(values), "judged": judged}) + "\n")
+        if self.place:
+            line: Line = {"flights": flights, "values": list(values), "judged": list(judged)}
+            with opened(self.place.folder) as folder:
+                folder.append(self.place.name, as_text(line).encode())
 
 
-def read_lines(path: Path) -> list[Line]:
-    """The whole lines of a journal; one that was cut short by a kill ends it."""
-    found: list[Line] = []
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError:
+def as_text(line: Line) -> str:
+    """A line of a journal, begun with the digest of what follows."""
+    text = json.dumps(line)
+    return f"{hashlib.sha256(text.encode()).hexdigest()[:16]} {text}\n"
+
+
+def read_lines(place: Place) -> list[Line]:
+    """The whole lines of a journal; one that was cut short by a kill ends it. Raises UserError for one that was changed."""
+    with contextlib.suppress(OSError), opened(place.folder) as folder:
+        if not folder.has(place.name):
+            return []
+        found: list[Line] = []
+        for content in folder.read(place.name, JOURNAL).decode(errors="replace").split("\n")[:-1]:
+            line: Line = {"flights": 0, "values": [], "judged": []}
+            with contextlib.suppress(ValueError, RecursionError):
+                line = json.loads(content.partition(" ")[2])
+            if f"{content}\n" != as_text(line):
+                raise changed(place.path)
+            found.append(line)
         return found
-    for line in text.splitlines():
-        try:
-            one = json.loads(line)
-            _ = one["flights"], one["values"], [Judged(*judged) for judged in one["judged"]]
-        except (ValueError, TypeError, KeyError, RecursionError):
-            break
-        found.append(one)
-    return found
+    return []
 
 
 class Stability:
@@ -277,7 +300,7 @@ def over_all(parts: Sequence[Judged], judges: Sequence[Judge]) -> Judged:
     return Judged(objective, means, lost, violation, squashed(objective) + losses)
 
 
-def train(asked: Task, journal: Path | None = None) -> Trained:
+def train(asked: Task, journal: Place | None = None) -> Trained:
     """Tune a controller. journal: where it notes what was flown. Raises UserError."""
     path = Path(asked.source)
     grounds = [Ground(asked_of(path, "", content, asked.folder), asked.seed, OneThread) for content in asked.missions]

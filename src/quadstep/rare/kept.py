@@ -2,13 +2,14 @@
 
 import contextlib
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from quadstep import __version__
-from quadstep.atomic import WRITING, replace_file
+from quadstep.atomic import WRITING
 from quadstep.campaign import draws
 from quadstep.campaign.manifest import machine
 from quadstep.campaign.schema import Campaign
@@ -16,6 +17,7 @@ from quadstep.campaign.store import held
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.rare.done import Done
+from quadstep.results.folder import Folder, names_in
 
 MANIFEST = "rare.json"
 
@@ -42,8 +44,8 @@ class Manifest(BaseModel):
 class Kept:
     """The folder of one run, locked by it. Made by `opened`."""
 
-    def __init__(self, folder: Path, manifest: Manifest) -> None:
-        self.folder, self.manifest = folder, manifest
+    def __init__(self, files: Folder, manifest: Manifest) -> None:
+        self.files, self.folder, self.manifest = files, files.path, manifest
 
     @property
     def pieces(self) -> list[Done]:
@@ -59,7 +61,7 @@ class Kept:
         """Write rare.json. Raises UserError."""
         with self.explained():
             content = json.dumps(self.manifest.model_dump(mode="json"), indent=1, allow_nan=False) + "\n"
-            replace_file(self.folder / MANIFEST, content.encode(), synced=True)
+            self.files.write(MANIFEST, content.encode())
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
@@ -76,24 +78,25 @@ def opened(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> I
 
     Raises UserError for a folder that holds something else, another run, or a run that another process is writing.
     """
-    with held(folder, resume):
-        yield prepared(folder, campaign, resume, overwrite)
+    with held(folder, resume) as inside:
+        yield prepared(inside, campaign, resume, overwrite)
 
 
-def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) -> Kept:
+def prepared(inside: Folder, campaign: Campaign, resume: bool, overwrite: bool) -> Kept:
     """The content of a locked folder."""
+    folder = inside.path
     mine = new_manifest(campaign)
     found = read_manifest(folder)
     if found is None:
         if resume:
             raise UserError(f"{folder}: nothing to resume; leave out --resume to start")
-        strange = [path.name for path in folder.iterdir() if not path.name.startswith(WRITING)]
+        strange = [name for name in inside.names() if not name.startswith(WRITING)]
         if strange:
             raise UserError(f"{folder}: contains other files ({min(strange)}); choose another --out")
-        kept = Kept(folder, mine)
+        kept = Kept(inside, mine)
         kept.save()
         return kept
-    kept = Kept(folder, found)
+    kept = Kept(inside, found)
     if resume:
         changed = "the campaign, its mission or a file it names has changed"
         if found.version != __version__:
@@ -110,10 +113,9 @@ def prepared(folder: Path, campaign: Campaign, resume: bool, overwrite: bool) ->
             "replace it with --overwrite"
         )
     with kept.explained():
-        for name in found.files:
-            if not Path(name).is_absolute() and ".." not in Path(name).parts:
-                (folder / name).unlink(missing_ok=True)
-    kept = Kept(folder, mine)
+        for name in names_in(found.files):
+            inside.remove(name)
+    kept = Kept(inside, mine)
     kept.save()
     return kept
 
@@ -138,9 +140,9 @@ def new_manifest(campaign: Campaign) -> Manifest:
 def read_manifest(folder: Path) -> Manifest | None:
     """rare.json of a folder, or None. Raises UserError for one that cannot be read."""
     path = folder / MANIFEST
-    if not path.exists():
+    if not os.path.lexists(path):
         return None
     try:
-        return Manifest.model_validate(read_json(path))
+        return Manifest.model_validate(read_json(path, links=False))
     except (UserError, ValidationError):
         raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None

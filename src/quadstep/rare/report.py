@@ -1,11 +1,8 @@
 """report.html of an estimate, and its figure."""
 
-import shutil
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from quadstep.atomic import WRITING
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.varied import text_of, told
 from quadstep.rare.done import Done
@@ -37,22 +34,15 @@ READING = (
 
 def write_report(kept: Kept, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:
     """Write it to a temporary folder, move it into place, name its files in rare.json. Raises UserError for a full disk."""
-    with kept.explained():
-        temporary = Path(tempfile.mkdtemp(dir=kept.folder, prefix=WRITING))
-        try:
-            (temporary / FIGURES).mkdir()
-            draw_levels(temporary / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
-            body = sections(kept, campaign, summary, path, temporary / FIGURES)
-            page.write_page(temporary / REPORT, campaign.file.name, body, "Rare failures")
-            names = sorted(one.relative_to(temporary).as_posix() for one in temporary.rglob("*") if one.is_file())
-            kept.manifest.files = names
-            kept.save()  # so that files left by a killed run are known to be ours
-            (kept.folder / FIGURES).mkdir(exist_ok=True)
-            for name in sorted(names, key=lambda name: name == REPORT):
-                (temporary / name).chmod(0o644)
-                (temporary / name).replace(kept.folder / name)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+    with kept.explained(), kept.files.draft() as draft:
+        (draft.path / FIGURES).mkdir()
+        draw_levels(draft.path / FIGURES / LEVELS, kept.pieces, sheet.with_svg())
+        body = sections(kept, campaign, summary, path, draft.path / FIGURES)
+        page.write_page(draft.path / REPORT, campaign.file.name, body, "Rare failures")
+        names = kept.manifest.files = draft.files()
+        kept.save()  # so that files left by a killed run are known to be ours
+        kept.files.check_free(names)
+        kept.files.take(draft, names, REPORT)
 
 
 def sections(kept: Kept, campaign: Campaign, summary: Summary, path: Path, figures: Path) -> list[str]:

@@ -1,0 +1,1 @@
+"""Folders of results: what is written, kept, resumed and replaced in them."""
