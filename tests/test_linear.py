@@ -17,7 +17,7 @@ from quadstep.linear.record import record
 from quadstep.linear.sampled import Loops
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
-from quadstep.linear.worst import cells, facts, holding
+from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import vector
 from quadstep.numbers.rotations import yaw_pitch_roll
 
@@ -247,13 +247,11 @@ def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_w
     assert blind.not_held == names
     assert [pole.real for pole in blind.poles[: len(names)]] == [0.0] * len(names)
     assert blind.poles[len(names)].real < -0.1
-    assert sentences(blind)[0] == (
-        f"The loop is marginally stable: it does not hold {', '.join(names)}. A deviation there never decays."
-    )
+    assert sentences(blind)[0] == (f"Unstable: it does not hold {', '.join(names)}; a deviation there never decays.")
     assert record(blind, [])["stable"] is False
     assert record(blind, [])["not_held"] == list(names)
-    assert cells(blind)[0] == ", ".join(["0", *(f"{name} not held" for name in names)])
-    assert holding([("blind", blind), ("seeing", found("geometric").analysis)]) == ["seeing"]
+    assert cells(blind)[:2] == ["unstable", ", ".join(["0", *(f"{name} not held" for name in names)])]
+    assert grades([("blind", blind), ("seeing", found("geometric").analysis)]) == "Of 2 loops: 1 fragile, 1 unstable."
 
 
 LATE = [("pid", 5), ("lqr", 12), ("geometric", 6)]

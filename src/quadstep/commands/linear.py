@@ -136,11 +136,12 @@ def show_several(done: "Several", folder: Path, file: Path) -> None:
         linearised = [(name, one) for name, one in done.found if not isinstance(one, str)]
         unstable = [name for name, one in linearised if not one.stable]
         if unstable:
-            say(f"Not stable: {len(unstable)} of {len(done.found)}, first {unstable[0]}.")
+            say(f"Unstable: {len(unstable)} of {len(done.found)}, first {unstable[0]}.")
         loose = [(name, ", ".join(one.not_held)) for name, one in linearised if one.stable and one.not_held]
         if loose:
             first, what = loose[0]
-            say(f"Only marginally stable: {len(loose)} of {len(done.found)}; {first} does not hold {what}.")
+            say(f"Not held: in {len(loose)} of {len(done.found)}; {first} does not hold {what}.")
+    say(worst.grades(done.found))
     for line in done.refused:
         say(f"Not linearised: {line}")
     if done.kind == "draws" and least:

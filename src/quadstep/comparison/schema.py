@@ -3,12 +3,12 @@ measured.
 """
 
 from collections.abc import Collection, Mapping
-from math import radians
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Together, Varied
+from quadstep.linear.names import LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 
@@ -18,7 +18,7 @@ Content: TypeAlias = dict[str, object]
 MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
 """Entries of a table; flights of a cell; seeds of tuning, below which the tail is overfitted."""
 
-LEAST_MARGINS = {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": radians(30.0)}
+LEAST_MARGINS = {"gain_margin_up": LEAST_GAIN, "gain_margin_down": LEAST_GAIN, "phase_margin": LEAST_PHASE}
 """Margins [dB, dB, rad] that tuned gains must leave, unless a study says otherwise: the usual limits of textbooks."""
 
 EFFORTS = ("energy", "rotor_activity", "saturation")

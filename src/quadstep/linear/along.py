@@ -7,9 +7,10 @@ import numpy as np
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engines import FlightPlan, fly
-from quadstep.linear.analysis import Analysis, of_even_rotors, of_loop, worst_of
+from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.channels import commanded
 from quadstep.linear.equilibrium import quiet
+from quadstep.linear.margins import Limits
 from quadstep.linear.reduced import reduced
 from quadstep.linear.sampled import Loops, NotLinearError, linearised, linearising
 from quadstep.linear.states import Flown
@@ -27,14 +28,15 @@ def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | s
         raise UserError(f"the flight ends before the common period of its loops, {period * plans[0].ticks.step:g} s")
     for place in np.unique(np.linspace(1, last, instants).round().astype(int)):
         first = int(place) * period
-        yield first * plans[0].ticks.step, at(plans, first)
+        yield first * plans[0].ticks.step, at(plans, first, limits(mission))
 
 
-def at(plans: list[FlightPlan], first: int) -> Analysis | str:
+def at(plans: list[FlightPlan], first: int, asked: Limits) -> Analysis | str:
     """The loop at a tick."""
     try:
         with linearising():
-            return worst_of([of_loop(reduced(linearised(Loops(plan), flown_to(plan, first), first))) for plan in plans])
+            loops = [reduced(linearised(Loops(plan), flown_to(plan, first), first)) for plan in plans]
+            return worst_of([of_loop(one, asked) for one in loops])
     except NotLinearError as error:
         return str(error)
 

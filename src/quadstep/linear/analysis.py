@@ -5,7 +5,7 @@ from typing import NamedTuple
 from quadstep.flight.engines import FlightPlan
 from quadstep.linear.channels import Channel
 from quadstep.linear.equilibrium import Rest, at_rest, hovering
-from quadstep.linear.margins import Margins, margins
+from quadstep.linear.margins import TEXTBOOK, Limits, Margins, margins
 from quadstep.linear.modes import Modes
 from quadstep.linear.poles import STILL, Pole, poles
 from quadstep.linear.reduced import Reduced
@@ -19,6 +19,7 @@ class Analysis(NamedTuple):
     """A loop at rest or at an instant of a flight. margins: by channel, empty if a mode grows.
 
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
+    limits: what a sound loop has.
     """
 
     channels: tuple[Channel, ...]
@@ -26,6 +27,7 @@ class Analysis(NamedTuple):
     margins: tuple[Margins, ...]
     loop: Reduced
     not_held: tuple[str, ...]
+    limits: Limits
 
     @property
     def stable(self) -> bool:
@@ -50,14 +52,20 @@ def studied(mission: Mission) -> Studied:
     plans = of_even_rotors(hovering(mission))
     with linearising():
         rests = [at_rest(plan) for plan in plans]
-        return Studied(rests[0], worst_of([of_loop(rest.period) for rest in rests]))
+        return Studied(rests[0], worst_of([of_loop(rest.period, limits(mission)) for rest in rests]))
 
 
-def of_loop(loop: Reduced) -> Analysis:
+def limits(mission: Mission) -> Limits:
+    """What a mission asks of a sound loop."""
+    asked = mission.margins
+    return Limits(asked.gain, asked.phase, asked.least_delay(mission.latency))
+
+
+def of_loop(loop: Reduced, asked: Limits = TEXTBOOK) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
     modes = Modes(loop)
-    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held)
+    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, asked)
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)

@@ -5,11 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.guidance.reference import Reference
 from quadstep.linear.reduced import Reduced, reduced
-from quadstep.linear.sampled import Loops, NotLinearError, linearised
+from quadstep.linear.sampled import Loops, NoRestError, linearised
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
@@ -43,7 +42,7 @@ def check_equilibrium(mission: Mission) -> None:
     """Raises UserError for a vehicle that cannot be held in the air."""
     vehicle = getattr(mission, "vehicle", None)
     for line in vehicle.warnings() if isinstance(vehicle, VehicleSection | AirframeSection) else ():
-        raise UserError(f"no equilibrium: {line}")
+        raise NoRestError(f"no equilibrium: {line}")
 
 
 def hovering(mission: Mission) -> FlightPlan:
@@ -89,7 +88,7 @@ def at_rest(plan: FlightPlan) -> Rest:
         left = residual(period)
         size = float(np.abs(left / (1.0 + np.abs(period.period.values))).max())
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
-            raise NotLinearError("there is no equilibrium: a state or a derivative is no longer finite")
+            raise NoRestError("there is no equilibrium: a state or a derivative is no longer finite")
         if size < AT_REST:
             outcome(loops, flown, first)
             return Rest(loops, flown, first, period)
@@ -101,7 +100,7 @@ def at_rest(plan: FlightPlan) -> Rest:
         values[period.places] += change
         flown = with_states(flown, values.tolist())
     worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
-    raise NotLinearError(
+    raise NoRestError(
         f"there is no equilibrium: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
         f"{period.period.length:g} s after {len(sizes)} steps of Newton's method"
     )
@@ -116,8 +115,8 @@ def residual(period: Reduced) -> Array:
 
 
 def outcome(loops: Loops, flown: Flown, first: int) -> None:
-    """Raises NotLinearError if a flight would end here."""
+    """Raises NoRestError if a flight would end here."""
     reference = loops.loop.wanted(first * loops.h, loops.p)
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
     if code:
-        raise NotLinearError(f"the equilibrium cannot be flown: it ends with {code}")
+        raise NoRestError(f"the equilibrium cannot be flown: it ends with {code}")

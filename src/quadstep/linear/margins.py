@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.linear.delay import delay_margin
+from quadstep.linear.names import LEAST_GAIN, LEAST_PHASE
 from quadstep.linear.states import Array
 from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
 
@@ -20,6 +21,18 @@ period one of these stands for half of the law's rate, where the loop's response
 
 REFINED, ZOOMS, ZOOMED = 30, 4, 9
 """Most steps to a crossing; number of refinements of a minimum, and frequencies in each."""
+
+
+class Limits(NamedTuple):
+    """Least margins of a sound loop: gain [dB] both ways, phase [rad], delay [s]."""
+
+    gain: float
+    phase: float
+    delay: float
+
+
+TEXTBOOK = Limits(LEAST_GAIN, LEAST_PHASE, 0.0)
+"""Without latency."""
 
 
 class Margins(NamedTuple):
@@ -39,6 +52,16 @@ class Margins(NamedTuple):
     disk: float
     sensitivity: float
     complementary: float
+
+    @property
+    def up(self) -> float:
+        """How far the gain may rise [dB]."""
+        return 20.0 * math.log10(self.gain_up)
+
+    @property
+    def down(self) -> float:
+        """How far the gain may fall [dB], above 0."""
+        return -20.0 * math.log10(self.gain_down) if self.gain_down else math.inf
 
 
 def margins(one: Opened, omega: Array, grid: Complex) -> Margins:

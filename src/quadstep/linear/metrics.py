@@ -40,8 +40,8 @@ def of_analysis(found: Analysis) -> dict[str, float]:
 def sizes(one: Margins) -> dict[str, float]:
     """By kind."""
     return {
-        "gain_margin_up": 20.0 * math.log10(one.gain_up),
-        "gain_margin_down": -20.0 * math.log10(one.gain_down) if one.gain_down else math.inf,
+        "gain_margin_up": one.up,
+        "gain_margin_down": one.down,
         "phase_margin": one.phase,
         "delay_margin": one.delay,
         "disk_margin": one.disk,

@@ -1,5 +1,13 @@
 """Names of margins as metrics: `phase_margin` is the least over all channels, `phase_margin_roll` that of one."""
 
+import math
+
+LEAST_GAIN, LEAST_PHASE, DELAYS = 6.0, math.radians(30.0), 2.0
+"""Margins asked of a sound loop unless a mission says otherwise: of gain [dB], upwards and downwards, and of phase [rad], the
+textbook's (Ogata, "Modern Control Engineering", 5th edition, section 7-7; for aircraft SAE AS94900 asks for 6 dB and 45
+degrees); of delay, in multiples of the mission's latency.
+"""
+
 UNITS = {
     "gain_margin_up": "[dB]",
     "gain_margin_down": "[dB]",

@@ -3,6 +3,7 @@
 import math
 
 from quadstep.linear.analysis import Analysis
+from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.step import Step
 
@@ -31,8 +32,11 @@ def margin_record(one: Margins) -> dict[str, float | None]:
 
 def record(found: Analysis, steps: list[Step]) -> dict[str, object]:
     """The whole analysis."""
-    period = found.loop.period
+    period, grade, asked = found.loop.period, graded(found), found.limits
     return {
+        "grade": grade.word,
+        "why": grade.why,
+        "limits": {"gain[dB]": asked.gain, "phase[rad]": asked.phase, "delay[s]": asked.delay},
         "stable": found.holds,
         "not_held": list(found.not_held),
         "period[s]": period.length,

@@ -38,6 +38,10 @@ class NotLinearError(UserError):
     """The loop cannot be linearised about this motion; says what fails, and where."""
 
 
+class NoRestError(NotLinearError):
+    """There is no equilibrium, or none that can be flown."""
+
+
 @contextlib.contextmanager
 def linearising() -> Iterator[None]:
     """A block in which failing arithmetic, or a law that rejects dual numbers, raises NotLinearError."""

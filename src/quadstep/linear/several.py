@@ -111,6 +111,7 @@ def write(out: Path, done: Several, path: Path, sheet: Sheet) -> None:
     body.append(page.table(worst.ROW_HEADER, worst.rows(done.found)))
     if done.refused:
         body += [page.heading("Not linearised", "refused"), page.listing(done.refused)]
-    answer = f"{len(worst.holding(done.found))} of {len(done.found)} loops are stable and hold position and heading."
-    page.write_page(out / REPORT, done.name, [page.summary(answer, worst.facts(done.found), drawn), *body], "Linear")
+    page.write_page(
+        out / REPORT, done.name, [page.summary(worst.grades(done.found), worst.facts(done.found), drawn), *body], "Linear"
+    )
     write_json(out / MANIFEST, {key: value for key, value in full.items() if key != "loops"})

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis
+from quadstep.linear.grade import graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.poles import Pole
 from quadstep.linear.step import Step
@@ -95,22 +96,17 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
 
 def sentences(found: Analysis) -> list[str]:
     """The opening lines, before any number."""
-    slowest = found.poles[0]
+    grade, period = graded(found), found.loop.period
     if not found.stable:
-        return [
-            f"The loop is unstable: a mode grows by a factor of {math.e:.3g} in {-slowest.time_constant:.3g} s. It has "
-            "no margins."
-        ]
-    period = found.loop.period
-    said = f"The loop is stable: its slowest mode has a time constant of {number(slowest.time_constant, '.3g')} s."
-    if slowest.time_constant == math.inf:
-        said = "The loop is marginally stable: a mode neither grows nor decays."
-    if found.not_held:
-        said = f"The loop is marginally stable: it does not hold {', '.join(found.not_held)}. A deviation there never decays."
+        return [grade.sentence]
+    slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
+    still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
+    if still:
+        slowest = f"A mode neither grows nor decays: {', '.join(still)} keep any value given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
-    return [said, sampled]
+    return [grade.sentence, slowest, sampled]
 
 
 def step_rows(steps: list[Step]) -> list[list[str]]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis, least
+from quadstep.linear.grade import FRAGILE, SOUND, UNKNOWN, UNSTABLE, graded
 from quadstep.linear.margins import Margins
 from quadstep.linear.tables import decibels, number
 from quadstep.report.page import Fact
@@ -13,7 +14,7 @@ from quadstep.report.page import Fact
 Found = Sequence[tuple[str, Analysis | str]]
 """Loops by name; for one that cannot be linearised, the reason."""
 
-ROW_HEADER = ("", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
+ROW_HEADER = ("", "grade", "slowest pole [1/s]", "gain up [dB]", "gain down [dB]", "phase [°]", "delay [ms]", "disk")
 WORST_HEADER = ("margin", "worst", "channel", "where")
 
 MEASURES: tuple[tuple[str, Callable[[Margins], float], bool, Callable[[Margins], str]], ...] = (
@@ -48,9 +49,11 @@ def stable(found: Found) -> list[tuple[str, Analysis]]:
     return [(name, one) for name, one in found if isinstance(one, Analysis) and one.stable]
 
 
-def holding(found: Found) -> list[str]:
-    """The loops that also hold position and heading, by name."""
-    return [name for name, one in found if isinstance(one, Analysis) and one.holds]
+def grades(found: Found) -> str:
+    """How many loops have each grade, as a sentence."""
+    words = [graded(one).word if isinstance(one, Analysis) else UNKNOWN for _, one in found]
+    counts = [f"{words.count(word)} {word}" for word in (SOUND, FRAGILE, UNSTABLE, UNKNOWN) if word in words]
+    return f"Of {len(words)} loops: {', '.join(counts)}."
 
 
 def rows(found: Found) -> list[list[str]]:
@@ -62,9 +65,9 @@ def cells(one: Analysis) -> list[str]:
     """The cells of a row after its name."""
     pole = ", ".join([f"{one.poles[0].real:.3g}", *(f"{name} not held" for name in one.not_held)])
     if not one.stable:
-        return [pole, "not stable", *["-"] * 4]
+        return [graded(one).word, pole, *["-"] * 5]
     worst_of_all = least(one.margins)
-    return [pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
+    return [graded(one).word, pole, *(text(worst_of_all) for _, _, _, text in MEASURES[:5])]
 
 
 def refused(found: Found) -> list[str]:

@@ -18,6 +18,7 @@ from quadstep.mission.check import shorten
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.derived import section_of
 from quadstep.mission.fields import Name, Positive, Quantity
+from quadstep.mission.margins import MarginsSection
 from quadstep.mission.numbers_section import NumbersSection, numbers_section
 from quadstep.mission.own_controller import any_controller
 from quadstep.mission.own_metrics import OwnMetrics
@@ -130,6 +131,7 @@ def mission_of(plant: type[DeclaredPlant], kind: str) -> type[Mission]:
         simulation=(DeclaredSimulation, DeclaredSimulation()),
         limits=(limits, limits()),
         metrics=(OwnMetrics, ()),
+        margins=(MarginsSection, MarginsSection()),
         tune=(TuneSection | None, None),
     )
     made.measures = plant.measures

@@ -15,6 +15,7 @@ from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
 from quadstep.mission.fields import Name, Positive, Quantity, Section, Triple
+from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -67,6 +68,7 @@ class LagrangeMission(Mission):
     simulation: SimulationSection = SimulationSection()
     limits: LimitsSection = LimitsSection()
     metrics: OwnMetrics = ()
+    margins: MarginsSection = MarginsSection()
     tune: TuneSection | None = None
 
     measures: ClassVar = State

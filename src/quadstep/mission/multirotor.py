@@ -21,6 +21,7 @@ from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, Any
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
 from quadstep.mission.fields import Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
+from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
 from quadstep.mission.schema import Built, Mission
@@ -73,6 +74,7 @@ class MultirotorMission(Mission):
     limits: AirframeLimitsSection = AirframeLimitsSection()
     score_from: Annotated[NonNegative, Quantity("s", "time from which errors count")] = 0.0
     metrics: OwnMetrics = ()
+    margins: MarginsSection = MarginsSection()
     tune: TuneSection | None = None
 
     measures: ClassVar = Measured
@@ -97,6 +99,11 @@ class MultirotorMission(Mission):
     @property
     def noisy(self) -> bool:
         return self.wind.air.stirs or self.sensors.noisy or "noise" in self.controller.controller.also_measures
+
+    @property
+    def latency(self) -> float:
+        command = self.vehicle.command
+        return self.sensors.age + (command.delay if command else 0.0)
 
     @property
     def scored_from(self) -> float:

@@ -32,6 +32,7 @@ from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
 from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
+from quadstep.mission.margins import MarginsSection
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_metrics import own_metrics
@@ -95,12 +96,18 @@ class Mission(Section):
         controller: ControllerSection
         simulation: ClockSection
         metrics: tuple[str, ...]
+        margins: MarginsSection
         tune: TuneSection | None
 
     @property
     def noisy(self) -> bool:
         """Whether flights of the same numbers differ by their noise."""
         return False
+
+    @property
+    def latency(self) -> float:
+        """How old measurements are when they arrive, and commands when they act [s]."""
+        return 0.0
 
     with_rotors: ClassVar[bool] = False
     """Whether its vehicle has rotors of its own, whose effort can be measured."""

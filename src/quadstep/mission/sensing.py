@@ -67,6 +67,11 @@ class SensorsSection(Section):
         *sizes, _ = self.numbers(gravity=0.0)
         return any(size > 0.0 for size in sizes)
 
+    @property
+    def age(self) -> float:
+        """Of the oldest measurement that nothing makes up for [s]."""
+        return self.imu_latency if self.estimator or self.predictor else max(self.latency, self.imu_latency)
+
     def numbers(self, gravity: float) -> Sensors:
         """The sizes of all noise; gravity [m/s^2] is the value that the estimator assumes."""
         return Sensors(

@@ -1,0 +1,74 @@
+"""The grade of a loop: its least margins against the limits that a mission asks for."""
+
+import math
+
+import pytest
+
+from quadstep import Mission
+from quadstep.linear.analysis import limits, studied
+from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
+from quadstep.linear.margins import Limits
+from quadstep.linear.record import record
+from quadstep.linear.tables import sentences
+
+HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
+
+
+def hover(controller="lqr", preset="research-2.6kg", **more):
+    law = {"type": controller} if isinstance(controller, str) else controller
+    return Mission(vehicle={"preset": preset}, path=HOLD, controller=law, **more)
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    return studied(hover()).analysis
+
+
+def test_the_limits_are_the_textbooks_and_twice_the_latency():
+    assert limits(hover()) == Limits(6.0, math.radians(30.0), 0.0)
+    assert limits(hover(sensors={"latency": 0.02})).delay == pytest.approx(0.04)
+    late = Mission(vehicle={"preset": "x500", "command": {"speed": 1000.0, "delay": 0.01}}, path=HOLD)
+    assert limits(late).delay == pytest.approx(0.02)
+    assert limits(hover(margins={"gain": 3.0, "phase": 0.7, "delay": 0.05})) == (3.0, 0.7, 0.05)
+    assert limits(Mission(path=HOLD)).delay == 0.0
+
+
+def test_each_margin_is_held_against_its_limit(analysis):
+    gain, phase, delay = (one.value for one in graded(analysis).measures)
+    least = 20.0 * math.log10(min(min(one.gain_up, 1.0 / max(one.gain_down, 1e-9)) for one in analysis.margins))
+    assert gain == pytest.approx(least)
+    assert (phase, delay) == (min(one.phase for one in analysis.margins), min(one.delay for one in analysis.margins))
+    assert graded(analysis._replace(limits=Limits(gain, phase, delay))).word == SOUND
+    for limit, what in (
+        (Limits(1.001 * gain, phase, delay), "gain"),
+        (Limits(gain, 1.001 * phase, delay), "phase"),
+        (Limits(gain, phase, 1.001 * delay), "delay"),
+    ):
+        found = graded(analysis._replace(limits=limit))
+        assert found.word == FRAGILE
+        assert found.why.startswith(f"{what} margin below ")
+        assert [one.what for one in found.measures if not one.met] == [what]
+
+
+def test_the_first_sentence_gives_the_least_margins_with_their_channels(analysis):
+    gain, phase, delay = graded(analysis).measures
+    assert sentences(analysis)[0] == (
+        f"Fragile: phase margin below 30.0°; least gain margin {gain.value:.1f} dB ({gain.channel}), phase margin "
+        f"{math.degrees(phase.value):.1f}° ({phase.channel}), delay margin {1e3 * delay.value:.1f} ms ({delay.channel})."
+    )
+    content = record(analysis, [])
+    assert (content["grade"], content["stable"]) == (FRAGILE, True)
+    assert content["limits"] == {"gain[dB]": 6.0, "phase[rad]": math.radians(30.0), "delay[s]": 0.0}
+
+
+def test_a_loop_that_grows_is_unstable_and_names_what_grows():
+    found = grade(hover({"type": "geometric", "k_Omega": 2000.0}))
+    assert found.word == UNSTABLE
+    assert found.why.startswith("a mode grows by a factor of 2.72 in ")
+    assert "rates." in found.why
+
+
+def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
+    heavy = Mission(vehicle={"preset": "crazyflie", "mass": 0.2}, path=HOLD)
+    assert grade(heavy).word == NO_REST
+    assert grade(hover("mppi")).word == UNKNOWN
