@@ -90,8 +90,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         Manifest.model_validate(content)
     except ValidationError:
         raise UserError(f"{path}: is not a campaign manifest; choose another --out") from None
-    known: dict[str, Any] = content
-    return known
+    return dict(content)
 
 
 def other_draws(manifest: Mapping[str, object]) -> str:
