@@ -101,7 +101,8 @@ def test_an_interrupted_write_leaves_nothing_behind(folder, monkeypatch):
     assert code_cache.read("a" * 64) is None
 
 
-def test_only_so_many_entries_are_kept_the_oldest_go(folder):
+def test_only_so_many_entries_are_kept_the_oldest_go(folder, monkeypatch):
+    monkeypatch.setattr(code_cache, "MOST_ENTRIES", 8)
     for number in range(code_cache.MOST_ENTRIES + 5):
         name = f"{number:064d}"
         code_cache.write(name, b"code")
@@ -112,7 +113,8 @@ def test_only_so_many_entries_are_kept_the_oldest_go(folder):
     assert f"{0:064d}" not in names
 
 
-def test_what_is_used_is_kept_however_old(folder):
+def test_what_is_used_is_kept_however_old(folder, monkeypatch):
+    monkeypatch.setattr(code_cache, "MOST_ENTRIES", 8)
     for number in range(code_cache.MOST_ENTRIES):
         code_cache.write(f"{number:064d}", b"code")
         os.utime(folder / f"{number:064d}", (number, number))

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from quadstep.atomic import replace_file
 
-MOST_ENTRIES = 64
-"""Beyond this number (about 100 kB each), those are deleted that were not used for longest."""
+MOST_ENTRIES = 1024
+"""Beyond this number (about 70 kB each), those are deleted that were not used for longest."""
 
 log = logging.getLogger(__name__)
 warned: set[str] = set()
