@@ -7,7 +7,7 @@ import pytest
 from quadstep import Mission
 from quadstep import numbers as n
 from quadstep.control.registry import controllers
-from quadstep.numbers.enclosure import Enclosure, UndefinedError
+from quadstep.numbers.enclosure import ENCLOSURES, Enclosure, UndefinedError
 from quadstep.numbers.functions import sinc
 from quadstep.prove.box import seeded
 from quadstep.prove.sampled import Sampled
@@ -120,6 +120,18 @@ def test_a_singularity_in_the_box_is_named_with_its_place(law, text):
     with pytest.raises(UndefinedError, match=text) as caught:
         law(*seeded(CENTRES[:, :1], spread(CENTRES[:, :1], 0.1)))
     assert "test_prove_enclosures.py, line" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["sqrt", "log"])
+def test_a_floor_above_the_centre_leaves_the_form_right(name):
+    centre, radius = np.array([0.01, -0.2, 0.5]), np.array([1.0, 0.9, 0.1])
+    floor = np.array([0.3, 0.1, 0.45])
+    x = Enclosure(centre, radius[None], np.zeros(3), radius, None, floor)
+    found = getattr(ENCLOSURES, name)(x)
+    for e in np.linspace(-1.0, 1.0, 41):
+        value = centre + radius * e
+        off = np.abs(getattr(np, name)(np.maximum(value, floor)) - (found.centre + found.parts[0] * e)) - found.rest
+        assert np.all((value < floor) | (off <= 1e-14))
 
 
 def test_a_sum_of_squares_may_vanish():

@@ -1,5 +1,6 @@
 """`quadstep prove`: hover that is unstable, on vehicles whose rest is no exact equilibrium and under laws with limits."""
 
+import inspect
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,13 +11,13 @@ import pytest
 from quadstep import Mission, exit_codes
 from quadstep.flight.engines import fly
 from quadstep.mission.read import check_mission
-from quadstep.numbers import maximum, minimum, where
+from quadstep.numbers import Vector, maximum, minimum, sqrt, where
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.escape import escape, escaped, inner, narrow
 from quadstep.prove.hold import Left, held
 from quadstep.prove.hover import hover, instability, is_equilibrium, jacobian
 from quadstep.prove.invariant import Growth, Set
-from quadstep.prove.jet import jets
+from quadstep.prove.jet import bounded, jets
 from quadstep.prove.modes import modes
 from quadstep.prove.rest import rest
 from quadstep.prove.sampled import Sampled
@@ -255,6 +256,57 @@ def test_a_bend_times_what_is_zero_there_has_a_slope():
     for number in (where(x > 0.0, x, 1.0), where(x * x > 0.0, 1.0 + x, x)):
         assert not np.isfinite(number.slopes.tight).any()
     assert where(x + 1.0 > 0.0, x, 1.0).slopes.centre == 1.0
+
+
+def rooted(x):
+    """sign(x) |x|^(1/2) |x|^(1/2), which is x."""
+    size = Vector([sqrt(sqrt(x * x))]).norm()
+    return where(x > 0.0, size, -size) * size
+
+
+@np.errstate(all="ignore")
+def test_slopes_without_bound_stay_so_whatever_is_computed_from_them():
+    x, y = jets([0.0, 0.0])
+    root = sqrt(abs(x))
+    for number in (
+        root,
+        sqrt(root * root),
+        root * root,
+        Vector([root, y]).norm(),
+        rooted(x),
+        3.0 * root - root,
+        abs(root) * y,
+    ):
+        assert not bounded(number)
+    for number in (sqrt(where(y > 0.0, x * x, abs(x))), sqrt(maximum(x * x, abs(y)))):
+        assert not bounded(number)
+    for number in (sqrt(maximum(x * x, y * y)), Vector([abs(x), y]).norm()):
+        assert number.kinked
+        assert bounded(number)
+
+
+def test_a_law_written_with_roots_is_not_said_to_be_unstable(tmp_path):
+    """A damped offset, with the law's answer to it computed as sign(e) |e|^(1/2) |e|^(1/2); without that answer it grows."""
+    law = LIMITED.replace("import Number, minimum, vector", "import Number, Vector, minimum, sqrt, vector, where")
+    law = law.replace("@dataclass", f"{inspect.getsource(rooted)}\n\n@dataclass").replace(
+        "        thrust, ",
+        "        x = reference.position[0] - measured.position[0]\n"
+        "        wanted += vector(4.0 * rooted(x) - 4.5 * x, 0.0, 0.0)\n        thrust, ",
+    )
+    (tmp_path / "limited.py").write_text(law)
+    content = {
+        "path": {"type": "step", "start": PLACE, "end": PLACE, "duration": 30.0},
+        "controller": {"type": "limited.py:Limited", "k_w": 40.0},
+        "disturbance": {"scale": 0.0},
+        "start": {"position": [0.1, 0.0, 5.0]},
+    }
+    mission = check_mission(content, "mission", tmp_path)
+    plan = mission.plan(tmp_path)
+    assert abs(fly(plan).table("x")[-1, 0]) < 1e-3
+    loop = Sampled(plan)
+    at = hover(mission, plan, loop)
+    assert is_equilibrium(loop, at)
+    assert instability(loop, at) is None
 
 
 BENT = """\

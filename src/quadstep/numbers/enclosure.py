@@ -87,27 +87,38 @@ class Enclosures:
         return without_fresh_error(x, value, value * (1.0 - value), bend, REDUCED)
 
     def log(self, x: Enclosure) -> Enclosure:
-        low = x.low
+        low, high = x.low, x.high
         if not np.all(low > 1e-300):
             raise UndefinedError(f"a logarithm of a number that may be zero or negative ({place()})")
-        return without_fresh_error(x, ARRAYS.log(x.centre), 1.0 / x.centre, 0.5 * x.tight * x.tight / (low * low))
+        near = x.centre < low  # a floor may lie above the centre, where the line is drawn: then all that lies between
+        centre, least = np.where(near, high, x.centre), np.where(near, high, low)
+        bend = np.where(near, 0.0, 0.5 * x.tight * x.tight / (least * least))
+        smooth = without_fresh_error(x, ARRAYS.log(centre), 1.0 / centre, bend)
+        if not np.any(near):
+            return smooth
+        least, most = ARRAYS.log(low), ARRAYS.log(high)
+        middle, half = 0.5 * (least + most), 0.5 * (most - least)
+        lost = ELEMENTARY * (np.abs(least) + np.abs(most) + half)
+        return merged(near, x.made(middle, zeros_like(x.parts), half, half, lost), smooth)
 
     def sqrt(self, x: Enclosure) -> Enclosure:
         """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
         low, high = x.low, x.high
         if not np.all(low >= 0.0):
             raise UndefinedError(f"a square root of a number that may be negative ({place()})")
+        low = np.minimum(low, x.centre)  # a floor may lie above the centre, where the line is drawn
         far = low > 0.25 * high
         centre = np.where(far, x.centre, 1.0)
         value = np.sqrt(centre)
         least = np.where(far, low, 1.0)
         slope, bend = 0.5 / value, 0.125 * x.tight * x.tight / (least * np.sqrt(least))
         third = Third(-0.125 / (centre * value), 0.5 * bend * x.tight / least)
-        smooth = straight(x, value, slope, bend * (1.0 + 1e-12), third)
-        if np.all(far):
-            return smooth
-        half = 0.5 * np.sqrt(high) * (1.0 + ROUNDING)
-        return merged(far, smooth, x.made(half, zeros_like(x.parts), half, half, ROUNDING * half))
+        found = straight(x, value, slope, bend * (1.0 + 1e-12), third)
+        if not np.all(far):
+            half = 0.5 * np.sqrt(high) * (1.0 + ROUNDING)
+            found = merged(far, found, x.made(half, zeros_like(x.parts), half, half, ROUNDING * half))
+        found.floor = np.zeros_like(high)
+        return found
 
     def atan2(self, y: Operand, x: Operand) -> Enclosure:
         """The angle's second derivative along a unit vector is 1 / distance^2 at most; its cut lies along negative x."""

@@ -1,8 +1,9 @@
 """Derivatives, enclosed: a value and its slopes along some directions, both as balls.
 
 A norm is not differentiable at zero. It is Lipschitz, so that its product with a number that is exactly zero there has the
-slope zero; any other use of it leaves the slopes unbounded. So it is with a choice by two numbers that are equal there, as in
-|x| at 0, if those that it chooses from are equal too; if not, the law jumps.
+slope zero. So it is with a choice by two numbers that are equal there, as in |x| at 0, if those that it chooses from are equal
+too; if not, the law jumps. Slopes that are unbounded stay so whatever is computed from them: a number is a norm at zero only
+if its radicand is known to be of second order, as a sum of squares of numbers with bounded slopes is.
 """
 
 from __future__ import annotations
@@ -21,26 +22,29 @@ No = TypeVar("No")
 
 
 class Jet:
-    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm or a bend, whose slopes are unknown."""
+    """value: a ball of shape (1,). slopes: of shape (directions, 1). kinked: a norm or a bend, Lipschitz, but its slopes are
+    unknown. flat: zero, and of second order nearby.
+    """
 
-    __slots__ = ("kinked", "slopes", "value")
+    __slots__ = ("flat", "kinked", "slopes", "value")
     __array_ufunc__ = None
     functions: Jets
 
-    def __init__(self, value: Enclosure, slopes: Enclosure, kinked: bool = False) -> None:
-        self.value, self.slopes, self.kinked = value, slopes, kinked
+    def __init__(self, value: Enclosure, slopes: Enclosure, kinked: bool = False, flat: bool = False) -> None:
+        self.value, self.slopes, self.kinked, self.flat = value, slopes, kinked, flat
 
     def __add__(self, other: Operand) -> Jet:
         if isinstance(other, Jet):
-            return Jet(self.value + other.value, self.slopes + other.slopes, self.kinked or other.kinked)
+            flat = self.flat and other.flat
+            return Jet(self.value + other.value, self.slopes + other.slopes, self.kinked or other.kinked, flat)
         if isinstance(other, PLAIN):
-            return Jet(self.value + other, self.slopes, self.kinked)
+            return Jet(self.value + other, self.slopes, self.kinked, self.flat and level(other))
         return NotImplemented
 
     __radd__ = __add__
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.slopes, self.kinked)
+        return Jet(-self.value, -self.slopes, self.kinked, self.flat)
 
     def __pos__(self) -> Jet:
         return self
@@ -57,15 +61,17 @@ class Jet:
     def __mul__(self, other: Plain) -> Jet | float: ...
     def __mul__(self, other: Operand) -> Jet | float:
         if isinstance(other, Jet):
+            small = zero(self.value) and zero(other.value)
+            flat = bounded(self) and bounded(other) and (self.flat or other.flat or small)
             if other is self:
-                return Jet(self.value * self.value, self.slopes * self.value.scaled(2.0), self.kinked)
+                return Jet(self.value * self.value, self.slopes * self.value.scaled(2.0), self.kinked and not small, flat)
             kinked = (self.kinked and not zero(other.value)) or (other.kinked and not zero(self.value))
-            return Jet(self.value * other.value, self.slopes * other.value + other.slopes * self.value, kinked)
+            return Jet(self.value * other.value, self.slopes * other.value + other.slopes * self.value, kinked, flat)
         if not isinstance(other, PLAIN):
             return NotImplemented
         if np.all(np.asarray(other) == 0.0):
             return 0.0
-        return Jet(self.value.scaled(other), self.slopes.scaled(other), self.kinked)
+        return Jet(self.value.scaled(other), self.slopes.scaled(other), self.kinked, self.flat)
 
     __rmul__ = __mul__
 
@@ -74,7 +80,7 @@ class Jet:
             value = inverse(other.value)
             return self * Jet(value, other.slopes * -(value * value), other.kinked)
         if isinstance(other, PLAIN):
-            return Jet(self.value / other, self.slopes / other, self.kinked)
+            return Jet(self.value / other, self.slopes / other, self.kinked, self.flat)
         return NotImplemented
 
     def __rtruediv__(self, other: Plain) -> Jet | float:
@@ -128,6 +134,11 @@ def bounded(x: object) -> bool:
     return not isinstance(x, Jet) or bool(np.all(np.isfinite(x.slopes.centre) & np.isfinite(x.slopes.tight)))
 
 
+def level(x: object) -> bool:
+    """Whether it is zero and of second order nearby."""
+    return x.flat if isinstance(x, Jet) else bool(np.all(np.asarray(x) == 0.0))
+
+
 def zero(x: Enclosure) -> bool:
     """Whether it is exactly zero."""
     return bool(np.all((x.centre == 0.0) & (x.reach == 0.0)))
@@ -157,7 +168,7 @@ class Jets:
         value = ENCLOSURES.sqrt(x.value)
         if np.all(value.low > 0.0):
             return Jet(value, x.slopes * inverse(value).scaled(0.5), x.kinked)
-        if zero(x.value) and x.value.floor is not None:
+        if x.flat and x.value.floor is not None:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
         return Jet(value, UNBOUNDED)
 
@@ -180,11 +191,14 @@ class Jets:
         if yes is no:
             return yes
         if bounded(yes) and bounded(no) and zero(whole(yes) - whole(no)):
-            moving = next(one for one in (yes, no) if isinstance(one, Jet))
-            nothing = ball(np.zeros_like(moving.slopes.centre))
-            if all(zero(one.slopes) and not one.kinked for one in (yes, no) if isinstance(one, Jet)):
-                return cast(Yes, Jet(moving.value, nothing))
-            return cast(Yes, Jet(moving.value, nothing, True))
+            moving = [one for one in (yes, no) if isinstance(one, Jet)]
+            if not moving:
+                return yes
+            nothing, flat = ball(np.zeros_like(moving[0].slopes.centre)), level(yes) and level(no)
+            straight = all(zero(one.slopes) and not one.kinked for one in moving)
+            positive = all(one.value.floor is not None for one in moving)
+            value = moving[0].value if positive else ball(moving[0].value.centre)
+            return cast(Yes, Jet(value, nothing, not (straight or flat), flat))
         either = ENCLOSURES.where(Truth(condition.holds, condition.fails), whole(yes), whole(no))
         return cast(Yes, Jet(either, UNBOUNDED))
 
