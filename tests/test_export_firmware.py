@@ -23,28 +23,48 @@ from tests.needs import C_COMPILER, needs
 def test_the_crazyflie_flies_the_law_in_its_units(tmp_path, kind):
     name, _ = adapter(tmp_path, "crazyflie", kind)
     lines = flown(tmp_path, "crazyflie", name, "fly.c", "controller_quadstep.c")
-    assert lines[0] == "idle 0 0"  # a setpoint without a position
+    assert lines[0] == "idle 0 0 2 0"  # motors off: the firmware's own controller is asked, and has nothing to fly
     samples = numbers(lines, "sample")
     assert len(samples) == 20
     scale = np.abs(samples[:, 4:]).max(axis=0)
     assert np.abs((samples[:, :4] - samples[:, 4:]) / scale).max() < 1e-4  # degrees and back round differently
     check_crazyflie_guards(lines)
+    check_crazyflie_yaw(lines)
+
+
+LAW, STOCK = 1, 0
+"""Modes of control: force and torque, or the firmware's own controller."""
 
 
 def check_crazyflie_guards(lines):
-    """A position, a rate and a path that are not finite; no position asked for; an old gyro sample; more thrust asked for than
+    """A position, a rate and a path that are not finite; a climb asked for; an old gyro sample; more thrust asked for than
     there is.
     """
     held, lost, back = (numbers(lines, word) for word in ("held", "lost", "back"))
-    assert (held[:3, 1] > 0.0).all()  # the last command, for a while
-    assert held[3, 1] == 0.0  # none at once
-    assert held[4, 1] > 0.0
+    assert (held[:, 1] == [LAW, LAW, LAW, STOCK, LAW]).all()
+    assert (held[[0, 1, 2, 4], 2] > 0.0).all()  # the last command, for a while
     assert numbers(lines, "young")[0, 0] == 0  # a sample is old after 0.1 s
-    assert (lost[:, 1:] == 0.0).all()
-    assert (back[:, 1] > 0.0).all()
+    assert (lost[[0, 1, 4], 1] == LAW).all()
+    assert (lost[[0, 1, 4], 2] == 0.0).all()  # nothing can fly on these
+    assert (lost[[2, 3], 1] == STOCK).all()
+    assert (lost[[2, 3], 3:5] == 1).all()  # reset once, then flown
+    assert lost[[2, 3], 5].tolist() == [1, 2]  # at a height, or climbing
+    assert lost[[2, 3], 6].tolist() == [0.0, 0.25]  # in place, or as asked
+    assert (back[:, 1] == LAW).all()
+    assert (back[:, 2] > 0.0).all()
     status, thrust = numbers(lines, "saturated")[0]
     assert status == 16
-    assert 0.0 < thrust < 1.0
+    assert thrust == pytest.approx(4 * 0.12, abs=0.025)  # the firmware's ceiling, below the preset's
+
+
+def check_crazyflie_yaw(lines):
+    """A heading asked for as an angle, by an attitude, by a rate for a while, and by one that the vehicle does not follow."""
+    none, angle, attitude, rate, much = numbers(lines, "yaw")[:, 1]
+    assert none == 0.0
+    assert angle > 0.0
+    assert attitude == pytest.approx(angle, rel=1e-5)
+    assert 0.5 * angle < rate < 2.0 * angle  # it was there for less long, and turned
+    assert much < 0.0
 
 
 @needs(C_COMPILER)
@@ -121,14 +141,24 @@ def check_ardupilot_guards(lines):
 
 BROKEN = {
     "crazyflie": (
-        ("crazyflie", "fly.c", "controller_quadstep.c", check_crazyflie_guards),
         (
-            ("refused > HOLD", "false"),
+            "crazyflie",
+            "fly.c",
+            "controller_quadstep.c",
+            lambda lines: (check_crazyflie_guards(lines), check_crazyflie_yaw(lines)),
+        ),
+        (
+            ("if (refused > HOLD)", "if (false)"),
             ("(refused + 1u)", "0u"),
             ("!= modeAbs))\n", "> 99))\n"),
             ("status |= pid_made", "(void)pid_made"),
             ("usecTimestamp() - sensors->interruptTimestamp)", "0)"),
             ("1e-6f * (float)(usec", "2e-6f * (float)(usec"),
+            ("if (stock_flies == 0u)", "if (false)"),
+            ("&& usable)", "&& !usable)"),
+            ("fminf(mission.vehicle.allocation.most, THRUST_MAX)", "mission.vehicle.allocation.most"),
+            ("setpoint->mode.quat == modeAbs", "false"),
+            ("yaw = here +", "yaw = here -"),
         ),
     ),
     "px4": (

@@ -73,14 +73,21 @@ def crazyflie(exported: Exported) -> dict[str, str]:
             raise UserError(
                 f"--target crazyflie: {name} runs every {exported.clocked.period(name):g} s, not a multiple of {said}"
             )
-    given = f"&{exported.name}_mission, &state_of_law, &measured, &reference, &clock"
+    given = "&mission, &state_of_law, &measured, &reference, &clock"
     calls = [
         f"        if ((ticks % {ticks[loop]}u) == 0u)\n        {{\n            clock.period = STEP * {ticks[loop]}.0f;\n"
         f"            outer[{place}] = {exported.name}_{loop}({given});\n"
         "            clock.period = STEP * (float)LAW_EVERY;\n        }\n"
         for place, loop in enumerate(loops(exported))
     ]
-    return {"LAW_TICKS": str(ticks["law"]), "LOOPS\n": "".join(calls), **outer(exported, "outer")}
+    most = "mission.vehicle.allocation.most"
+    return {
+        "LAW_TICKS": str(ticks["law"]),
+        "LOOPS\n": "".join(calls),
+        "CEILING\n": f"    {most} = fminf({most}, THRUST_MAX);\n" if hasattr(exported.code.vehicle, "allocation") else "",
+        "HOVER_THRUST": f"{weight(cast(AirframeParameters, exported.subject.parameters))!r}f",
+        **outer(exported, "outer"),
+    }
 
 
 def outer(exported: Exported, array: str) -> dict[str, str]:

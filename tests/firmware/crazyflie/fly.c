@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "controller.h"
+#include "controller_pid.h"
 #include "log.h"
 #include "usec_time.h"
 extern const struct log_s __logs_quadstep[];
@@ -15,16 +16,32 @@ static const void *logged(const char *name)
     while (strcmp(one->name, name) != 0) { ++one; }
     return one->address;
 }
+/* The firmware's own controller: as far as it matters here, it is reset by a setpoint without thrust, and says what it flies. */
+static int resets, flown;
+static setpoint_t last;
+void controllerPidInit(void) {}
+bool controllerPidTest(void) { return true; }
+void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state, const stabilizerStep_t step)
+{
+    (void)sensors; (void)state;
+    const bool off = setpoint->mode.z == modeDisable && setpoint->thrust == 0.0f;
+    resets += off && step == 0u;
+    flown += !off;
+    last = *setpoint;
+    control->controlMode = controlModeLegacy;
+    control->roll = control->pitch = control->yaw = 0; control->thrust = off ? 0.0f : 30000.0f;
+}
 int main(void)
 {
     control_t control; setpoint_t setpoint; sensorData_t sensors; state_t state;
     memset(&setpoint, 0, sizeof setpoint); memset(&sensors, 0, sizeof sensors); memset(&state, 0, sizeof state);
     controllerOutOfTreeInit();
     controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
-    printf("idle %.9g %.9g\n", (double)control.thrustSi, (double)control.torqueX);
+    printf("idle %d %.9g %d %d\n", (int)control.controlMode, (double)control.thrust, resets, flown);
     NAME_state law; NAME_measured measured; NAME_reference reference; NAME_command command; NAME_actuators made;
-    memset(&made, 0, sizeof made);
-    setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = modeAbs;
+    memset(&made, 0, sizeof made); made.thrust = 0.0328f * 9.81f; /* hovering, before the first command */
+    NAME_params capped = NAME_mission; capped.vehicle.allocation.most = 0.12f;
+    setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = setpoint.mode.yaw = modeAbs;
     for (uint32_t i = 0; i < 20; ++i)
     {
         memcpy(&measured, golden_measured[i], sizeof measured);
@@ -41,13 +58,13 @@ int main(void)
         setpoint.acceleration.x = reference.acceleration[0]; setpoint.acceleration.y = reference.acceleration[1]; setpoint.acceleration.z = reference.acceleration[2];
         setpoint.jerk.x = reference.jerk[0]; setpoint.jerk.y = reference.jerk[1]; setpoint.jerk.z = reference.jerk[2];
         setpoint.attitude.yaw = reference.yaw * 57.29577951f; setpoint.attitudeRate.yaw = reference.yaw_rate * 57.29577951f;
-        if (i == 0) { NAME_reset(&law); (void)NAME_start(&NAME_mission, &law, &measured); }
+        if (i == 0) { NAME_reset(&law); (void)NAME_start(&capped, &law, &measured); }
         /* the law takes every second of the firmware's ticks, its position loop every tenth */
         NAME_clock clock = {.tick = 2u * i, .step = 0.001f, .period = 0.010f, .age = 0.0f};
-        if ((2u * i) % 10u == 0u) { (void)NAME_guide(&NAME_mission, &law, &measured, &reference, &clock); }
+        if ((2u * i) % 10u == 0u) { (void)NAME_guide(&capped, &law, &measured, &reference, &clock); }
         clock.period = 0.002f;
-        (void)NAME_law(&NAME_mission, &law, &measured, &reference, &clock, &command);
-        (void)NAME_made(&NAME_mission, &command, &made);
+        (void)NAME_law(&capped, &law, &measured, &reference, &clock, &command);
+        (void)NAME_made(&capped, &command, &made);
         for (uint32_t k = 0; k < 2u; ++k)
         {
             now += 1000u; sensors.interruptTimestamp = now - 300u;
@@ -63,18 +80,39 @@ int main(void)
         if (what == 0) { state.position.x = 0.0f / 0.0f; }
         if (what == 1) { sensors.gyro.y = 1.0f / 0.0f; }
         if (what == 2) { setpoint.position.z = 0.0f / 0.0f; }
-        if (what == 3) { setpoint.mode.z = modeVelocity; }
-        for (int i = 0; i < ((what == 4) ? 220 : 120); ++i)
+        if (what == 3) { setpoint.mode.z = modeVelocity; setpoint.velocity.z = 0.25f; }
+        resets = flown = 0;
+        for (int i = 0; i < ((what == 4) ? 240 : 140); ++i)
         {
             now += 1000u; sensors.interruptTimestamp = (what == 4) ? sensors.interruptTimestamp : now;
-            controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+            controllerOutOfTree(&control, &setpoint, &sensors, &state, 7u + (unsigned)i);
             if ((what == 4) && (i == 96)) { printf("young %u\n", *(const uint32_t *)logged("refused")); }
-            if (i == ((what == 4) ? 190 : 1)) { printf("held %d %.9g\n", what, (double)control.thrustSi); }
+            if (i == ((what == 4) ? 190 : 1)) { printf("held %d %d %.9g\n", what, (int)control.controlMode, (double)control.thrustSi); }
         }
-        printf("lost %d %.9g %.9g %.9g %.9g\n", what, (double)control.thrustSi, (double)control.torqueX, (double)control.torqueY, (double)control.torqueZ);
-        state.position.x = good; sensors.gyro.y = rate; setpoint.position.z = height; setpoint.mode.z = modeAbs;
+        printf("lost %d %d %.9g %d %d %d %.9g\n", what, (int)control.controlMode, (double)control.thrustSi, resets, flown > 20, (int)last.mode.z, (double)last.velocity.z);
+        state.position.x = good; sensors.gyro.y = rate; setpoint.position.z = height; setpoint.mode.z = modeAbs; setpoint.velocity.z = 0.0f;
         for (int i = 0; i < 20; ++i) { now += 1000u; sensors.interruptTimestamp = now; controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
-        printf("back %d %.9g\n", what, (double)control.thrustSi);
+        printf("back %d %d %.9g\n", what, (int)control.controlMode, (double)control.thrustSi);
+    }
+    /* level, nose to the north, where it should be; the ways in which a heading of 0.4 rad is asked for */
+    memset(&setpoint, 0, sizeof setpoint); memset(&state, 0, sizeof state); memset(&sensors.gyro, 0, sizeof sensors.gyro);
+    state.attitudeQuaternion.w = 1.0f;
+    for (int what = 0; what < 5; ++what)
+    {
+        memset(&setpoint, 0, sizeof setpoint);
+        controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+        setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = modeAbs;
+        if (what == 1) { setpoint.mode.yaw = modeAbs; setpoint.attitude.yaw = 0.4f * 57.29577951f; }
+        if (what == 2) { setpoint.mode.quat = modeAbs; setpoint.attitudeQuaternion.w = 0.980066578f; setpoint.attitudeQuaternion.z = 0.198669331f; }
+        if (what == 3) { setpoint.mode.yaw = modeVelocity; setpoint.attitudeRate.yaw = 4.0f * 57.29577951f; }
+        if (what == 4) { setpoint.mode.yaw = modeVelocity; setpoint.attitudeRate.yaw = -400.0f * 57.29577951f; }
+        for (int i = 0; i < 100; ++i)
+        {
+            now += 1000u; sensors.interruptTimestamp = now;
+            controllerOutOfTree(&control, &setpoint, &sensors, &state, 0);
+            if (what == 3 && i == 99) { setpoint.attitudeRate.yaw = 0.0f; controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }
+        }
+        printf("yaw %d %.9g\n", what, (double)control.torqueZ);
     }
     setpoint.position.z = state.position.z + 1000.0f; setpoint.acceleration.z = 1000.0f;
     for (int i = 0; i < 20; ++i) { controllerOutOfTree(&control, &setpoint, &sensors, &state, 0); }

@@ -2,16 +2,22 @@
  * TITLE on the Crazyflie, as an out-of-tree controller.
  *
  * The firmware calls this at 1 kHz. State: metres, metres a second, quaternion (x, y, z, w); gyro in degrees a second; setpoints
- * up to jerk, yaw in degrees. Commands go out in newtons and newton metres. A setpoint without a position: no thrust; nor where
- * numbers are not finite, the gyro's sample is old, or the law gave up, for longer than HOLD samples.
+ * up to jerk, yaw in degrees. Commands go out in newtons and newton metres.
+ *
+ * The law flies setpoints that are absolute in x, y and z. All others (hover, velocity, height, level, motors off) are flown by
+ * the firmware's own controllerPid, as is a hover in place after HOLD samples that the law rejected although state and gyro are
+ * sound. Where these are not finite or the gyro's sample is old, the last command is held for HOLD samples; then no thrust.
  */
 #include "stabilizer.h"
 #include "stabilizer_types.h"
 #include "controller.h"
+#include "controller_pid.h"
 #include "log.h"
+#include "platform_defaults.h" /* THRUST_MAX */
 #include "usec_time.h"
 
 #include "NAME.h"
+#include <math.h>
 #include <string.h>
 
 #define STEP 0.001f
@@ -19,15 +25,24 @@
 #define HOLD 50u
 #define RADIANS 0.017453292519943295f
 
+#define PI 3.14159265358979f
+#define YAW_AHEAD 0.5f /* rad, most that a yaw turned by rates may be ahead of the vehicle */
+#define WEIGHT HOVER_THRUST /* N, the thrust before the first command */
+
+static NAME_params mission; /* of the export, with the firmware's thrust ceiling */
 static NAME_state state_of_law;
 static NAME_actuators made;
 static uint32_t ticks;
 static uint32_t refused;
 static uint32_t status;
 static uint32_t outer[OUTER_COUNT]; /* what the slower loops returned last */
+static float yaw; /* rad, asked for */
+static float height; /* m, of a hover in place */
 static bool started;
+static control_t stock; /* what controllerPid commands */
+static uint8_t stock_flies;
 
-void controllerOutOfTreeInit(void)
+static void stop_law(void)
 {
     NAME_reset(&state_of_law);
     started = false;
@@ -37,9 +52,35 @@ void controllerOutOfTreeInit(void)
     made = (NAME_actuators){0};
 }
 
+void controllerOutOfTreeInit(void)
+{
+    mission = NAME_mission;
+CEILING
+    controllerPidInit();
+    stock = (control_t){0};
+    stock_flies = 0u;
+    stop_law();
+}
+
 bool controllerOutOfTreeTest(void)
 {
-    return true;
+    return controllerPidTest();
+}
+
+/* The firmware's own controller. It starts from the present state: a setpoint without thrust resets it. */
+static void fly_stock(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state,
+                      const stabilizerStep_t stabilizerStep)
+{
+    stabilizerStep_t step = stabilizerStep;
+    if (stock_flies == 0u)
+    {
+        const setpoint_t nothing = {0};
+        controllerPid(&stock, &nothing, sensors, state, 0);
+        step = 0; /* all its loops are due */
+    }
+    stock_flies = 1u;
+    controllerPid(&stock, setpoint, sensors, state, step);
+    *control = stock;
 }
 
 static void measure(NAME_measured *measured, const sensorData_t *sensors, const state_t *state)
@@ -70,6 +111,48 @@ static float age(const sensorData_t *sensors)
     return (sensors->interruptTimestamp == 0u) ? 0.0f : (1e-6f * (float)(usecTimestamp() - sensors->interruptTimestamp));
 }
 
+static bool sound(const NAME_measured *measured)
+{
+    float sum = 0.0f;
+    for (int i = 0; i < 3; ++i)
+    {
+        sum += measured->position[i] + measured->velocity[i] + measured->rates[i] + measured->attitude[i];
+    }
+    return isfinite(sum + measured->attitude[3]);
+}
+
+static float heading(float w, float x, float y, float z)
+{
+    return atan2f(2.0f * ((w * z) + (x * y)), 1.0f - (2.0f * ((y * y) + (z * z))));
+}
+
+/* an angle less whole turns, from -pi to pi */
+static float turned(float angle)
+{
+    return angle - (2.0f * PI * floorf((angle + PI) / (2.0f * PI)));
+}
+
+/* The yaw asked for [rad]: an angle, that of an attitude (full-state setpoints), turned by a rate, or as before. */
+static void want_yaw(const setpoint_t *setpoint, const NAME_measured *measured, float period)
+{
+    if (setpoint->mode.yaw == modeAbs)
+    {
+        yaw = setpoint->attitude.yaw * RADIANS;
+    }
+    else if (setpoint->mode.yaw == modeVelocity)
+    {
+        const float *q = measured->attitude;
+        const float here = heading(q[0], q[1], q[2], q[3]);
+        const float ahead = turned((yaw + (setpoint->attitudeRate.yaw * RADIANS * period)) - here);
+        yaw = here + fminf(fmaxf(ahead, -YAW_AHEAD), YAW_AHEAD);
+    }
+    else if (setpoint->mode.quat == modeAbs)
+    {
+        const quaternion_t *q = &setpoint->attitudeQuaternion;
+        yaw = heading(q->w, q->x, q->y, q->z);
+    }
+}
+
 static void want(NAME_reference *reference, const setpoint_t *setpoint)
 {
     *reference = (NAME_reference){0};
@@ -85,7 +168,7 @@ static void want(NAME_reference *reference, const setpoint_t *setpoint)
     reference->jerk[0] = setpoint->jerk.x;
     reference->jerk[1] = setpoint->jerk.y;
     reference->jerk[2] = setpoint->jerk.z; /* setpoints have no snap: it stays zero */
-    reference->yaw = setpoint->attitude.yaw * RADIANS;
+    reference->yaw = yaw;
     reference->yaw_rate = setpoint->attitudeRate.yaw * RADIANS;
 }
 
@@ -97,35 +180,53 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const s
     NAME_command command;
     (void)stabilizerStep; /* counted here, from the first sample after a switch */
 
-    control->controlMode = controlModeForceTorque;
     if ((setpoint->mode.x != modeAbs) || (setpoint->mode.y != modeAbs) || (setpoint->mode.z != modeAbs))
     {
-        controllerOutOfTreeInit(); /* nothing to follow: nothing is integrated or learnt meanwhile */
+        stop_law(); /* nothing is integrated or learnt meanwhile */
+        fly_stock(control, setpoint, sensors, state, stabilizerStep);
+        return;
     }
-    else if ((ticks % LAW_EVERY) == 0u)
+    measure(&measured, sensors, state);
+    const bool usable = sound(&measured) && (age(sensors) <= mission.most_age);
+    if ((ticks % LAW_EVERY) == 0u)
     {
-        NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = age(sensors)};
-        measure(&measured, sensors, state);
-        want(&reference, setpoint);
         if (!started)
         {
-            started = NAME_start(&NAME_mission, &state_of_law, &measured) == UPPER_OK;
+            const float *q = measured.attitude;
+            const uint32_t before = refused;
+            stop_law();
+            refused = before;
+            yaw = heading(q[0], q[1], q[2], q[3]);
+            measured.thrust = WEIGHT;
+            started = NAME_start(&mission, &state_of_law, &measured) == UPPER_OK;
         }
+        NAME_clock clock = {.tick = ticks, .step = STEP, .period = STEP * (float)LAW_EVERY, .age = age(sensors)};
+        want_yaw(setpoint, &measured, clock.period);
+        want(&reference, setpoint);
 LOOPS
-        status = NAME_law(&NAME_mission, &state_of_law, &measured, &reference, &clock, &command);
+        status = NAME_law(&mission, &state_of_law, &measured, &reference, &clock, &command);
         status |= OUTER_SUM;
         refused = (status == UPPER_OK) ? 0u : (refused + 1u);
-        status |= NAME_made(&NAME_mission, &command, &made);
+        status |= NAME_made(&mission, &command, &made);
         if (refused > HOLD)
         {
+            started = false; /* begins anew when the input is good again */
             made = (NAME_actuators){0};
         }
-        ++ticks;
     }
-    else
+    ++ticks;
+    if ((refused > HOLD) && usable)
     {
-        ++ticks;
+        setpoint_t hover = {0}; /* in place, at the height of the first of these samples */
+        height = (stock_flies == 0u) ? measured.position[2] : height;
+        hover.position.z = height;
+        hover.mode.x = hover.mode.y = hover.mode.yaw = modeVelocity;
+        hover.mode.z = modeAbs;
+        fly_stock(control, &hover, sensors, state, stabilizerStep);
+        return;
     }
+    stock_flies = 0u;
+    control->controlMode = controlModeForceTorque;
     control->thrustSi = made.thrust;
     control->torqueX = made.torque[0];
     control->torqueY = made.torque[1];
@@ -135,5 +236,6 @@ LOOPS
 LOG_GROUP_START(quadstep)
 LOG_ADD(LOG_UINT32, status, &status)
 LOG_ADD(LOG_UINT32, refused, &refused)
+LOG_ADD(LOG_UINT8, stock, &stock_flies)
 LOG_ADD(LOG_FLOAT, thrust, &made.thrust)
 LOG_GROUP_STOP(quadstep)

@@ -1,0 +1,119 @@
+/* The adapter with the firmware's own controllerPid and power distribution, from its tree, around a rigid body of our own: what
+ * follows from setpoints of all kinds. Prints a line a scenario: its name, the height [m], the distance from where it should be [m],
+ * the yaw [deg], the lowest height [m] and the largest tilt [deg] of it. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "autoconf.h"
+#include "controller.h"
+#include "power_distribution.h"
+#include "platform_defaults.h"
+#include "usec_time.h"
+
+#define DEGREES 57.29577951308232
+
+static uint64_t now = 1000000u;
+uint64_t usecTimestamp(void) { return now; }
+int consolePutchar(int c) { return c; }
+int eprintf(int (*put)(int), const char *text, ...) { (void)put; (void)text; return 0; }
+
+/* position, velocity: world, z up; q: body to world, w first; rates: body; force of each motor [N] */
+static struct { double position[3], velocity[3], q[4], rates[3], force[4]; } body;
+static const double MASS = 0.0328, INERTIA[3] = {1.68e-5, 1.68e-5, 2.98e-5}, ARM = 0.03253, SWIRL = 0.0070, LAG = 0.05, DRAG = 0.008;
+static const double AHEAD[4] = {1, -1, -1, 1}, LEFT[4] = {-1, -1, 1, 1}, TURN[4] = {-1, 1, -1, 1};
+
+static void fly_on(const uint16_t *pwm, double step)
+{
+    double lift = 0.0, torque[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 4; ++i)
+    {
+        body.force[i] += step / LAG * (pwm[i] / 65535.0 * (double)THRUST_MAX - body.force[i]);
+        lift += body.force[i];
+        torque[0] += LEFT[i] * ARM * body.force[i];
+        torque[1] -= AHEAD[i] * ARM * body.force[i];
+        torque[2] += TURN[i] * SWIRL * body.force[i];
+    }
+    double *q = body.q, *r = body.rates;
+    const double up[3] = {2.0 * (q[1] * q[3] + q[0] * q[2]), 2.0 * (q[2] * q[3] - q[0] * q[1]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])};
+    for (int i = 0; i < 3; ++i)
+    {
+        body.velocity[i] += step * ((lift * up[i] - DRAG * body.velocity[i]) / MASS - (i == 2 ? 9.81 : 0.0));
+        body.position[i] += step * body.velocity[i];
+    }
+    const double turning[3] = {torque[0] - r[1] * r[2] * (INERTIA[2] - INERTIA[1]), torque[1] - r[2] * r[0] * (INERTIA[0] - INERTIA[2]), torque[2]};
+    for (int i = 0; i < 3; ++i) { r[i] += step * turning[i] / INERTIA[i]; }
+    const double dq[4] = {-q[1] * r[0] - q[2] * r[1] - q[3] * r[2], q[0] * r[0] + q[2] * r[2] - q[3] * r[1],
+                          q[0] * r[1] + q[3] * r[0] - q[1] * r[2], q[0] * r[2] + q[1] * r[1] - q[2] * r[0]};
+    double size = 0.0;
+    for (int i = 0; i < 4; ++i) { q[i] += 0.5 * step * dq[i]; size += q[i] * q[i]; }
+    for (int i = 0; i < 4; ++i) { q[i] /= sqrt(size); }
+}
+
+static double yaw_of(void) { const double *q = body.q; return DEGREES * atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3])); }
+
+static void fly(const char *name, const setpoint_t *setpoint, double seconds, bool lost)
+{
+    static control_t control;
+    static uint32_t tick;
+    double lowest = 1e9, tilt = 0.0;
+    for (int i = 0; i < (int)(seconds * 1000.0); ++i, ++tick)
+    {
+        const double *q = body.q;
+        sensorData_t sensors = {0}; state_t state = {0};
+        now += 1000u; sensors.interruptTimestamp = now;
+        sensors.gyro.x = (float)(DEGREES * body.rates[0]); sensors.gyro.y = (float)(DEGREES * body.rates[1]); sensors.gyro.z = (float)(DEGREES * body.rates[2]);
+        state.position.x = (float)body.position[0]; state.position.y = (float)body.position[1]; state.position.z = (float)body.position[2];
+        state.velocity.x = (float)body.velocity[0]; state.velocity.y = (float)body.velocity[1]; state.velocity.z = (float)body.velocity[2];
+        state.attitudeQuaternion.w = (float)q[0]; state.attitudeQuaternion.x = (float)q[1]; state.attitudeQuaternion.y = (float)q[2]; state.attitudeQuaternion.z = (float)q[3];
+        state.attitude.roll = (float)(DEGREES * atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
+        state.attitude.pitch = (float)(-DEGREES * asin(2.0 * (q[0] * q[2] - q[3] * q[1]))); /* the firmware's is inverted */
+        state.attitude.yaw = (float)yaw_of();
+        if (lost && (i / 500) % 2 == 0) { state.position.x = NAN; }
+        controllerOutOfTree(&control, setpoint, &sensors, &state, tick);
+        motors_thrust_uncapped_t uncapped; motors_thrust_pwm_t pwm;
+        powerDistribution(&control, &uncapped);
+        (void)powerDistributionCap(&uncapped, &pwm);
+        fly_on(pwm.list, 0.001);
+        lowest = fmin(lowest, body.position[2]);
+        tilt = fmax(tilt, DEGREES * acos(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])));
+    }
+    const double away = hypot(body.position[0] - (double)setpoint->position.x, body.position[1] - (double)setpoint->position.y);
+    printf("%s %.4f %.4f %.2f %.4f %.1f\n", name, body.position[2], away, yaw_of(), lowest, tilt);
+}
+
+int main(void)
+{
+    memset(&body, 0, sizeof body);
+    body.q[0] = 1.0; body.position[2] = 1.0;
+    for (int i = 0; i < 4; ++i) { body.force[i] = MASS * 9.81 / 4.0; }
+    controllerOutOfTreeInit();
+    setpoint_t place = {0};
+    place.position.z = 1.0f;
+    place.mode.x = place.mode.y = place.mode.z = place.mode.yaw = modeAbs;
+    fly("absolute", &place, 3.0, false);
+    setpoint_t hover = {0}; /* of MotionCommander, the flow deck, a joystick */
+    hover.position.z = 1.0f; hover.velocity.x = 0.3f; hover.velocity_body = true;
+    hover.mode.x = hover.mode.y = modeVelocity; hover.mode.z = modeAbs; hover.mode.yaw = modeVelocity;
+    hover.attitudeRate.yaw = 20.0f;
+    fly("hover", &hover, 3.0, false);
+    fly("back", &place, 4.0, false);
+    setpoint_t level = {0}; /* the firmware's after half a second without a link */
+    level.position.z = 1.0f; level.mode.z = modeAbs; level.mode.roll = level.mode.pitch = modeAbs; level.mode.yaw = modeVelocity;
+    fly("level", &level, 2.0, false);
+    fly("again", &place, 4.0, false);
+    setpoint_t full = place; /* a full-state setpoint: its yaw is in its attitude */
+    full.mode.yaw = modeDisable; full.mode.quat = modeAbs;
+    full.attitudeQuaternion.w = full.attitudeQuaternion.z = 0.70710678f;
+    fly("full", &full, 4.0, false);
+    setpoint_t turning = place;
+    turning.mode.yaw = modeVelocity; turning.attitudeRate.yaw = 45.0f;
+    fly("turning", &turning, 2.0, false);
+    turning.attitudeRate.yaw = 0.0f;
+    fly("turned", &turning, 2.0, false);
+    setpoint_t wrong = place; /* a path that is not finite: hovers in place, by the firmware's own controller */
+    wrong.velocity.x = NAN;
+    fly("wrong", &wrong, 2.0, false);
+    fly("righted", &place, 4.0, false);
+    fly("off", &(setpoint_t){0}, 0.1, false);
+    return 0;
+}
