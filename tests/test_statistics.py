@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, ranks_about, share
+from quadstep.analysis.statistics import beta_quantile, incomplete_beta, mean, quantile, ranks_about, share, share_difference
 
 
 @pytest.mark.parametrize(("x", "a", "b"), [(0.3, 2.0, 5.0), (0.99, 30.0, 0.5), (1e-4, 1.0, 1e4), (0.5, 4e5, 4.1e5)])
@@ -15,6 +15,26 @@ def test_the_interval_of_a_share_is_exact(count, total):
     exact = stats.binomtest(count, total).proportion_ci(0.95, method="exact")
     found = share(count, total)
     assert (found.value, found.low, found.high) == pytest.approx((count / total, exact.low, exact.high), rel=1e-9)
+
+
+def test_few_values_have_no_interval_of_their_mean_and_equal_ones_one_of_no_width():
+    assert np.isnan(mean(np.array([1.0, 2.0, 4.0, 7.0, 3.0])).low)
+    assert mean(np.full(10, 2.0)) == (2.0, 2.0, 2.0)
+
+
+def test_the_interval_of_a_mean_leans_to_the_side_of_the_tail():
+    values = np.random.default_rng(2).exponential(size=30)
+    found = mean(values)
+    assert found.high - found.value > 1.2 * (found.value - found.low)
+    assert found == mean(values)
+
+
+def test_a_gain_in_successes_is_certain_only_with_enough_flights():
+    assert share_difference(8, 0, 8).low > 0.0
+    assert share_difference(2, 0, 2).low < 0.0 < share_difference(2, 0, 2).value
+    even = share_difference(3, 3, 100)
+    assert (even.value, even.low) == (0.0, -even.high)
+    assert even.high < 0.1
 
 
 def test_the_beta_quantile_inverts():

@@ -39,7 +39,40 @@ def quantiles(seed: int) -> Iterable[Attempt]:
     return coverage(held())
 
 
+def means(seed: int) -> Iterable[Attempt]:
+    """Of symmetric, skewed and two-humped draws; very heavy tails are beyond any interval of a mean."""
+    random = np.random.default_rng(seed)
+
+    def held() -> Iterator[bool]:
+        while True:
+            count = int(random.choice(SIZES[1:4]))
+            humps = random.normal(size=count) + 3.0 * (random.random(count) < 0.5)
+            draws = ((random.normal(size=count), 0.0), (random.exponential(size=count), 1.0), (humps, 1.5))
+            values, truth = draws[int(random.integers(3))]
+            found = statistics.mean(values)
+            yield found.low <= truth <= found.high
+
+    return coverage(held(), 0.93)
+
+
+def share_differences(seed: int) -> Iterable[Attempt]:
+    random = np.random.default_rng(seed)
+
+    def held() -> Iterator[bool]:
+        while True:
+            total, (gain, loss) = int(random.choice(SIZES)), 0.5 * random.random(2) ** 3
+            gained, lost, _ = random.multinomial(total, [gain, loss, 1.0 - gain - loss])
+            found = statistics.share_difference(int(gained), int(lost), total)
+            yield found.low <= gain - loss <= found.high
+
+    return coverage(held())
+
+
 SEARCHES = [
+    Search("interval of a mean", "of 95 % intervals of a mean at least 93 % hold it, also of skewed values", means),
+    Search(
+        "interval of a gain in successes", "the 95 % interval of a paired difference of shares holds it", share_differences
+    ),
     Search("interval of a share", "the 95 % interval of a share of flights holds the true share", shares),
     Search("interval of a quantile", "the 95 % interval of a quantile holds the true quantile", quantiles),
 ]

@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 LEVEL = 0.95
 RESAMPLES = 2000
 
+FEWEST = 6
+"""Fewest values with an interval of their mean or median."""
+
 
 class Estimate(NamedTuple):
     """A value and the interval that holds it with 95 % confidence; an end for which there are too few values is NaN."""
@@ -45,14 +48,32 @@ def exact_share(count: int, total: int, tail: float) -> Estimate:
 
 
 def mean(values: NDArray[np.float64]) -> Estimate:
-    """The mean of independent values with its bootstrap percentile interval (Efron 1979); the same on every call."""
-    if len(values) < 2:
-        value = float(values.mean())
+    """The mean of independent values with its studentised bootstrap interval (Efron 1982); the same on every call.
+
+    Of skewed values a plain bootstrap's interval is too narrow: of 16 exponential ones 90 % hold the mean. Fewer than
+    `FEWEST` values have no interval.
+    """
+    value, count = float(values.mean()), len(values)
+    if count < FEWEST:
         return Estimate(value, math.nan, math.nan)
-    random = np.random.default_rng(0)
-    means = values[random.integers(0, len(values), (RESAMPLES, len(values)))].mean(axis=1)
-    low, high = np.quantile(means, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)])
-    return Estimate(float(values.mean()), float(low), float(high))
+    spread = float(values.std(ddof=1))
+    drawn = values[np.random.default_rng(0).integers(0, count, (RESAMPLES, count))]
+    apart, spreads = drawn.mean(axis=1) - value, drawn.std(axis=1, ddof=1)
+    away = np.where(apart == 0.0, 0.0, np.copysign(math.inf, apart))  # where all drawn values are equal
+    away = np.divide(apart, spreads, out=away, where=spreads > 0.0)
+    below, above = np.sort(away)[[math.floor(0.5 * (1.0 - LEVEL) * RESAMPLES), math.ceil(0.5 * (1.0 + LEVEL) * RESAMPLES) - 1]]
+    if spread == 0.0:
+        return Estimate(value, value, value)
+    return Estimate(value, value - float(above) * spread, value - float(below) * spread)
+
+
+def share_difference(gained: int, lost: int, total: int) -> Estimate:
+    """The change of a share between two treatments of the same flights, of which some succeed only with the second, others
+    only with the first. Its interval is that of both exact shares jointly. Needs total >= 1.
+    """
+    tail = 0.25 * (1.0 - LEVEL)
+    up, down = exact_share(gained, total, tail), exact_share(lost, total, tail)
+    return Estimate(up.value - down.value, up.low - down.high, up.high - down.low)
 
 
 def quantile(values: NDArray[np.float64], q: float) -> Estimate:

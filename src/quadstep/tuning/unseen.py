@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.analysis.statistics import LEVEL, RESAMPLES, Estimate, mean, share
+from quadstep.analysis.statistics import FEWEST, LEVEL, RESAMPLES, Estimate, mean, share, share_difference
 from quadstep.tuning.judge import Flown, Judge
 
 Floats = NDArray[np.float64]
@@ -51,13 +51,16 @@ def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) ->
     count = len(present.ended)
     good = [judge.within(flown) for flown in (present, tuned)]
     shares = tuple(share(int(one.sum()), count) for one in good)
-    success = mean(good[1].astype(float) - good[0].astype(float))
+    gained, lost = int((good[1] & ~good[0]).sum()), int((good[0] & ~good[1]).sum())
+    success = share_difference(gained, lost, count)
     both = present.completed & tuned.completed
     costs = [judge.costs(flown) for flown in (present, tuned)]
     first, second = (aggregated(judge, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
     objective = Row(OBJECTIVE, first, second, aggregated(judge, costs[1][both], costs[0][both]))
     rows = [row(name, present, tuned, both) for name in judge.reported]
-    verdict = judged(success, objective).format(where=" on unseen seeds" if count > 1 else "") if changed else UNCHANGED
+    verdict = (
+        judged(success, objective, count == 1).format(where=" on unseen seeds" if count > 1 else "") if changed else UNCHANGED
+    )
     return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
 
 
@@ -69,17 +72,19 @@ def row(name: str, present: Flown, tuned: Flown, both: NDArray[np.bool_]) -> Row
     return Row(present.names[name], first, second, mean((values[1] - values[0])[both]) if both.any() else None)
 
 
-def judged(success: Estimate, objective: Row) -> str:
-    """The verdict at 95 % confidence; more successful flights come before a smaller objective."""
-    sign, change = certain(success), objective.difference
+def judged(success: Estimate, objective: Row, alone: bool) -> str:
+    """The verdict at 95 % confidence; more successful flights come before a smaller objective. alone: whether there is one
+    flight with each set of gains, as all are alike.
+    """
+    sign, change = certain(success, alone), objective.difference
     if sign == 0 and change is not None and objective.present is not None:
-        sign = -certain(change) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
+        sign = -certain(change, alone) if abs(change.value) > NEGLIGIBLE * abs(objective.present.value) else 0
     return {1: BETTER, 0: SAME, -1: WORSE}[sign]
 
 
-def certain(difference: Estimate) -> int:
-    """Its sign, 0 if the interval holds zero. Of a single flight there is no interval: all are alike, and it is certain."""
-    low, high = (difference.value,) * 2 if math.isnan(difference.low) else difference[1:]
+def certain(difference: Estimate, alone: bool) -> int:
+    """Its sign, 0 if the interval holds zero or there is none. Of a flight alone it is certain, as all are alike."""
+    low, high = (difference.value,) * 2 if alone else difference[1:]
     return int(low > 0.0) - int(high < 0.0)
 
 
@@ -97,7 +102,7 @@ def interval(statistic: Callable[[NDArray[np.int64]], float], count: int) -> Est
     if count == 0:
         return None
     value = statistic(np.arange(count))
-    if count == 1:
+    if count < FEWEST:
         return Estimate(value, math.nan, math.nan)
     random = np.random.default_rng(0)
     found = [statistic(random.integers(0, count, count)) for _ in range(RESAMPLES)]
