@@ -140,7 +140,7 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     metrics, log = strict_json(tmp_path / "out" / "metrics.json"), columns(tmp_path / "out")
     assert run.code == 3
     assert metrics["outcome"] == "crashed"
-    assert f"Diverged at {metrics['ended[s]']:g} s: it hit the ground" in run.out
+    assert f"Lost at {metrics['ended[s]']:g} s: it hit the ground" in run.out
     assert 0.3 < metrics["ended[s]"] < 1.0
     assert 0.0 < log["z[m]"][-1] < 0.1
     assert "the rotor limits reduced the command" in run.err

@@ -159,7 +159,7 @@ def test_a_diverging_flight_ends_with_code_3_and_says_when_and_why(diverged):
     assert (run.code, run.err) == (3, "")
     assert 0.0 < metrics["ended[s]"] < 3.0
     assert metrics["outcome"] in {"not_finite", "off_path", "singular", "spinning"}
-    assert f"Diverged at {metrics['ended[s]']:g} s" in run.out
+    assert f"Lost at {metrics['ended[s]']:g} s" in run.out
 
 
 def test_a_diverging_flight_keeps_its_finite_log_and_figures_up_to_then(diverged):
@@ -180,7 +180,7 @@ def test_a_flight_that_is_lost_at_once_is_reported_too(tmp_path, engine):
     mission = write(tmp_path, LINE + "[start]\nposition = [500.0, 0.0, 0.0]\n")
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", engine)
     assert run.code == 3
-    assert "Diverged at 0 s: farther from the path than limits.distance" in run.out
+    assert "Lost at 0 s: more than 100 m from its path" in run.out
     assert columns_of_empty(tmp_path / "out") == []
     assert strict_json(tmp_path / "out" / "metrics.json")["outcome"] == "off_path"
 

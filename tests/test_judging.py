@@ -127,8 +127,8 @@ def test_a_flight_that_diverges_fails_whatever_is_required(diverging, tmp_path, 
     found = json.loads(run.out)
     assert (found["passed"], found["exit_code"], found["requirements"][0]["met"]) == (False, 3, False)
     _, cases = checked((tmp_path / "junit.xml").read_text(encoding="utf-8"))
-    assert cases["completed"].startswith("Diverged at ")
-    assert "but the flight diverged at " in cases["position_rmse at most 1e+09 m"]
+    assert cases["completed"].startswith("Lost at ")
+    assert "but the flight was lost at " in cases["position_rmse at most 1e+09 m"]
     assert flown(diverging, tmp_path).code == 3
 
 

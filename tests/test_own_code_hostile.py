@@ -287,7 +287,7 @@ return Command(where(gains.k > 2.0, math.nan, gains.mass * gains.gravity), torqu
 def test_a_law_that_is_not_finite_later_ends_its_flight_and_is_named(tmp_path, engine):
     run = command(tmp_path, "fly", mission(tmp_path, law(law=LATE)).name, "--engine", engine)
     assert run.returncode == 3
-    assert "Diverged at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.stdout
+    assert "Lost at 0.052 s: a number was no longer finite: the law's thrust was nan. The log" in run.stdout
     assert "the law&#x27;s thrust was nan" in (tmp_path / "out/hover/report.html").read_text()
 
 
@@ -296,7 +296,7 @@ def test_a_function_that_is_not_finite_at_once_is_named_without_an_empty_table(t
     run = command(tmp_path, "fly", mission(tmp_path, function, "law.py:controller").name)
     assert (run.returncode, run.stderr) == (3, "")
     first, *_ = run.stdout.splitlines()
-    assert first == "Diverged at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
+    assert first == "Lost at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
 
 
 @pytest.mark.slow

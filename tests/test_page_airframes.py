@@ -144,7 +144,7 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
     paper = flights["backstepping"]["controllers"][0]
     assert {condition["source"] for condition in paper["conditions"]} == {
         "Theorem 5.1",
-        "Theorem A of docs/theory.md",
+        "repaired theorem",
     }
     names = set(data_of(page.read_text())["laws"][paper["law"]]["names"])
 
@@ -153,3 +153,12 @@ def test_what_the_page_is_told_of_a_real_vehicle(page):
             *(named(part) for part in term["of"])) if isinstance(term, dict) else set()  # fmt: skip
 
     assert all(named(condition["left"]) | named(condition["right"]) <= names for condition in paper["conditions"])
+
+
+@needs_node
+@pytest.mark.parametrize("mean", [[8.0, 0.0, 0.0], [1.25, -3.3, -1.91], [0.0, 0.0, 0.0]])
+def test_turbulence_follows_the_wind_that_carries_it(tmp_path, mean):
+    wind = {"mean": [6.0, 0.0, 0.0], "turbulence": {"wind_20": 8.0}}
+    path = write_page(tmp_path / "page.html", flown("windy", mission("windy", wind=wind)))
+    (answer,) = fly_page(path, {"flight": "windy", "values": {"wind": mean}})
+    np.testing.assert_array_equal(answer["values"], floats(mission("windy", wind={**wind, "mean": mean})).rows)

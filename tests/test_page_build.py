@@ -53,7 +53,7 @@ def test_every_flight_of_the_paper_is_there_and_live(paper_text):
     assert all(len(flight["controllers"]) == 3 and flight["recorded"] is None for flight in data["flights"])
     assert all(re.fullmatch("[a-z0-9-]+", flight["id"].replace(".", "-")) for flight in data["flights"])
     lost = [flight for flight in data["flights"] if flight["outcome"]["code"] != 0]
-    assert all("diverged at" in flight["outcome"]["text"] for flight in lost)
+    assert all("lost at" in flight["outcome"]["text"] for flight in lost)
     assert 0 < len(lost) < 20
 
 
@@ -214,7 +214,7 @@ def test_a_flight_of_a_single_row_is_shown():
     assert flight.log.outcome is Outcome.OFF_PATH
     assert len(flight.log.rows) == 0
     shown = data_of(missions_page([flight]))["flights"][0]
-    assert shown["outcome"]["text"].startswith("diverged at 0 s: farther from the path")
+    assert shown["outcome"]["text"].startswith("lost at 0 s: more than 1e-09 m from its path")
     unknown = data_of(missions_page([flight._replace(plan=None, mission=None)]))["flights"][0]
     assert unknown["recorded"]["count"] == 0
     assert "only its recording" in unknown["whyNot"]

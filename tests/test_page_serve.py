@@ -291,7 +291,7 @@ def test_a_flight_lost_at_once_is_shown_without_rows(tmp_path):
     folder = spoilt(tmp_path / "result", **{**BASE, "outcome": "off_path", "ended[s]": 0.0})
     (folder / "flight.csv").write_text("t[s],x[m],y[m],z[m]\n\n")
     (flight,) = data_of(open_result(folder))["flights"]
-    assert flight["outcome"]["text"].startswith("diverged at 0 s: farther")
+    assert flight["outcome"]["text"].startswith("lost at 0 s: too far from its path")
     assert flight["recorded"]["count"] == 0
 
 

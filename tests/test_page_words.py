@@ -53,8 +53,8 @@ def test_the_clock_tells_both_times_in_the_same_way(open_page):
         page.evaluate("id => { quadstep.select(id); quadstep.seek(1e9); }", flight)
         assert page.locator("#time").inner_text() == words
     page.evaluate("quadstep.select('windy')")
-    assert page.locator("#outcome").inner_text() == "Flew for 1.12 s"
-    assert page.locator("#summary-words").inner_text() == "Completed all 1.12 s."
+    assert page.locator("#outcome").inner_text() == "Flew for 1.12 s, but: large error"
+    assert page.locator("#summary-words").inner_text().startswith("Completed (1.12 s), but its error is large for its path")
 
 
 def test_a_control_shows_four_digits_and_flies_all(open_page):
@@ -119,7 +119,7 @@ def test_what_is_said_of_a_lost_vehicle_stands_beside_it(open_page, width, heigh
     page = open_page("#flight=hasty", webgl=True, width=width, height=height)
     drawn(page, "quadstep.seek(1e9)")
     (call,) = page.evaluate(BOXES, ".call")
-    assert call["text"] == "✕ Lost: a rate exceeded limits.rate"
+    assert call["text"] == "✕ Lost: turning faster than 100 rad/s"
     (frame,) = page.evaluate(BOXES, "#labels")
     vehicle = page.evaluate("quadstep.camera().vehicle")
     x, y, radius = frame["left"] + vehicle["x"], frame["top"] + vehicle["y"], vehicle["radius"]

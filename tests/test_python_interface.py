@@ -294,8 +294,8 @@ def test_a_flight_that_ends_at_once_is_an_outcome_like_any_other():
     assert isinstance(lost, Flight)
     assert len(lost.rows) < 2
     assert lost.metrics() == {"outcome": "off_path", "ended[s]": 0.0}
-    assert repr(lost) == "<Flight 'Flight': diverged (off_path) at 0 s, 0 rows>"
+    assert repr(lost) == "<Flight 'Flight': lost (off_path) at 0 s, 0 rows>"
     assert lost.figures() == []
-    assert "Diverged at 0\N{NO-BREAK SPACE}s" in lost._repr_html_()
+    assert "Lost at 0\N{NO-BREAK SPACE}s" in lost._repr_html_()
     with pytest.raises(UserError, match="ended before its second row"):
         lost.plot()

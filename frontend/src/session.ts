@@ -7,6 +7,7 @@ import type { Flight } from "./data/flight";
 import { recordedFlight } from "./data/recorded";
 import { type Settings, controllerOf, fresh, isFresh } from "./data/settings";
 import type { Log } from "./logs/log";
+import { type Graded, grade } from "./summary/grade";
 import { type Measures, measure } from "./summary/measure";
 import { Watched } from "./view/events";
 
@@ -18,6 +19,7 @@ export interface Shown {
   readonly given: Inputs | undefined;
   readonly conditions: readonly Judged[];
   readonly measures: Measures;
+  readonly graded: Graded;
   /** Whether it flies as the file says. */
   readonly asFiled: boolean;
   readonly live: boolean;
@@ -26,8 +28,6 @@ export interface Shown {
   /** The length of the axis of time [s]. */
   readonly end: number;
 }
-
-const UNKNOWN: Measures = { rmse: undefined, largest: undefined, tilt: undefined, share: undefined, thrust: undefined };
 
 export class Session {
   readonly shown = new Watched<Shown | undefined>(undefined);
@@ -76,6 +76,7 @@ export class Session {
       given,
       conditions: given ? judge(given) : [],
       measures,
+      graded: grade(flight.held, measures, this.page.rules),
       asFiled,
       live: flown !== undefined,
       took: performance.now() - before,
@@ -84,14 +85,14 @@ export class Session {
   }
 
   /** What the file's own flight was like: as Python measured it, and what it did not as flown here. */
-  filed({ data }: Shown): Measures {
+  filed({ data, measures }: Shown): Measures {
     let found = this.measured.get(data.id);
     if (!found) {
       const settings = fresh(data);
       const controller = controllerOf(data, settings.controller);
       const given = controller && inputs(this.page, data, controller, settings);
       const flight = given && fly(this.page, given);
-      found = { ...(flight ? measure(flight, data, given) : UNKNOWN), ...data.summary.filed };
+      found = { ...(flight ? measure(flight, data, given) : measures), ...data.summary.filed };
       this.measured.set(data.id, found);
     }
     return found;

@@ -130,7 +130,7 @@ class Flight(FlightLog):
     def __repr__(self) -> str:
         metrics = self.metrics()
         rmse = f", position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm" if "position_rmse[m]" in metrics else ""
-        how = "completed" if self.outcome is Outcome.COMPLETED else f"diverged ({self.outcome.name.lower()}) at"
+        how = "completed" if self.outcome is Outcome.COMPLETED else f"lost ({self.outcome.name.lower()}) at"
         return f"<Flight {self.name!r}: {how} {self.ended:g} s{rmse}, {len(self.rows)} rows>"
 
     def _repr_html_(self) -> str:

@@ -3,32 +3,31 @@
 import type { Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { number } from "../view/format";
-import { rich } from "../view/notation";
+import type { Judged } from "../data/conditions";
+import { MARKS } from "../summary/grade";
+import { closed, rich } from "../view/notation";
 
 export function badge(host: HTMLElement, shown: Shown): void {
-  const { flight, conditions, ghost, live } = shown;
-  const outcome = flight.held ? `Flew for ${number(flight.ended, 3)} s` : `Diverged at ${flight.ended.toFixed(2)} s`;
+  const { flight, conditions, ghost, live, graded } = shown;
   const broken = conditions.filter((judged) => !judged.holds);
-  const theorem = conditions.length
-    ? broken.length
-      ? `${broken.length} of ${conditions.length} conditions broken`
-      : `all ${conditions.length} conditions hold`
-    : "";
+  const theorem = counts(conditions);
+  const mark = MARKS[graded.grade];
 
   const summary = h(
     "summary",
     {},
-    h("span", { class: `mark ${flight.held ? "good" : "bad"}`, "aria-hidden": "true" }, flight.held ? "✓" : "✕"),
-    h("span", { id: "outcome" }, outcome),
+    h("span", { class: `mark ${mark.kind}`, "aria-hidden": "true" }, mark.glyph),
+    h("span", { id: "outcome" }, outcome(shown)),
     theorem ? h("span", { id: "conditions", class: broken.length ? "bad" : "good" }, theorem) : null,
   );
   const details = h("details", { class: "badge" }, summary, h("div", { class: "sheet" }));
   const sheet = details.lastElementChild!;
   const rows: (HTMLElement | null)[] = [
     flight.why ? h("p", {}, `Reason: ${flight.why}.`) : null,
+    ...graded.reasons.map((reason) => h("p", {}, closed(`${reason[0]!.toUpperCase()}${reason.slice(1)}`))),
     asPython(shown),
     !live ? h("p", {}, "A recording; not flown in this page.") : null,
-    ghost ? h("p", {}, ghost.held ? `The ghost flew for ${number(ghost.ended, 3)} s.` : `The ghost diverged at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
+    ghost ? h("p", {}, ghost.held ? `The ghost flew for ${number(ghost.ended, 3)} s.` : `The ghost was lost at ${ghost.ended.toFixed(2)} s: ${ghost.why}.`) : null,
   ];
   const list = h("ul");
   for (const { condition, left, right, holds } of conditions) {
@@ -48,6 +47,24 @@ export function badge(host: HTMLElement, shown: Shown): void {
   const open = host.querySelector("details")?.open ?? false;
   details.open = open;
   fill(host, details);
+}
+
+/** How the flight ended. */
+function outcome({ flight, graded: { grade, labels } }: Shown): string {
+  const ended = `${number(flight.ended, 3)} s`;
+  if (grade === "lost") return `Lost at ${flight.ended.toFixed(2)} s`;
+  return grade === "as asked" ? `Flew as asked for ${ended}` : `Flew for ${ended}, but: ${labels.join(", ")}`;
+}
+
+/** How many conditions of each theorem hold. */
+function counts(conditions: readonly Judged[]): string {
+  const sources = [...new Set(conditions.map(({ condition }) => condition.source))];
+  return sources
+    .map((source) => {
+      const own = conditions.filter(({ condition }) => condition.source === source);
+      return `${source}: ${own.filter(({ holds }) => holds).length} of ${own.length}`;
+    })
+    .join(" · ");
 }
 
 /** A sentence where the flight of the file ends otherwise than Python found: chaotic flights do, by the last bit. */

@@ -53,7 +53,7 @@ function sliderCard(control: Control, tell: Tell): Card {
   );
   const parts = h("div", { class: worded(control) ? "parts worded" : "parts" }, ...each.map((part) => part.element));
   const splitter = h("button", { type: "button", class: "split" });
-  const reset = h("button", { type: "button", class: "reset", title: "Back to the file’s value", "aria-label": `${control.label}: back to the file’s value` }, "↺");
+  const reset = h("button", { type: "button", class: "reset", title: "Restore original value", "aria-label": `${control.label}: restore original value` }, "↺");
   const head = h("div", { class: "head" }, title(control), several ? splitter : null, reset);
   const element = h("div", { class: "control" }, head, all.element, parts);
 

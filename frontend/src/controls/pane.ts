@@ -68,7 +68,7 @@ export class ControlPane {
   }
 
   private foot(data: FlightData): HTMLElement {
-    const reset = h("button", { type: "button", id: "reset", class: "plain" }, "Reset all to the file");
+    const reset = h("button", { type: "button", id: "reset", class: "plain" }, "Reset everything");
     reset.addEventListener("click", () => {
       const { controller, ghost } = this.changes.settings();
       this.session.apply({ ...fresh(data), controller, ghost });

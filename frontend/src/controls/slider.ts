@@ -41,7 +41,8 @@ export function slider(
   const name = control.unit && control.unit !== "-" ? `${label} in ${control.unit}` : label;
   const range = h("input", { type: "range", min: 0, max: FINE, step: stepOf(control), "aria-label": name });
   const typed = h("input", { type: "text", inputmode: "decimal", spellcheck: "false", autocomplete: "off", "aria-label": name, size: 7 });
-  const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, range, typed);
+  const complaint = h("p", { class: "complaint", role: "status", hidden: true });
+  const element = h("div", { class: "slider" }, short ? h("span", { class: "axis" }, short) : null, range, typed, complaint);
   let current: number | null = null;
 
   const show = (value: number | null): void => {
@@ -57,6 +58,7 @@ export function slider(
   };
   range.addEventListener("input", () => {
     const value = hold(control, valueOfPosition(control, Number(range.value)));
+    complaint.hidden = true;
     show(value);
     moving(value);
   });
@@ -64,9 +66,12 @@ export function slider(
   typed.addEventListener("change", () => {
     const value = Number(typed.value.trim().replaceAll("−", "-").replace(",", "."));
     const usable = typed.value.trim() !== "" && Number.isFinite(value);
+    const why = usable ? beyond(control, value) : `“${typed.value.trim().slice(0, 20)}” is not a number.`;
     typed.toggleAttribute("aria-invalid", !usable);
     if (usable) chosen(hold(control, value));
     show(usable ? hold(control, value) : current);
+    complaint.textContent = why;
+    complaint.hidden = !why;
   });
   typed.addEventListener("focus", () => {
     if (current !== null) typed.value = exact(current);
@@ -74,6 +79,16 @@ export function slider(
   });
   typed.addEventListener("blur", () => show(current));
   return { element, show };
+}
+
+/** What is said of a typed number outside what a control allows; "" within. */
+function beyond(control: Control, value: number): string {
+  const taken = hold(control, value);
+  if (taken === value) return "";
+  if (value < control.low || value > control.high) {
+    return `${plain(value)} is ${value < taken ? "below the least" : "above the greatest"} allowed, ${plain(taken)}, which is used.`;
+  }
+  return `${plain(value)} becomes ${plain(taken)}.`;
 }
 
 /** All digits of the number that flies. */

@@ -16,11 +16,33 @@ export interface PageData {
   readonly presets: Readonly<Record<string, Packed>>;
   readonly tables: Readonly<Record<string, Packed>>;
   /** By code; code 0 is completed. */
-  readonly outcomes: readonly { name: string; text: string; ended: boolean }[];
+  readonly outcomes: readonly { name: string; text: string; ended: boolean; limit: Limit | null }[];
+  /** What grades a flight, as quadstep/judging/grade.py says. */
+  readonly rules: readonly Rule[];
   readonly flights: readonly FlightData[];
   readonly claims: readonly Claim[];
   readonly story: StoryData | null;
 }
+
+/** A parameter whose limit a flight passed, and the reason: {} stands for factor times the limit. */
+export interface Limit {
+  readonly name: string;
+  readonly text: string;
+  readonly factor: number;
+}
+
+/** A flight is as asked while the measure is at most `most`; label, text: what is said where it is not, {} for factor times the measure. */
+export interface Rule {
+  readonly metric: MeasureName;
+  readonly most: number;
+  readonly label: string;
+  readonly text: string;
+  readonly factor: number;
+}
+
+export type Grade = "as asked" | "flew, but" | "lost";
+
+export type MeasureName = "rmse" | "largest" | "tilt" | "share" | "relative" | "growth" | "rateGrowth" | "overturned" | "saturated";
 
 /** A guided walk. */
 export interface StoryData {
@@ -85,7 +107,7 @@ export interface FlightData {
   readonly group: string;
   readonly note: string;
   readonly claims: readonly number[];
-  readonly outcome: { readonly code: number; readonly ended: number; readonly text: string };
+  readonly outcome: { readonly code: number; readonly ended: number; readonly text: string; readonly why: string; readonly grade: Grade; readonly reasons: readonly string[] };
   readonly facts: readonly (readonly [label: string, value: string])[];
   readonly summary: SummaryData;
   /** Why it is not flown live; "" if it is. */
@@ -106,8 +128,12 @@ export interface SummaryData {
   readonly since: number;
   /** The parameter that holds a rotor's greatest thrust [N]. */
   readonly limit: string | null;
+  /** The parameter that holds its least thrust [N]. */
+  readonly least: string | null;
+  /** From the vehicle's centre to its farthest rotor [m]; 0: not known. */
+  readonly arm: number;
   /** What Python measured of the file's flight, as far as it did. share: greatest part of the rotors' full thrust. */
-  readonly filed: Readonly<Partial<Record<"rmse" | "largest" | "tilt" | "share", number>>>;
+  readonly filed: Readonly<Partial<Record<MeasureName, number>>>;
 }
 
 export interface Recorded {

@@ -3,6 +3,7 @@
 import type { Controller, Effect, FlightData, Law, PageData, Ticks } from "./contract";
 import { Flight } from "./flight";
 import { lawCode, unpack } from "./page";
+import { short } from "../view/format";
 import { FILE, type Settings, controllerOf, controlsOf, valuesOf } from "./settings";
 
 /** Every number of a flight. */
@@ -74,9 +75,15 @@ export function fly(page: PageData, given: Inputs): Flight | undefined {
     law.columns.map(([name]) => name),
     law.columns.map(([, unit]) => unit),
     table.subarray(0, end.rows * width),
-    outcome?.ended ? outcome.text : "",
+    outcome?.ended ? why(outcome, given) : "",
     end.tick * ticks.step,
   );
+}
+
+/** Why a flight was lost, with the number of the limit that it passed. */
+function why({ text, limit }: PageData["outcomes"][number], given: Inputs): string {
+  const value = limit ? given.parameters[given.names.get(limit.name) ?? -1] : undefined;
+  return limit && value !== undefined ? limit.text.replace("{}", short(limit.factor * value, 4)) : text;
 }
 
 /** The first net of a flight. neurons: those in use. rows, one after the other, as `Law.net` says. */

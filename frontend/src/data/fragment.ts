@@ -58,7 +58,7 @@ export function read(fragment: string, page: PageData): Link | undefined {
     else {
       const changed = name === "set" ? withPart(settings, flight, value) : undefined;
       if (changed) settings = changed;
-      else complaints.push(`The link’s part “${shown(name || "?", value)}” was not understood and was ignored.`);
+      else complaints.push(`Ignored part of the link: “${shown(name || "?", value)}”.`);
     }
   }
   return { settings, time, step, bare: pairs.length === 1, complaints: complaints.slice(0, 3) };
@@ -70,14 +70,11 @@ function withPart(settings: Settings, flight: FlightData, part: string): Setting
   const key = part.slice(0, colon);
   const numbers = part.slice(colon + 1).split(",");
   if (colon < 1 || !numbers.every((text) => NUMBER.test(text) && Number.isFinite(Number(text)))) return undefined;
-  for (const controller of [undefined, ...flight.controllers]) {
-    for (const [control, owner] of controlsOf(flight, controller)) {
-      if (keyOf(control, owner) !== key) continue;
-      if (numbers.length !== control.components.length) return undefined;
-      return withValues(settings, control, owner, numbers.map(Number));
-    }
-  }
-  return undefined;
+  const known = [undefined, ...flight.controllers].flatMap((controller) => controlsOf(flight, controller));
+  const own = controlsOf(flight, controllerOf(flight, settings.controller));
+  const found = known.find(([control, owner]) => keyOf(control, owner) === key) ?? own.find(([control]) => control.id === key);
+  if (!found || numbers.length !== found[0].components.length) return undefined;
+  return withValues(settings, found[0], found[1], numbers.map(Number));
 }
 
 function pair(text: string): readonly [string, string] | undefined {

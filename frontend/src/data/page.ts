@@ -17,6 +17,7 @@ const EMPTY: PageData = {
   presets: {},
   tables: {},
   outcomes: [],
+  rules: [],
   flights: [],
   claims: [],
   story: null,

@@ -13,7 +13,7 @@ export function recordedFlight(page: PageData, data: FlightData): Flight | undef
     recorded.columns.map(([name]) => name),
     recorded.columns.map(([, unit]) => unit),
     table,
-    diverged ? (page.outcomes[outcome.code]?.text ?? outcome.text) : "",
+    diverged ? outcome.why || outcome.text : "",
     outcome.ended,
   );
 }

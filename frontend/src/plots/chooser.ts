@@ -63,6 +63,6 @@ export class Chooser {
       say.textContent = right ? "" : wanted === "phase" ? "Choose two columns: the first is the horizontal axis." : "Choose one to eight columns.";
       if (right) this.arrangement.add(wanted, chosen, logarithmic.checked || wanted === "spectrum");
     });
-    return h("fieldset", { class: "own-plot" }, h("legend", {}, "A plot of your own; Ctrl or Shift for several columns"), pick, h("div", { class: "own-how" }, kind, h("label", { class: "pickable" }, logarithmic, "log axis"), add), say);
+    return h("fieldset", { class: "own-plot" }, h("legend", {}, "Make your own plot (Ctrl or Shift selects several columns)"), pick, h("div", { class: "own-how" }, kind, h("label", { class: "pickable" }, logarithmic, "log axis"), add), say);
   }
 }

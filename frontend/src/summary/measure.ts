@@ -1,6 +1,6 @@
 // What a flight was like, in the numbers that `quadstep fly` reports, to the bit: sums in NumPy's order, angles by the laws' own functions.
 
-import type { FlightData } from "../data/contract";
+import type { FlightData, SummaryData } from "../data/contract";
 import type { Inputs } from "../data/engine";
 import type { Flight } from "../data/flight";
 import { lawCode } from "../data/page";
@@ -17,33 +17,125 @@ export interface Measures {
   readonly share: number | undefined;
   /** The greatest thrust of all rotors together [N]. */
   readonly thrust: number | undefined;
+  /** RMSE as a share of what it is measured against, see quadstep/metrics/quantities.py, error_against_path. */
+  readonly relative: number | undefined;
+  /** How many times the error, and the angular rates, grow over the last half at least. */
+  readonly growth: number | undefined;
+  readonly rateGrowth: number | undefined;
+  /** The greatest tilt after it was first within 90 degrees of upright [rad]. */
+  readonly overturned: number | undefined;
+  /** The share of the rows at which the rotors were at their limits. */
+  readonly saturated: number | undefined;
 }
+
+const ARMS = 10;
+const POINT = 1e-6;
+const RATE_SCALE = 1e3;
+const SATURATED = 1e-3;
 
 export function measure(flight: Flight, data: FlightData, given: Inputs | undefined): Measures {
   const forces = sums(columns(flight, (name) => /^f\d+$/.test(name)));
-  const thrust = flight.rows > 1 ? greatest(forces) : undefined;
+  const thrust = flight.rows > 1 && forces.length ? greatest(forces) : undefined;
   const most = given?.parameters[given.names.get(data.summary.limit ?? "") ?? -1] ?? Number.NaN;
   const full = most * flight.names.filter((name) => /^f\d+$/.test(name)).length;
   const share = thrust !== undefined && Number.isFinite(full) && full > 0 ? thrust / full : undefined;
-  return { ...errors(flight, data.summary.since), tilt: tilt(flight, given), share, thrust };
+  const tilts = tiltOf(flight, given);
+  return {
+    ...errors(flight, data.summary),
+    tilt: tilts && greatest(tilts),
+    overturned: tilts && overturned(tilts),
+    rateGrowth: rates(flight),
+    saturated: saturated(flight, data.summary, given),
+    share,
+    thrust,
+  };
 }
 
-function errors(flight: Flight, since: number): { rmse: number | undefined; largest: number | undefined } {
+type Errors = Pick<Measures, "rmse" | "largest" | "relative" | "growth">;
+
+function errors(flight: Flight, { since, arm }: SummaryData): Errors {
   const axes = flight.names.filter((name, i) => flight.units[i] === "m" && flight.has(`${name}_d`));
   const first = flight.times.findIndex((t) => t >= since);
-  if (!axes.length || flight.rows < 2 || first < 0 || flight.last <= since) return { rmse: undefined, largest: undefined };
-  const squares = sums(
-    axes.map((axis) => {
-      const wanted = flight.column(`${axis}_d`)!;
-      return flight.column(axis)!.subarray(first).map((value, i) => (wanted[first + i]! - value) * (wanted[first + i]! - value));
-    }),
-  );
-  const distances = squares.map(Math.sqrt);
-  const mean = pairwise(distances.map((value) => value * value)) / distances.length;
-  return { rmse: Math.sqrt(mean), largest: greatest(distances) };
+  const none = { rmse: undefined, largest: undefined, relative: undefined, growth: undefined };
+  if (!axes.length || flight.rows < 2 || first < 0 || flight.last <= since) return none;
+  const wanted = axes.map((axis) => flight.column(`${axis}_d`)!.subarray(first));
+  const flown = axes.map((axis) => flight.column(axis)!);
+  const distances = lengths(flown.map((values, i) => values.subarray(first).map((value, k) => wanted[i]![k]! - value)));
+  const found = { rmse: rms(distances), largest: greatest(distances) };
+  const count = distances.length;
+  if (count < 2) return { ...found, relative: undefined, growth: undefined };
+  const moves = moving(wanted);
+  if (!moves && !(arm > 0)) return { ...found, relative: undefined, growth: undefined };
+  const scale = moves ? rms(lengths(wanted.map((values, i) => values.map((value) => value - flown[i]![0]!)))) : ARMS * arm;
+  const counted = moves ? distances : distances.subarray(count >> 1);
+  return { ...found, relative: scale > 0 ? rms(counted) / scale : undefined, growth: growth(distances, scale) };
 }
 
-function tilt(flight: Flight, given: Inputs | undefined): number | undefined {
+/** Whether a path moves: one that is a point or steps to one does not. */
+function moving(wanted: readonly Float64Array[]): boolean {
+  let steps = 0;
+  for (let row = 1; row < wanted[0]!.length; row++) if (wanted.some((values) => values[row] !== values[row - 1])) steps++;
+  return steps > 1 && wanted.some((values) => greatest(values) + greatest(values.map((value) => -value)) > POINT);
+}
+
+function rates(flight: Flight): number | undefined {
+  const names = [["p", "q", "r"], ["psi_dot", "theta_dot", "phi_dot"]].find((some) => flight.has(...some));
+  return names && flight.rows > 1 ? growth(lengths(names.map((name) => flight.column(name)!)), RATE_SCALE) : undefined;
+}
+
+const PARTS = 8;
+const FLOOR = 1e-4;
+
+/** The cube of the least ratio of root mean squares in successive eighths of the last half. */
+function growth(values: Float64Array, scale: number): number {
+  const count = values.length;
+  if (count < PARTS) return 0;
+  const edge = (part: number): number => Math.floor((count * part) / PARTS);
+  const parts = [4, 5, 6, 7].map((part) => rms(values.subarray(edge(part), edge(part + 1))));
+  if (!(parts[3]! > FLOOR * scale)) return 0;
+  const ratio = Math.min(...[0, 1, 2].map((i) => (parts[i]! > 0 ? parts[i + 1]! / parts[i]! : 1)));
+  return ratio * ratio * ratio;
+}
+
+function overturned(tilts: Float64Array): number {
+  const upright = tilts.findIndex((tilt) => tilt <= 0.5 * Math.PI);
+  return greatest(tilts.subarray(Math.max(upright, 0)));
+}
+
+function saturated(flight: Flight, { limit, least }: SummaryData, given: Inputs | undefined): number | undefined {
+  const asked = ["u", "tau_x", "tau_y", "tau_z"];
+  if (flight.rows < 2) return undefined;
+  if (flight.has(...asked, ...asked.map((name) => `${name}_a`))) {
+    const scale = pairwise(flight.column("u")!.map(Math.abs)) / flight.rows;
+    const pairs = asked.map((name, i) => [flight.column(name)!, flight.column(`${name}_a`)!, SATURATED * (i ? 0.1 * scale : scale)] as const);
+    return share(flight.rows, (row) => pairs.some(([wanted, made, most]) => Math.abs(wanted[row]! - made[row]!) > most));
+  }
+  const number = (name: string | null): number => given?.parameters[given.names.get(name ?? "") ?? -1] ?? Number.NaN;
+  const [low, high] = [number(least), number(limit)];
+  if (!Number.isFinite(high)) return undefined;
+  const forces = columns(flight, (name) => /^f\d+$/.test(name));
+  const tolerance = 1e-9 * high;
+  return share(flight.rows, (row) => forces.some((force) => force[row]! <= low + tolerance || force[row]! >= high - tolerance));
+}
+
+/** Of the rows that are so. */
+function share(rows: number, is: (row: number) => boolean): number {
+  let count = 0;
+  for (let row = 0; row < rows; row++) if (is(row)) count++;
+  return count / rows;
+}
+
+/** Of each row's vector. */
+function lengths(entries: readonly Float64Array[]): Float64Array {
+  return sums(entries.map((values) => values.map((value) => value * value))).map(Math.sqrt);
+}
+
+/** Root of the mean square. */
+function rms(values: Float64Array): number {
+  return Math.sqrt(pairwise(values.map((value) => value * value)) / values.length);
+}
+
+function tiltOf(flight: Flight, given: Inputs | undefined): Float64Array | undefined {
   const { cos, atan2 } = (given && lawCode(given.controller.law)) ?? Math;
   if (flight.rows < 2) return undefined;
   let cosines: Float64Array;
@@ -54,7 +146,7 @@ function tilt(flight: Flight, given: Inputs | undefined): number | undefined {
     const [theta, phi] = [flight.column("theta")!, flight.column("phi")!];
     cosines = theta.map((value, i) => cos(value) * cos(phi[i]!));
   } else return undefined;
-  return greatest(cosines.map((c) => Math.min(Math.max(c, -1), 1)).map((c) => atan2(Math.sqrt((1 - c) * (1 + c)), c)));
+  return cosines.map((c) => Math.min(Math.max(c, -1), 1)).map((c) => atan2(Math.sqrt((1 - c) * (1 + c)), c));
 }
 
 function columns(flight: Flight, wanted: (name: string) => boolean): Float64Array[] {

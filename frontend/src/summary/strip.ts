@@ -3,6 +3,7 @@
 import type { Session, Shown } from "../session";
 import { fill, h } from "../view/dom";
 import { join, number, quantity } from "../view/format";
+import { MARKS } from "./grade";
 import type { Measures } from "./measure";
 
 const QUIET = 700; // ms without a change before a screen reader is told
@@ -20,14 +21,15 @@ export class SummaryStrip {
 
   private show(shown: Shown, filed: Measures): void {
     const { measures } = shown;
+    const compared = !shown.asFiled && comparable(shown);
     const cells = entries(measures).map(({ label, text, hint }, i) => {
       const theirs = entries(filed)[i]!.text;
-      const beside = shown.asFiled ? null : h("span", { class: "filed" }, theirs === text ? "as in the file" : `file ${theirs}`);
+      const beside = compared ? h("span", { class: "filed" }, theirs === text ? "unchanged" : `original ${theirs}`) : null;
       return h("div", { title: hint }, h("dt", {}, label), h("dd", {}, text, beside));
     });
     fill(this.figures, ...cells);
     this.words.textContent = ending(shown);
-    this.words.classList.toggle("bad", !shown.flight.held);
+    this.words.className = MARKS[shown.graded.grade].kind;
     clearTimeout(this.waiting);
     this.waiting = window.setTimeout(() => (this.told.textContent = spoken(shown)), QUIET);
   }
@@ -48,14 +50,25 @@ function entries({ rmse, largest, tilt, share, thrust }: Measures): Entry[] {
     { label: "Largest tilt", text: tilt === undefined ? "–" : join(number((tilt * 180) / Math.PI, 3), "°"), hint: "Largest angle between thrust and vertical" },
     limited
       ? { label: "Thrust margin", text: join(number(100 - 100 * share, 3), "%"), hint: "Share of the full rotor thrust left at the worst moment" }
+      : thrust === undefined ? { label: "Largest thrust", text: "–", hint: "The log of this flight has no thrusts of rotors" }
       : { label: "Largest thrust", text: of(thrust, "N"), hint: "Of all rotors together; this vehicle’s rotors have no limit, so there is no margin" },
   ];
 }
 
-/** How it ended and why. */
-export function ending({ flight, data }: Shown): string {
-  if (flight.held) return `Completed all ${number(flight.ended, 3)} s.`;
-  return `Diverged at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}.${data.whyNot ? "" : " Numbers up to that point."}`;
+/** Numbers of flights are compared where both flew for the same time. */
+function comparable({ flight, data }: Shown): boolean {
+  return flight.held && data.outcome.grade !== "lost" && Math.abs(data.outcome.ended - flight.ended) < 1e-6;
+}
+
+/** How it ended and why, and what of the original flight is not beside it. */
+export function ending(shown: Shown): string {
+  const { flight, data, graded, asFiled } = shown;
+  const said = flight.held
+    ? `Completed (${number(flight.ended, 3)} s)${graded.reasons.length ? `, but ${graded.reasons.join(" and ")}` : ""}.`
+    : `Lost at ${flight.ended.toFixed(2)} s${flight.why ? `: ${flight.why}` : ""}${data.whyNot ? "" : "; the numbers stop there"}.`;
+  if (asFiled || comparable(shown)) return said;
+  const original = data.outcome.grade === "lost" ? `was lost at ${data.outcome.ended.toFixed(2)} s` : `flew for ${number(data.outcome.ended, 3)} s`;
+  return `${said} The original ${original}.`;
 }
 
 function spoken(shown: Shown): string {

@@ -60,6 +60,11 @@ export function plain(x: number): string {
   return minus(String(Math.abs(x) >= 1e4 ? Math.round(x) : Number(x.toPrecision(4))));
 }
 
+/** As Python's format "g" writes it, for numbers of a size that people say. */
+export function short(x: number, digits: number): string {
+  return number(Number(x.toPrecision(digits)), 15).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}
+
 /** A quantity with its unit, in the scale that suits it. */
 export function quantity(x: number, unit: string, digits = 3): string {
   const scale = scaleFor(unit, Math.abs(x));

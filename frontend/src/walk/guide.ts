@@ -61,7 +61,7 @@ export class Guide {
       this.open(0);
       this.reveal();
     });
-    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A guided walk of ${count} ${count === 1 ? "step" : "steps"}: one control to move in each, one thing to watch.`), start));
+    fill(this.host, h("div", { class: "guide-card" }, h("h2", {}, this.story.title), h("p", {}, `A ${count}-step tour: in each step, move one control and watch one thing.`), start));
   }
 
   private build(step: StepData, place: number): void {

@@ -17,7 +17,7 @@ export function story(host: HTMLElement, page: PageData, shown: Shown, look: (pa
     data.note ? h("p", { class: "lead" }, ...rich(data.note)) : null,
     !live ? h("p", { class: "why", id: "why-not" }, closed(data.whyNot || "Shown as recorded")) : null,
     ...data.warnings.map((warning) => h("p", { class: "why" }, ...rich(closed(`Warning: ${warning}`)))),
-    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "Settings have changed: the text below describes the flight as it is in the file, not the one you see.") : null,
+    claims.length || data.facts.length ? h("p", { class: "stale-note" }, "You changed the settings; the text below still describes the original flight.") : null,
     claims.length ? h("div", { class: "claims" }, ...claims.map((claim) => card(claim, claims.length === 1, look))) : null,
     data.facts.length ? facts(data.facts) : null,
   );

@@ -3,6 +3,7 @@
 import type { FlightData } from "../data/contract";
 import type { Session } from "../session";
 import { field } from "./field";
+import { MARKS } from "../summary/grade";
 import { fill, h } from "../view/dom";
 
 const GLYPHS = { holds: "✓", fails: "✕", open: "?" } as const;
@@ -27,12 +28,12 @@ export class Strip {
   private button(flight: FlightData, session: Session): HTMLButtonElement {
     const verdicts = flight.claims.flatMap((index) => session.page.claims[index]?.verdict ?? []);
     const holding = verdicts.filter((verdict) => verdict === "holds").length;
-    const diverged = session.page.outcomes[flight.outcome.code]?.ended ?? false;
-    const state = diverged ? "diverges" : "holds its path";
+    const { grade, reasons } = flight.outcome;
+    const state = [grade, ...reasons].join(" ");
     const button = h(
       "button",
-      { type: "button", class: "stop", title: `${flight.name} · ${flight.outcome.text || state}` },
-      h("span", { class: `dot ${diverged ? "bad" : "good"}`, "aria-hidden": "true" }),
+      { type: "button", class: "stop", title: `${flight.name} · ${flight.outcome.text}${reasons.length ? `, but ${reasons.join(" and ")}` : ""}` },
+      h("span", { class: `dot ${MARKS[grade].kind}`, "aria-hidden": "true" }),
       h("span", { class: "name" }, flight.name),
       h("span", { class: "unseen" }, `, ${state}`),
       verdicts.length ? h("span", { class: "verdict", title: `${holding} of ${verdicts.length} claims hold` }, h("span", { "aria-hidden": "true" }, verdicts.length > 1 ? `${holding}/${verdicts.length}` : GLYPHS[verdicts[0]!]), h("span", { class: "unseen" }, `, ${holding} of ${verdicts.length} claims hold`)) : null,

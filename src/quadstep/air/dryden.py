@@ -30,7 +30,9 @@ FOR_EVER = 50.0
 
 
 class Dryden(NamedTuple):
-    """wind_20: W_20, speed of the mean wind at 20 ft [m/s]. height: h [m]. airspeed: V, at which the field passes [m/s]."""
+    """wind_20: W_20, speed of the mean wind at 20 ft [m/s]. height: h [m]. airspeed: V, at which the field passes [m/s]; in
+    a `Wind`, 0 stands for the speed of its mean.
+    """
 
     wind_20: Number
     height: Number

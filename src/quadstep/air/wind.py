@@ -44,6 +44,12 @@ def wind_at(wind: Wind, memory: Turbulence, t: Number) -> Vector:
     return steady + vector(x * u - y * v, y * u + x * v, w)
 
 
+def field(wind: Wind) -> Dryden:
+    """The field of gusts, which the mean wind carries past the vehicle if nothing else is said."""
+    stated = wind.turbulence.airspeed
+    return wind.turbulence._replace(airspeed=where(stated > 0.0, stated, wind.mean.norm()))
+
+
 def direction(mean: Vector) -> Vector:
     """Unit vector (x, y) of the level part of the mean wind; x where there is none."""
     x, y, _ = mean
@@ -74,7 +80,7 @@ class MovingAir:
 
     def stir(self, air: Turbulence, p: Windy, clock: Clock) -> Turbulence:
         """The turbulence one period later."""
-        return turbulence_step(air, p.wind.turbulence, normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
+        return turbulence_step(air, field(p.wind), normals(p.key, TURBULENCE_STREAM, clock.tick, DRAWS), clock.period)
 
     def wind(self, air: Turbulence, p: Windy, time: Number) -> Vector:
         """The wind [m/s] at time t [s], world axes."""

@@ -5,13 +5,16 @@ import math
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import always
 from quadstep.flight.engines import FlightPlan
-from quadstep.flight.log import REASONS, FlightLog
+from quadstep.flight.log import LIMITS, REASONS, FlightLog
 from quadstep.numbers import flatten, leaf_names
 
 
 def reason(plan: FlightPlan, log: FlightLog) -> str:
-    """Why a flight ended early, with the law's output if that was not finite first."""
+    """Why a flight ended early: the limit that it passed, or the law's output that was not finite first."""
     text = REASONS[log.outcome]
+    if limit := LIMITS.get(log.outcome):
+        values = dict(zip(leaf_names(plan.parameters), flatten(plan.parameters), strict=True))
+        return limit.text.format(f"{limit.factor * values[limit.name]:.4g}") if limit.name in values else text
     if log.outcome is not Outcome.NOT_FINITE or plan.loop.controller.one_at_a_time:
         return text
     loop, numbers = plan.loop, plan.parameters

@@ -1,5 +1,6 @@
 """The log of a flight: its rows, its outcome, and its final cycle."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -13,12 +14,28 @@ SAID = frozenset(("psi_d", "theta_d", "phi_d", "yaw_d", "pitch_d", "roll_d"))
 
 REASONS = {
     Outcome.NOT_FINITE: "a number was no longer finite",
-    Outcome.OFF_PATH: "farther from the path than limits.distance",
-    Outcome.SINGULAR: "pitch beyond limits.pitch, where the Euler angles become singular",
-    Outcome.SPINNING: "a rate exceeded limits.rate",
+    Outcome.OFF_PATH: "too far from its path",
+    Outcome.SINGULAR: "at a pitch near 90°, where the Euler angles are singular",
+    Outcome.SPINNING: "turning too fast",
     Outcome.CRASHED: "it hit the ground",
 }
 """Reasons why a flight ended early."""
+
+
+class Limit(NamedTuple):
+    """A limit that a flight passed. name: of the parameter. text: the reason, `{}` being the limit times `factor`."""
+
+    name: str
+    text: str
+    factor: float = 1.0
+
+
+LIMITS = {
+    Outcome.OFF_PATH: Limit("limits.distance", "more than {} m from its path"),
+    Outcome.SINGULAR: Limit("limits.pitch", "pitched beyond {}°, where the Euler angles are singular", math.degrees(1.0)),
+    Outcome.SPINNING: Limit("limits.rate", "turning faster than {} rad/s"),
+}
+"""The reasons with their numbers, where the limits of the flight are known."""
 
 
 class FlightLog(NamedTuple):

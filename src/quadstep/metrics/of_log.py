@@ -11,12 +11,12 @@ Metrics: TypeAlias = dict[str, object]
 """Numbers and texts by name with unit, nested as in `metrics.json`."""
 
 
-def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str] | None = None) -> Metrics:
+def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str] | None = None, arm: float = 0.0) -> Metrics:
     """Everything reported of a flight of any plant, with units in the keys; `quadstep.metrics.registry` says what each means.
 
     Always: "outcome", "ended[s]"; where there are two rows or more: "position" by axis, "position_rmse[m]", and what the
     columns of the log allow. since: errors of the position count from then on [s]. efforts: columns of the inputs of a plant
-    that declares itself, and their units.
+    that declares itself, and their units. arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
 
     >>> from quadstep import Mission, flight_metrics, fly
     >>> metrics = flight_metrics(fly(Mission(path={"type": "step", "end": [0.0, 0.0, 1.0], "duration": 2.0})))
@@ -32,7 +32,7 @@ def flight_metrics(log: FlightLog, since: float = 0.0, efforts: Mapping[str, str
     if len(t) < 2 or t[-1] <= since:
         return result
     kind = REAL if "q_w" in log.columns else PAPER if "psi" in log.columns else OTHER
-    seen = Seen(log, since, efforts or {})
+    seen = Seen(log, since, efforts or {}, arm)
     for metric in REPORTED:
         found = metric.quantity(seen) if kind in metric.of else None
         if found is not None:

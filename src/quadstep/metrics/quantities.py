@@ -21,11 +21,14 @@ SATURATED = 1e-3
 
 
 class Seen(NamedTuple):
-    """A log. since: errors of the position count from then on [s]. efforts: columns of the plant's inputs and their units."""
+    """A log. since: errors of the position count from then on [s]. efforts: columns of the plant's inputs and their units.
+    arm: from the vehicle's centre to its farthest rotor [m], 0 if not known.
+    """
 
     log: FlightLog
     since: float = 0.0
     efforts: Mapping[str, str] = {}
+    arm: float = 0.0
 
 
 class Rows(NamedTuple):
@@ -98,6 +101,66 @@ def position_error(seen: Seen) -> Rows | None:
         return None
     scored = seen.log._replace(rows=seen.log.rows[t >= seen.since])
     return Rows(dict.fromkeys(axes, "m"), position_errors(scored), t[t >= seen.since])
+
+
+ARMS = 10.0
+"""Where the path is a point, its errors are measured against so many arms of the vehicle."""
+
+POINT = 1e-6
+"""A path that stays within this [m] is a point."""
+
+
+def moves(wanted: Numbers) -> bool:
+    """Whether a path moves; points, shape (samples, axes) [m], of one that is a point or steps to one do not."""
+    steps = np.count_nonzero(np.any(np.diff(wanted, axis=0), axis=1))
+    return bool(steps > 1 and (wanted.max(axis=0) - wanted.min(axis=0) > POINT).any())
+
+
+def error_against_path(seen: Seen) -> Rows | None:
+    """Distance from the path, and what it is measured against [m].
+
+    Of a path that moves: the distance of its points from where the vehicle started, which is the error of a vehicle that
+    stays there. Of a point: `ARMS` arms of the vehicle, and only the second half of the flight, when it should have arrived.
+    """
+    found = position_error(seen)
+    if found is None or len(found.t) < 2:
+        return None
+    axes = position_axes(seen.log)
+    started = seen.log.table(*axes)[0]
+    wanted = seen.log.table(*(f"{axis}_d" for axis in axes))[-len(found.t) :]
+    distance = np.linalg.norm(found.values, axis=1)
+    if moves(wanted):
+        against, first = np.linalg.norm(wanted - started, axis=1), 0
+    elif seen.arm > 0.0:
+        against, first = np.full(len(distance), ARMS * seen.arm), len(distance) // 2
+    else:
+        return None
+    return Rows({"error": "-"}, np.column_stack([distance, against])[first:], found.t[first:])
+
+
+def error_over_time(seen: Seen) -> Rows | None:
+    """As `error_against_path`, of the whole flight."""
+    found, against = position_error(seen), error_against_path(seen)
+    if found is None or against is None:
+        return None
+    scale = np.full(len(found.t), np.sqrt(np.mean(np.square(against.values[:, 1]))))
+    return Rows({"error": "-"}, np.column_stack([np.linalg.norm(found.values, axis=1), scale]), found.t)
+
+
+RATES = (("p", "q", "r"), ("psi_dot", "theta_dot", "phi_dot"))
+"""Of a rigid body, and of the paper's plant."""
+
+RATE_SCALE = 1e3
+"""What rates are measured against [rad/s]."""
+
+
+def rates_over_time(seen: Seen) -> Rows | None:
+    """Magnitude of the angular rates, and `RATE_SCALE`."""
+    names = next((names for names in RATES if has(seen, *names)), None)
+    if names is None:
+        return None
+    rates = np.linalg.norm(seen.log.table(*names), axis=1)
+    return rows(seen, {"rate": "-"}, np.column_stack([rates, np.full(len(rates), RATE_SCALE)]))
 
 
 def attitude_error(seen: Seen) -> Rows | None:

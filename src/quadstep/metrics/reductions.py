@@ -4,7 +4,9 @@ What can be summed is a NamedTuple of its sums so far: `start` makes the first o
 All others have `of` alone, which takes a log.
 """
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -189,6 +191,48 @@ class Greatest:
     @staticmethod
     def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
         return [float(rows.max())]
+
+
+class RmsShare:
+    """Root mean square of the first entry as a share of that of the second; None where that is zero."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float | None]:  # noqa: ARG004
+        whole = rmse(rows[:, 1])
+        return [rmse(rows[:, 0]) / whole if whole > 0.0 else None]
+
+
+GROWTH_PARTS, GROWTH_FLOOR = 8, 1e-4
+"""A flight is cut into so many equal parts; errors below this share of their scale do not grow."""
+
+
+class Growth:
+    """How many times the first entry grows over the last half of the flight at least, from eighth to eighth.
+
+    The cube of the least ratio of root mean squares in successive eighths of the last four; 0 where the last is below
+    `GROWTH_FLOOR` of the second entry. It is 1.5 for growth in proportion to time, and above 2 for faster than quadratic.
+    """
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        count = len(rows)
+        edges = [count * part // GROWTH_PARTS for part in range(GROWTH_PARTS // 2, GROWTH_PARTS + 1)]
+        if (
+            count < GROWTH_PARTS
+            or not (parts := [rmse(rows[a:b, 0]) for a, b in pairwise(edges)])[-1] > GROWTH_FLOOR * rows[0, 1]
+        ):
+            return [0.0]
+        ratio = min(later / earlier if earlier > 0.0 else 1.0 for earlier, later in pairwise(parts))
+        return [ratio * ratio * ratio]
+
+
+class Overturned:
+    """The largest of the values after the first that is at most a right angle; of all, where none is."""
+
+    @staticmethod
+    def of(rows: Numbers, t: Numbers) -> list[float]:  # noqa: ARG004
+        upright = np.flatnonzero(rows[:, 0] <= 0.5 * math.pi)
+        return [float(rows[upright[0] if len(upright) else 0 :, 0].max())]
 
 
 class Activity:

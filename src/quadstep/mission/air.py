@@ -95,8 +95,7 @@ class WindSection(Section):
         gust = self.gust or GustSection(velocity=STILL, start=0.0, length=1.0)
         dryden = Dryden(0.0, 6.096, 1.0)
         if self.turbulence:
-            airspeed = Vector(self.mean).norm() if self.turbulence.airspeed is None else self.turbulence.airspeed
-            dryden = Dryden(self.turbulence.strength, self.turbulence.height, airspeed)
+            dryden = Dryden(self.turbulence.strength, self.turbulence.height, self.turbulence.airspeed or 0.0)
         return Wind(
             mean=Vector(self.mean),
             swing=Vector(self.swing),

@@ -22,6 +22,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.judging.grade import graded
 from quadstep.judging.metrics import Judged, Requirement, judge, named
 from quadstep.judging.verdict import Case, Verdict, scalars
 from quadstep.metrics.of_log import Metrics, group, metric
@@ -60,7 +61,14 @@ class Summary(NamedTuple):
         unmet = any(one.failure for one in self.judged)
         code = DIVERGED if not self.completed else UNMET if unmet else 0
         required = [one.as_json() for one in self.judged]
-        content = {**about, "name": self.name, "warnings": list(self.warnings), **self.metrics, "requirements": required}
+        content = {
+            **about,
+            "name": self.name,
+            **graded(self.metrics).as_json(),
+            "warnings": list(self.warnings),
+            **self.metrics,
+            "requirements": required,
+        }
         return Verdict("fly", self.name, cases, content, code)
 
 
@@ -117,7 +125,7 @@ def fly_planned(
         log = flown(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
         metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why)
-    diverged = None if log.outcome is Outcome.COMPLETED else f"diverged at {log.ended:g} s"
+    diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     summary = summarise(mission.name, log, metrics, warnings, judged, why)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
@@ -152,7 +160,9 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    write_json(out / MANIFEST, {**about, **metrics, "mission": json.loads(mission.model_dump_json())})
+    write_json(
+        out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, "mission": json.loads(mission.model_dump_json())}
+    )
     told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
@@ -231,8 +241,10 @@ def summarise(
     ]
     completed = log.outcome is Outcome.COMPLETED
     if completed:
-        ending = f"Completed {log.ended:g} s; position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm."
+        error = f"position RMSE {1e3 * metric(metrics, 'position_rmse[m]'):.4g} mm"
+        but = graded(metrics).sentence
+        ending = f"Completed {log.ended:g} s; {error}." + (f" {but}" if but else "")
     else:
         kept = "The log up to that point is kept." if len(log.rows) else "Its log is empty."
-        ending = f"Diverged at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
+        ending = f"Lost at {log.ended:g} s: {why or REASONS[log.outcome]}. {kept}"
     return Summary(name, ["RMSE", "largest", "final"], rows, facts, ending, completed, warnings, metrics, judged)

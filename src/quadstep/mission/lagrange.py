@@ -77,8 +77,12 @@ class LagrangeMission(Mission):
     def plant(self) -> Lagrange:
         return Lagrange(Kinematics(self.vehicle.kinematics), self.vehicle.rotors.limits is not None, self.disturbance.thing)
 
+    @property
+    def arm(self) -> float:
+        return self.vehicle.rotors.arm
+
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
-        metrics, limits = flight_metrics(log), self.vehicle.rotors.limits
+        metrics, limits = flight_metrics(log, arm=self.arm), self.vehicle.rotors.limits
         share = share_at_limits(log, *limits) if limits else 0.0
         if len(log.rows) > 1:
             metrics["largest_error[m]"] = float(np.linalg.norm(position_errors(log), axis=1).max())

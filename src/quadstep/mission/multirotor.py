@@ -1,5 +1,6 @@
 """A mission for a real vehicle, as a user writes it."""
 
+import math
 from functools import cached_property, partial
 from typing import Annotated, ClassVar, cast
 
@@ -109,8 +110,12 @@ class MultirotorMission(Mission):
     def scored_from(self) -> float:
         return self.score_from
 
+    @property
+    def arm(self) -> float:
+        return max(math.hypot(*mount.position) for mount in self.modelled.geometry.mounts)
+
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
-        metrics = flight_metrics(log, self.score_from)
+        metrics = flight_metrics(log, self.score_from, arm=self.arm)
         if len(log.rows) > 1:
             vehicle = self.modelled
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.judging.grade import graded
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units
 
@@ -55,11 +56,10 @@ def write_report(
 def answer(log: FlightLog, metrics: Metrics, why: str = "") -> str:
     """How it went, in a sentence."""
     if log.outcome is not Outcome.COMPLETED:
-        return f"The flight diverged at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
-    off = metrics.get("position_rmse[m]")
-    return f"The flight completed {log.ended:g} s" + (
-        f" with a position RMSE of {units.quantity(cast(float, off), 'm')}." if off is not None else "."
-    )
+        return f"The flight was lost at {log.ended:.4g} s: {why or REASONS[log.outcome]}."
+    off, but = metrics.get("position_rmse[m]"), " and ".join(graded(metrics).reasons)
+    error = f" with a position RMSE of {units.quantity(cast(float, off), 'm')}" if off is not None else ""
+    return f"The flight completed {log.ended:g} s{error}{f', but {but}' if but else ''}."
 
 
 def facts(metrics: Metrics) -> list[page.Fact]:
@@ -82,7 +82,7 @@ def facts(metrics: Metrics) -> list[page.Fact]:
         more = f"at most {units.percent(share)} of the rotors' thrust was used"
         found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
-        found.append(page.Fact("rotors at their limits", units.percent(metric(metrics, "saturated_share")), "of the log rows"))
+        found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
     return found
 
 

@@ -182,6 +182,11 @@ class Mission(Section):
             made.__dict__["folder"] = info.context["folder"]
         return made
 
+    @property
+    def arm(self) -> float:
+        """From the vehicle's centre to its farthest rotor [m]; 0 if not known."""
+        return 0.0
+
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
         """What is flown along a path. Raises UserError."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from quadstep import __version__
 from quadstep.errors import UserError
-from quadstep.page.flights import RECORDED_NUMBERS, Flown, flight, outcomes
+from quadstep.page.flights import RECORDED_NUMBERS, Flown, flight, outcomes, rules
 from quadstep.page.laws import Laws
 from quadstep.page.model import FORMAT, ClaimView, Link, Sharing
 from quadstep.page.story import Story, story_view
@@ -73,6 +73,7 @@ def page_data(
         "presets": laws.encoded_presets(),
         "tables": laws.tables,
         "outcomes": outcomes(),
+        "rules": rules(),
         "flights": [sharing.value(one) for one in shown],
         "story": sharing.value(story_view(walk.story, shown, walk.missions, laws)) if walk else None,
         "claims": sharing.value(list(claims)),

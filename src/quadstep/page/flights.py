@@ -5,9 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.errors import UserError
+from quadstep.flight.cause import reason
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import FlightPlan
+from quadstep.flight.log import LIMITS as LIMITS_PASSED
 from quadstep.flight.log import REASONS, FlightLog
+from quadstep.judging.grade import RULES, graded
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
@@ -54,11 +57,22 @@ class Flown(NamedTuple):
 
 
 def outcomes() -> list[dict[str, object]]:
-    """What each outcome code means."""
+    """What each outcome code means. limit: the one that was passed, with its parameter and the sentence with its number."""
     return [
-        {"name": outcome.name.lower(), "text": words(outcome), "ended": outcome is not Outcome.COMPLETED}
+        {
+            "name": outcome.name.lower(),
+            "text": words(outcome),
+            "ended": outcome is not Outcome.COMPLETED,
+            "limit": passed._asdict() if (passed := LIMITS_PASSED.get(outcome)) else None,
+        }
         for outcome in Outcome
     ]
+
+
+def rules() -> list[dict[str, object]]:
+    """The rules of `quadstep.judging.grade`, by the front end's names of their measures."""
+    names = {metric: name for name, metric in SUMMED_UP.items()}
+    return [{**rule._asdict(), "metric": names[rule.metric]} for rule in RULES]
 
 
 def words(outcome: Outcome) -> str:
@@ -66,10 +80,13 @@ def words(outcome: Outcome) -> str:
     return REASONS.get(outcome, outcome.name.lower().replace("_", " "))
 
 
-def ending(outcome: Outcome, ended: float) -> dict[str, object]:
-    """How a flight ended."""
-    text = f"completed {ended:g} s" if outcome is Outcome.COMPLETED else f"diverged at {ended:.4g} s: {words(outcome)}"
-    return {"code": int(outcome), "ended": ended, "text": text}
+def ending(flown: Flown) -> dict[str, object]:
+    """How a flight ended, and its grade."""
+    log, grade = flown.log, graded(flown.metrics)
+    lost = "" if log.outcome is Outcome.COMPLETED else reason(flown.plan, log) if flown.plan else words(log.outcome)
+    text = f"lost at {log.ended:.4g} s: {lost}" if lost else f"completed {log.ended:g} s"
+    return {"code": int(log.outcome), "ended": log.ended, "text": text, "why": lost, "grade": grade.grade.value,
+            "reasons": list(grade.reasons)}  # fmt: skip
 
 
 def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
@@ -88,7 +105,7 @@ def flight(flown: Flown, laws: Laws, share: int = RECORDED_NUMBERS) -> Flight:
         group=flown.group,
         note=flown.note,
         claims=flown.claims,
-        outcome=ending(log.outcome, log.ended),
+        outcome=ending(flown),
         facts=facts(flown.metrics),
         summary=summary(flown),
         whyNot=why_not,
@@ -157,6 +174,11 @@ SUMMED_UP = {
     "largest": "largest_error[m]",
     "tilt": "largest_tilt[rad]",
     "share": "largest_thrust_share",
+    "relative": "relative_error",
+    "growth": "error_growth",
+    "rateGrowth": "rate_growth",
+    "overturned": "overturned[rad]",
+    "saturated": "saturated_share",
 }
 """The front end's name of each number that it sums a flight up with, and the metric that it equals."""
 
@@ -172,12 +194,14 @@ def summary(flown: Flown) -> Summary:
     """What the page needs to sum up a flight as `quadstep fly` does."""
     numbers = dict(zip(leaf_names(flown.plan.parameters), flatten(flown.plan.parameters), strict=True)) if flown.plan else {}
     limit = next((name for name in LIMITS if name in numbers and numbers[name] < UNLIMITED), None)
-    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, filed(flown.metrics))
+    least = limit if limit is None else limit.replace(".maximum", ".minimum").replace(".most", ".least")
+    arm = flown.mission.arm if flown.mission else 0.0
+    return Summary(float(getattr(flown.mission, "scored_from", 0.0)), limit, least, arm, filed(flown.metrics))
 
 
 def filed(metrics: Metrics) -> dict[str, float]:
     """The metrics that the page sums up, by the front end's names."""
-    return {name: float(metric(metrics, given)) for name, given in SUMMED_UP.items() if given in metrics}
+    return {name: float(value) for name, given in SUMMED_UP.items() if isinstance(value := metrics.get(given), int | float)}
 
 
 def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:

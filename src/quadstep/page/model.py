@@ -140,12 +140,15 @@ class Recorded(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """What the page sums up of a flight. since: errors count from this time on [s]. limit: the parameter that holds a
-    rotor's greatest thrust [N]. filed: what Python measured of the file's flight, by the front end's names.
+    """What the page sums up of a flight. since: errors count from this time on [s]. limit, least: the parameters that hold a
+    rotor's greatest and least thrust [N]. arm: as `Mission.arm`. filed: what Python measured of the file's flight, by the
+    front end's names.
     """
 
     since: float
     limit: str | None
+    least: str | None
+    arm: float
     filed: dict[str, float]
 
 

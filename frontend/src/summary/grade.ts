@@ -1,0 +1,29 @@
+// How good a flight was, by the rules that Python left in the page (src/quadstep/judging/grade.py).
+
+import type { Grade, Rule } from "../data/contract";
+import { short } from "../view/format";
+import type { Measures } from "./measure";
+
+export interface Graded {
+  readonly grade: Grade;
+  /** Why it is not as asked, one clause each. */
+  readonly reasons: readonly string[];
+  /** The same in a word or two each. */
+  readonly labels: readonly string[];
+}
+
+export const MARKS: Readonly<Record<Grade, { glyph: string; kind: string }>> = {
+  "as asked": { glyph: "✓", kind: "good" },
+  "flew, but": { glyph: "!", kind: "fair" },
+  lost: { glyph: "✕", kind: "bad" },
+};
+
+export function grade(held: boolean, measures: Measures, rules: readonly Rule[]): Graded {
+  if (!held) return { grade: "lost", reasons: [], labels: [] };
+  const broken = rules.filter(({ metric, most }) => (measures[metric] ?? 0) > most);
+  return {
+    grade: broken.length ? "flew, but" : "as asked",
+    reasons: broken.map(({ metric, text, factor }) => text.replace("{}", short(factor * (measures[metric] ?? 0), 3))),
+    labels: broken.map(({ label }) => label),
+  };
+}

@@ -1,0 +1,28 @@
+"""Flights, and the rules of `quadstep.judging.grade` that each of them breaks."""
+
+X500 = {"preset": "x500"}
+CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 4.0], "radius": 3.0, "period": 9.0, "ramp": 1.0}
+HOVER = {"type": "step", "start": [0.0, 0.0, 4.0], "end": [0.0, 0.0, 4.0], "duration": 4.0}
+CASE_1 = {"type": "minimum-jerk", "end": [20.0, 5.0, 10.0], "duration": 40.0}
+
+FLIGHTS = {
+    "a circle": ({"vehicle": X500, "path": CIRCLE}, []),
+    "a hover": ({"vehicle": X500, "path": HOVER}, []),
+    "a step": ({"path": {"type": "step", "end": [0.0, 0.0, 1.0], "duration": 8.0}}, []),
+    "a circle too fast": (
+        {"vehicle": X500, "path": {**CIRCLE, "period": 1.5}, "simulation": {"duration": 4.0}},
+        ["relative_error", "overturned[rad]", "saturated_share"],
+    ),
+    "blown off a hover": (
+        {"vehicle": {"preset": "crazyflie"}, "path": HOVER, "wind": {"mean": [10.0, 0.0, 0.0]}},
+        ["relative_error"],
+    ),
+    "over at once": (
+        {"path": {**CASE_1, "duration": 0.5}, "simulation": {"duration": 0.5}},
+        ["relative_error", "overturned[rad]", "error_growth"],
+    ),
+    "a slowly growing oscillation": (
+        {"path": CASE_1, "controller": {"type": "backstepping", "K_r1": 1.2}},
+        ["error_growth", "rate_growth"],
+    ),
+}  # fmt: skip

@@ -1,0 +1,103 @@
+"""A flight is as asked, flew but, or was lost: one that breaks each rule, and the same grade on the page."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import fly
+from quadstep.flight.log import FlightLog
+from quadstep.judging.grade import RULES, Grade, graded
+from quadstep.metrics.of_log import flight_metrics
+from quadstep.metrics.reductions import Growth
+from quadstep.mission.read import read_mission
+from quadstep.mission.schema import Mission
+from tests.commands import quadstep
+from tests.graded import FLIGHTS
+
+
+@pytest.mark.parametrize("name", FLIGHTS)
+def test_a_flight_breaks_the_rules_that_it_breaks(name):
+    content, broken = FLIGHTS[name]
+    mission = Mission.model_validate(content)
+    log = fly(mission.plan())
+    assert log.outcome is Outcome.COMPLETED
+    metrics, _ = mission.flight_metrics(log)
+    found = graded(metrics)
+    assert [rule.metric for rule in RULES if (metrics.get(rule.metric) or 0.0) > rule.most] == broken
+    assert found.grade is (Grade.FLEW_BUT if broken else Grade.AS_ASKED)
+    assert len(found.reasons) == len(broken)
+    assert all(f"{number:g}" in reason for reason, number in zip(found.reasons, limits(broken), strict=True))
+
+
+def limits(broken):
+    """The numbers that the sentences name."""
+    named = {"relative_error": 10, "overturned[rad]": 90, "saturated_share": 10, "error_growth": 2, "rate_growth": 2}
+    return [named[metric] for metric in broken]
+
+
+def test_a_vehicle_that_starts_upside_down_and_recovers_is_as_asked():
+    mission = read_mission(Path(__file__).parent.parent / "examples" / "upside_down.toml")
+    metrics, _ = mission.flight_metrics(fly(mission.plan()))
+    assert metrics["largest_tilt[rad]"] > 3.0
+    assert graded(metrics).grade is Grade.AS_ASKED
+
+
+def test_every_rule_is_broken_by_a_flight():
+    assert {metric for _, broken in FLIGHTS.values() for metric in broken} == {rule.metric for rule in RULES}
+
+
+def test_a_flight_that_ends_early_is_lost_whatever_its_numbers():
+    assert graded({"outcome": "off_path", "relative_error": 0.0}).grade is Grade.LOST
+    assert graded({}).grade is Grade.LOST
+
+
+def log_of(error):
+    """A vehicle that rests at a metre's distance from a path along x, but for an error along y."""
+    t = np.linspace(0.0, 1.0, len(error))
+    rows = np.column_stack([t, np.zeros(len(t)), error, 10.0 * t, np.zeros(len(t))])
+    return FlightLog({"t": "s", "x": "m", "y": "m", "x_d": "m", "y_d": "m"}, rows, Outcome.COMPLETED, 1.0, None)
+
+
+def test_a_vehicle_that_stays_where_it_started_has_a_relative_error_of_one():
+    assert flight_metrics(log_of(np.zeros(101)))["relative_error"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("error", "grows"),
+    [
+        (lambda t: 0.1 * t, False),
+        (lambda t: 0.1 * t**3, True),
+        (lambda t: 0.1 * np.exp(4.0 * t) * np.sin(60.0 * t), True),
+        (lambda t: 0.1 * np.exp(-4.0 * t) * np.sin(60.0 * t), False),
+        (lambda t: 1e-6 * np.exp(4.0 * t), False),
+        (lambda t: 0.1 * np.sin(9.0 * t), False),
+    ],
+)
+def test_growth_is_faster_than_in_proportion_to_time(error, grows):
+    t = np.linspace(0.0, 1.0, 2000)
+    (growth,) = Growth.of(np.column_stack([np.abs(error(t)), np.ones(len(t))]), t)
+    assert (growth > 2.0) == grows
+
+
+def test_the_documentation_states_every_rule():
+    text = (Path(__file__).parent.parent / "docs" / "metrics.md").read_text()
+    for rule in RULES:
+        most = f"{math.degrees(rule.most):g}°" if rule.metric.endswith("[rad]") else f"{rule.most:g}"
+        assert f"| `{rule.metric.partition('[')[0]}` | {most} | {rule.label} |" in text
+
+
+def test_json_and_junit_say_the_grade(tmp_path, no_figures):
+    path = tmp_path / "fast.toml"
+    path.write_text('name = "fast"\n[path]\ntype = "minimum-jerk"\nend = [20.0, 5.0, 10.0]\nduration = 0.5\n')
+    run = quadstep("fly", path, "--out", tmp_path / "out", "--json", "--junit", tmp_path / "out.xml")
+    said = json.loads(run.out)
+    assert said["grade"] == "flew, but"
+    assert "(more than 90°)" in said["grade_reasons"][1]
+    assert 'name="grade" value="flew, but"' in (tmp_path / "out.xml").read_text()
+    kept = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert (kept["grade"], kept["grade_reasons"]) == (said["grade"], said["grade_reasons"])
+    assert "but its error is large for its path" in (tmp_path / "out" / "report.html").read_text()

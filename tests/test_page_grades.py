@@ -1,0 +1,66 @@
+"""The page measures and grades flights as Python does, from the same log."""
+
+import pytest
+
+from quadstep.flight.engines import fly
+from quadstep.judging.grade import graded
+from quadstep.mission.schema import Mission
+from quadstep.page.flights import SUMMED_UP
+from quadstep.page.missions import missions_page
+from tests.graded import CASE_1, FLIGHTS
+from tests.needs import CHROMIUM, needs, package
+from tests.pages import flown
+
+package("playwright")
+pytestmark = needs(CHROMIUM)
+
+MORE = {
+    "rotors with limits": {"path": {**CASE_1, "duration": 3.0}, "vehicle": {"rotors": {"limits": [0.0, 2.7]}}},
+    "lost": {"path": {**CASE_1, "duration": 2.0}, "controller": {"type": "backstepping", "K_r1": 30.0}},
+    "scored late": {
+        "vehicle": {"preset": "x500"},
+        "path": {"type": "circle", "radius": 2.0, "period": 3.0},
+        "score_from": 2.0,
+    },
+}
+
+CONTENTS = {name: content for name, (content, _) in FLIGHTS.items()} | MORE
+
+
+@pytest.fixture(scope="module")
+def logs():
+    missions = {name: Mission.model_validate({**content, "name": name}) for name, content in CONTENTS.items()}
+    return {name: (mission, fly(mission.plan())) for name, mission in missions.items()}
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory, logs):
+    file = tmp_path_factory.mktemp("grades") / "page.html"
+    file.write_text(missions_page([flown(name, mission, log=log) for name, (mission, log) in logs.items()]), encoding="utf-8")
+    return file
+
+
+def test_page_and_python_measure_and_grade_alike(open_page, logs):
+    page, seen = open_page(), set()
+    for name, (mission, log) in logs.items():
+        metrics, _ = mission.flight_metrics(log)
+        page.evaluate("id => quadstep.select(id)", name.replace(" ", "-"))
+        outcome, summary = page.evaluate("quadstep.outcome()"), page.evaluate("quadstep.summary()")
+        assert outcome["live"], name
+        wanted = graded(metrics)
+        assert (outcome["grade"], tuple(outcome["reasons"])) == (wanted.grade.value, wanted.reasons), name
+        for measure, metric in SUMMED_UP.items():
+            if metric in metrics:
+                assert summary[measure] == pytest.approx(metrics[metric], rel=1e-12, abs=1e-15), (name, measure)
+        seen |= {outcome["grade"]}
+    assert seen == {"as asked", "flew, but", "lost"}
+
+
+def test_the_mark_of_a_flight_is_that_of_its_grade(open_page):
+    page = open_page()
+    marks = {}
+    for name in ("a-circle", "over-at-once", "lost"):
+        page.evaluate("id => quadstep.select(id)", name)
+        marks[name] = page.locator(".badge summary .mark").inner_text()
+        assert page.locator("#walk [aria-current] .dot").get_attribute("class").split()[1] in ("good", "fair", "bad")
+    assert marks == {"a-circle": "✓", "over-at-once": "!", "lost": "✕"}
