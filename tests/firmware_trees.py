@@ -8,11 +8,7 @@ from pathlib import Path
 
 STUBS = Path(__file__).parent / "firmware"
 
-VARIABLES = {
-    "crazyflie": "QUADSTEP_CRAZYFLIE_FIRMWARE",
-    "px4": "QUADSTEP_PX4_AUTOPILOT",
-    "ardupilot": "QUADSTEP_ARDUPILOT",
-}
+VARIABLES = {"crazyflie": "QUADSTEP_CRAZYFLIE", "px4": "QUADSTEP_PX4", "ardupilot": "QUADSTEP_ARDUPILOT"}
 """What names a checkout of each firmware, ready to be built."""
 
 LONGEST = 3600.0
@@ -43,12 +39,54 @@ px4_sitl_default:
 \t*.cpp) g++ -std=c++17 $(FLAGS) $(MODULE)/$$one ;; *) gcc $(FLAGS) $(MODULE)/$$one ;; esac || exit 1; done
 """
 
+FRONT_END = {
+    "AC_CustomControl_PID.h": "#pragma once\n",
+    "AC_CustomControl.h": """#pragma once
+#include "AC_CustomControl_Backend.h"
+#ifndef CUSTOMCONTROL_MAX_TYPES
+#define CUSTOMCONTROL_MAX_TYPES 2
+#endif
+struct Front : AC_CustomControl {
+    enum class CustomControlType : uint8_t {
+        CONT_NONE            = 0,
+        CONT_PID             = 2,
+    };
+    uint8_t get_type() { return static_cast<uint8_t>(_type) - 1; }
+    void init();
+    CustomControlType _type;
+    const AP_Param::GroupInfo *_backend_var_info[CUSTOMCONTROL_MAX_TYPES];
+    AC_CustomControl_Backend *_backend;
+    AP_AHRS_View *_ahrs; AC_AttitudeControl *_att_control; AP_MotorsMulticopter *_motors;
+    float _dt;
+};
+""",
+    "AC_CustomControl.cpp": """#include "AC_CustomControl.h"
+#include "AC_CustomControl_PID.h"
+#define NEW_NOTHROW new
+#define AP_SUBGROUPVARPTR(element, prefix, index, owner, group) {prefix, index, 0, 0}
+extern const AP_Param::GroupInfo table[];
+const AP_Param::GroupInfo table[] = {
+    AP_GROUPEND
+};
+void Front::init()
+{
+    switch (_type) {
+        case CustomControlType::CONT_PID:
+            break;
+        default:
+            return;
+    }
+}
+""",
+}
+"""What the steps of docs/export-ardupilot.md change, in a folder that looks like ArduPilot's."""
+
 WAF = """#!/bin/sh
 test "$1" = copter || exit 0
 for one in libraries/AC_CustomControl/*.cpp; do
-    g++ -std=c++17 $CFLAGS -Wall -Wextra -Werror -Ilibraries -c "$one" -o /dev/null || exit 1
+    g++ -std=c++17 -Wall -Wextra -Werror -Ilibraries -c "$one" -o /dev/null || exit 1
 done
-for one in libraries/AC_CustomControl/*.c; do gcc $CFLAGS -Wall -Wextra -Werror -c "$one" -o /dev/null || exit 1; done
+for one in libraries/AC_CustomControl/*.c; do gcc -Wall -Wextra -Werror -c "$one" -o /dev/null || exit 1; done
 """
 
 
@@ -69,7 +107,10 @@ def tree(target: str, folder: Path) -> Path:
         shutil.copytree(STUBS / target, made / "libraries", ignore=shutil.ignore_patterns("*.cpp", "AC_*"))
         (made / "libraries/AC_CustomControl").mkdir()
         for place in ("AC_CustomControl", "AP_AHRS"):
-            shutil.copy(STUBS / target / "AC_CustomControl_Backend.h", made / "libraries" / place)
+            for name in ("Backend", "config"):
+                shutil.copy(STUBS / target / f"AC_CustomControl_{name}.h", made / "libraries" / place)
+        for name, text in FRONT_END.items():
+            (made / "libraries/AC_CustomControl" / name).write_text(text, encoding="utf-8")
         (made / "waf").write_text(WAF, encoding="utf-8")
         (made / "waf").chmod(0o755)
     return made
@@ -89,17 +130,43 @@ def built(target: str, folder: Path, firmware: Path) -> subprocess.CompletedProc
     place = firmware / "libraries/AC_CustomControl"
     ours = [path for path in folder.iterdir() if path.suffix in (".c", ".cpp", ".h") and not path.name.startswith("test_")]
     copies = [place / path.name for path in ours]
+    entered = {place / f"AC_CustomControl.{end}": (place / f"AC_CustomControl.{end}").read_text() for end in ("h", "cpp")}
     for path in ours:
         shutil.copy(path, place)
     try:
-        run(["./waf", "configure", "--board", "sitl"], firmware)
-        return run(["./waf", "copter"], firmware)
+        for path, text in entered.items():
+            path.write_text(with_back_end(path.name, text))
+        configured = run(["./waf", "configure", "--board", "sitl"], firmware)
+        return configured if configured.returncode else run(["./waf", "copter"], firmware)
     finally:
         for path in copies:
             path.unlink()
+        for path, text in entered.items():
+            path.write_text(text)
+
+
+def with_back_end(name: str, text: str) -> str:
+    """A file of `AC_CustomControl` with what docs/export-ardupilot.md says to enter, for a tree without a third type."""
+    page = (DOCS / "export-ardupilot.md").read_text(encoding="utf-8")
+    case = re.search(r"^    (    )?case CustomControlType::CONT_QUADSTEP:\n(?:    .*\n)+", page, re.M)
+    assert case
+    changes = (
+        (r"#define CUSTOMCONTROL_MAX_TYPES \d+", documented("export-ardupilot.md", r"#define CUSTOMCONTROL_MAX_TYPES \d+")),
+        (r"(CONT_PID             = 2,)", r"\1 " + documented("export-ardupilot.md", r"CONT_QUADSTEP        = 3,")),
+        (
+            r'(#include "AC_CustomControl_PID.h")',
+            r"\1\n" + documented("export-ardupilot.md", r'#include "AC_CustomControl_Quadstep.h"'),
+        ),
+        (r"(\n *AP_GROUPEND)", "\n" + documented("export-ardupilot.md", r"AP_SUBGROUPVARPTR\([^`]*\),") + r"\1"),
+        (r"( *default:)", case[0] + r"\1"),
+    )
+    for old, new in changes[:2] if name.endswith(".h") else changes[2:]:
+        text, count = re.subn(old, new, text, count=1)
+        assert count == 1, f"{name} has no {old}"
+    return text
 
 
 def run(line: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     """A command of a build."""
-    flags = {**os.environ, "CFLAGS": "-ffp-contract=off", "PWD": str(folder)}
+    flags = {**os.environ, "PWD": str(folder)}
     return subprocess.run(line, cwd=folder, env=flags, capture_output=True, text=True, check=False, timeout=LONGEST)

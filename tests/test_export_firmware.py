@@ -2,6 +2,7 @@
 
 import math
 import os
+import platform
 import shutil
 import subprocess
 
@@ -130,13 +131,54 @@ def test_ardupilot_turns_the_way_it_wants(tmp_path):
     check_ardupilot_guards(lines)
 
 
+@pytest.mark.skipif(platform.machine() != "x86_64" or not shutil.which("gcc"), reason=C_COMPILER.reason)
+def test_ardupilots_flags_do_not_contract_the_law(tmp_path):
+    """Its build gives every file the same ones, and gcc's own contract."""
+    name, _ = adapter(tmp_path, "ardupilot", "pid", "x500")
+    line = ["gcc", "-std=gnu11", "-O2", "-mfma", "-S", "-o", "-"]
+
+    def code():
+        run = subprocess.run([*line, f"{name}.c"], cwd=tmp_path, capture_output=True, text=True, check=True)
+        return run.stdout
+
+    assert "mulss" in code()
+    assert "vfm" not in code()
+    text = (tmp_path / f"{name}.c").read_text(encoding="utf-8")
+    (tmp_path / f"{name}.c").write_text(text.replace("#pragma GCC", "// "), encoding="utf-8")
+    assert "vfm" in code()
+
+
+@needs(C_COMPILER)
+def test_ardupilot_turns_with_the_attitude_that_it_wants(tmp_path):
+    """It turns to the right, nose up, to the right; of a law that uses the rates of its path."""
+    name, _ = adapter(tmp_path, "ardupilot", "geometric", "x500")
+    lines = flown(tmp_path, "ardupilot", name, "fly.cpp", "AC_CustomControl_Quadstep.cpp")
+    turning = numbers(lines, "turning")[:, 1:]
+    for axis in range(3):
+        assert turning[axis, axis] > 0.01
+        assert np.abs(np.delete(turning[axis], axis)).max() < 0.7 * turning[axis, axis]  # of turning while tilted
+
+
 def check_ardupilot_guards(lines):
-    """An old gyro sample; a rate, an attitude and a wanted attitude that are not finite; more roll asked for than there is."""
-    for word in ("flown", "young", "back"):  # a sample is old after 0.1 s
+    """On the ground; an old gyro sample; a rate, an attitude and a wanted attitude that are not finite; more roll asked for
+    than there is; a gain changed in flight.
+    """
+    flown = numbers(lines, "flown")[0]
+    np.testing.assert_array_equal(numbers(lines, "idle")[0], 0.0)
+    first = [float(one) for one in lines[1].split()]
+    np.testing.assert_allclose(flown[:3], first, atol=1e-6)
+    for word in ("young", "back"):  # a sample is old after 0.1 s
         assert numbers(lines, word)[0, 0] > 0.02
-    assert (numbers(lines, "refused") == 0.0).all()
-    assert len(numbers(lines, "refused")) == 4
-    assert numbers(lines, "saturated")[0, 0] == 1.0
+        assert numbers(lines, word)[0, 3] == 0
+    refused, left = numbers(lines, "refused"), numbers(lines, "left")
+    assert refused[0, 0] > 0.02  # the last output
+    assert refused[0, 3] == 0
+    assert len(left) == 4
+    assert (left[:, 3] >= 1).all()  # ArduPilot's own controller takes over
+    assert 0.9 < numbers(lines, "saturated")[0, 0] <= 1.0  # what is left at hover, of half of each rotor's thrust
+    found, roll = numbers(lines, "halved")[0, :2]
+    assert found == 1
+    assert 0.4 * first[0] < roll < 0.6 * first[0]
 
 
 BROKEN = {
@@ -181,12 +223,19 @@ BROKEN = {
         ),
     ),
     "ardupilot": (
-        ("x500", "fly.cpp", "AC_CustomControl_Quadstep.cpp", check_ardupilot_guards),
         (
-            ("if (refused)", "if (false)"),
-            ("constrain_float(mixed.x, -1.0f, 1.0f)", "2.0f * mixed.x"),
+            "x500",
+            "fly.cpp",
+            "AC_CustomControl_Quadstep.cpp",
+            check_ardupilot_guards,
+        ),
+        (
+            ("_frontend.set_custom_controller(false)", "(void)0"),
+            ("case AP_Motors::SpoolState::GROUND_IDLE:", ""),
+            ("constrain_float(_made.torque[0] / FULL[0], -1.0f, 1.0f)", "2.0f * _made.torque[0] / FULL[0]"),
             ("AP_HAL::micros() - sampled)", "0)"),
             ("1e-6f * static_cast<float>(AP", "2e-6f * static_cast<float>(AP"),
+            ("    take_gains();", ""),
         ),
     ),
 }

@@ -1,15 +1,17 @@
 """The targets that are firmware: an adapter of each around the files of `--target c99`."""
 
+import math
 from pathlib import Path
 from typing import cast
 
-from quadstep.airframe.allocation import allocate
+from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
 from quadstep.c99.interface import Exported, loops, title
+from quadstep.c99.structs import as_array, fields_of
 from quadstep.c99.templates import filled
 from quadstep.control.controller import Measured
 from quadstep.errors import UserError
-from quadstep.numbers import Vector
+from quadstep.numbers.c_text import literal
 from quadstep.plants.multirotor import AirframeParameters, Multirotor
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -19,6 +21,13 @@ CRAZYFLIE_STEP = 0.001
 
 ROOM = 1e-6
 """Relative: sample times are as good as multiples of each other."""
+
+
+CONTRACTION = """#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("fp-contract=off") /* for builds that take no flags for one file */
+#endif
+"""
+"""Before a law whose firmware compiles all files with the same flags."""
 
 
 def check_firmware(target: str, exported: Exported) -> None:
@@ -42,7 +51,8 @@ def firmware_files(target: str, exported: Exported, files: dict[str, str]) -> di
     folder = TEMPLATES / target
     words = {**common(exported), **OWN[target](exported)}
     own = {path.name: filled(path, words) for path in sorted(folder.iterdir())}
-    return {**{name: text for name, text in files.items() if name != "CMakeLists.txt"}, **own}
+    law = {f"{exported.name}.c": CONTRACTION + files[f"{exported.name}.c"]} if target == "ardupilot" and files else {}
+    return {**{name: text for name, text in files.items() if name != "CMakeLists.txt"}, **law, **own}
 
 
 def geometry_of(exported: Exported) -> Geometry:
@@ -96,12 +106,12 @@ def outer(exported: Exported, array: str) -> dict[str, str]:
     return {"OUTER_COUNT": str(max(1, count)), "OUTER_SUM": " | ".join(f"{array}[{i}]" for i in range(max(1, count)))}
 
 
-def every_so_many(exported: Exported, indent: str, state: str, tick: str) -> str:
-    """Calls of the slower loops, counted in samples of the law."""
+def every_so_many(exported: Exported, indent: str, tick: str, params: str) -> str:
+    """Calls of the slower loops, counted in samples of the law. params: the C name of the gains."""
     text = ""
     for place, loop in enumerate(loops(exported)):
         count = max(1, round(exported.clocked.period(loop) / exported.clocked.period("law")))
-        call = f"_outer[{place}] = {exported.name}_{loop}(&{exported.name}_mission, &{state}, &measured, &reference, &slower);"
+        call = f"_outer[{place}] = {exported.name}_{loop}(&{params}, &_state, &measured, &reference, &slower);"
         name = f"{exported.name}_clock"
         text += (
             f"{indent}if (({tick} % {count}u) == 0u) {{\n{indent}\t{name} slower = clock;\n"
@@ -125,23 +135,69 @@ def px4(exported: Exported) -> dict[str, str]:
         "FASTEST_SPEED": f"{float(parameters.airframe.rotor.fastest)!r}f",
         "STEP_SECONDS": f"{exported.clocked.period('law')!r}f",
         "HOVER_THRUST": f"{weight(parameters)!r}f",
-        "LOOPS\n": every_so_many(exported, "\t", "_state", "(clock.tick - 1u)"),
+        "LOOPS\n": every_so_many(exported, "\t", "(clock.tick - 1u)", f"{exported.name}_mission"),
         **outer(exported, "_outer"),
     }
 
 
+def mixer_torque(parameters: AirframeParameters, geometry: Geometry) -> list[float]:
+    """The torque about roll, pitch and yaw [N m] of ArduPilot's mixer at an input of 1.
+
+    Each rotor then makes up to half of its largest thrust more or less, in proportion to its part in the axis
+    (`AP_MotorsMatrix`, whose factors are normalised to 0.5).
+    """
+    rotor, half = parameters.airframe.rotor, 0.5 * float(parameters.allocation.most)
+    parts = [[float(one) for one in row] for row in mixing(geometry, rotor.torque / rotor.thrust)]
+    return [half * math.fsum(one * one for one in row) / max(map(abs, row)) for row in parts[1:]]
+
+
+LONGEST_NAME, MOST_GAINS = 12, 60
+"""Of ArduPilot's parameters: 16 letters with `CC3_`; entries of one group."""
+
+
+def parameter_names(exported: Exported) -> dict[str, tuple[str, float]]:
+    """The declared gains that become parameters of ArduPilot: C member by name, and value.
+
+    Vectors get a letter for each axis; nets and matrices, and what does not fit a group, stay constants.
+    """
+    names: dict[str, tuple[str, float]] = {}
+    for gain, value in fields_of(exported.subject.gains).items():
+        array = as_array(value)
+        if array is not None and (len(array.sizes) != 1 or array.sizes[0] > len(AXES)):
+            continue
+        if array is None and fields_of(value):
+            continue
+        entries = array.entries if array else (value,)
+        for place, entry in enumerate(entries):
+            words = "_".join(word[:3] for word in gain.split("_")).upper()
+            name = f"{words[: LONGEST_NAME - 2]}_{AXES[place]}" if array else words[:LONGEST_NAME]
+            while name in names:
+                name = f"{name[: LONGEST_NAME - 2]}{len(names):02d}"
+            if len(names) < MOST_GAINS:
+                names[name] = (f"{gain}[{place}]" if array else gain, float(cast(float, entry)))
+    return names
+
+
+AXES = "XYZ"
+
+
 def ardupilot(exported: Exported) -> dict[str, str]:
-    """The torque of a full mixer input at hover."""
-    parameters, geometry = cast(AirframeParameters, exported.subject.parameters), geometry_of(exported)
-    full = []
-    for axis in range(3):
-        torque = [0.0, 0.0, 0.0]
-        torque[axis] = 1e6
-        full.append(float(allocate(geometry, parameters.allocation, weight(parameters), Vector(torque))[2][axis]))
+    """The torque of a full mixer input, and the gains as parameters."""
+    parameters = cast(AirframeParameters, exported.subject.parameters)
+    gains = parameter_names(exported)
+    owner = "AC_CustomControl_Quadstep"
     return {
-        "FULL_TORQUE": ", ".join(f"{one!r}f" for one in full),
+        "FULL_TORQUE": ", ".join(f"{one!r}f" for one in mixer_torque(parameters, geometry_of(exported))),
         "HOVER_THRUST": f"{weight(parameters)!r}f",
-        "LOOPS\n": every_so_many(exported, "    ", "_state", "clock.tick"),
+        "LOOPS\n": every_so_many(exported, "    ", "clock.tick", "_params"),
+        "GAIN_COUNT": str(max(1, len(gains))),
+        "GAIN_TABLE\n": "".join(
+            f'    AP_GROUPINFO("{name}", {place + 1}, {owner}, _gain[{place}], {literal(value, False)}),\n'
+            for place, (name, (_, value)) in enumerate(gains.items())
+        ),
+        "GAIN_COPIES\n": "".join(
+            f"    _params.gains.{member} = _gain[{place}].get();\n" for place, (member, _) in enumerate(gains.values())
+        ),
         **outer(exported, "_outer"),
     }
 

@@ -1,6 +1,7 @@
 /* Of ArduPilot's interface, what a back end of AC_CustomControl uses; written from its documentation for tests. */
 #pragma once
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 struct Vector3f {
@@ -10,19 +11,35 @@ struct Vector3f {
 };
 struct Quaternion { float q1 = 1, q2 = 0, q3 = 0, q4 = 0; };
 inline float constrain_float(float x, float low, float high) { return x < low ? low : (x > high ? high : x); }
-#define AP_GROUPEND {}
+struct AP_Float { float value; float get() const { return value; } };
 struct AP_Param {
-    struct GroupInfo {};
-    static void setup_object_defaults(void *, const GroupInfo *) {}
+    struct GroupInfo { const char *name; int index; long offset; float value; };
+    static void setup_object_defaults(void *object, const GroupInfo *group)
+    {
+        for (; group->name; ++group) { reinterpret_cast<AP_Float *>(static_cast<char *>(object) + group->offset)->value = group->value; }
+    }
 };
+#define AP_GROUPINFO(name, index, clazz, element, value) {name, index, ((ptrdiff_t)&(((const clazz *)1)->element) - 1), value}
+#define AP_GROUPEND {nullptr, 0, 0, 0}
+struct AP_Motors { enum class SpoolState : uint8_t { SHUT_DOWN, GROUND_IDLE, SPOOLING_UP, THROTTLE_UNLIMITED, SPOOLING_DOWN }; };
 struct AP_AHRS_View {
     Quaternion attitude; Vector3f gyro;
     void get_quat_body_to_ned(Quaternion &q) const { q = attitude; }
     Vector3f get_gyro_latest() const { return gyro; }
 };
-struct AC_AttitudeControl { Quaternion target; Quaternion get_attitude_target_quat() const { return target; } };
-struct AP_MotorsMulticopter {};
-struct AC_CustomControl {};
+struct AC_AttitudeControl {
+    Quaternion target; Vector3f turning;
+    Quaternion get_attitude_target_quat() const { return target; }
+    const Vector3f &get_attitude_target_ang_vel() const { return turning; }
+};
+struct AP_MotorsMulticopter : AP_Motors {
+    SpoolState spool = SpoolState::THROTTLE_UNLIMITED;
+    SpoolState get_spool_state() const { return spool; }
+    float get_roll() const { return 0.0f; }
+    float get_pitch() const { return 0.0f; }
+    float get_yaw() const { return 0.0f; }
+};
+struct AC_CustomControl { int left = 0; void set_custom_controller(bool on) { left += !on; } };
 class AC_CustomControl_Backend
 {
 public:

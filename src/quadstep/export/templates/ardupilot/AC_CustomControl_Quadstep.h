@@ -1,6 +1,10 @@
 /* TITLE as a back end of ArduPilot's AC_CustomControl: the attitude loop. */
 #pragma once
 
+#include "AC_CustomControl_config.h"
+
+#if AP_CUSTOMCONTROL_ENABLED
+
 #include "AC_CustomControl_Backend.h"
 
 extern "C" {
@@ -18,6 +22,12 @@ public:
     static const struct AP_Param::GroupInfo var_info[];
 
 private:
+    void take_gains(void);
+
+    AP_Float _gain[GAIN_COUNT]; /* parameters; var_info gives their names */
+    NAME_params _params;        /* of the export, with these gains */
+    Vector3f _mixed;
+    uint32_t _refused;
     float _period;
     uint32_t _ticks;
     uint32_t _status;
@@ -26,3 +36,5 @@ private:
     NAME_state _state;
     NAME_actuators _made;
 };
+
+#endif  // AP_CUSTOMCONTROL_ENABLED

@@ -1,0 +1,2 @@
+#pragma once
+#define AP_CUSTOMCONTROL_ENABLED 1
