@@ -2,7 +2,6 @@
 
 import errno
 import fcntl
-import json
 import os
 import shutil
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from quadstep.campaign import draws
 from quadstep.campaign.store import opened, parquet
 from quadstep.errors import UserError
 from quadstep.results import folder as folder_module
+from quadstep.results.sealed import sealed
 from tests.campaigns import MASS, campaign, flights, fly, leftovers, manifest, refused, rows, written
 from tests.commands import quadstep
 
@@ -239,7 +239,7 @@ DOCTORED = {
 @pytest.mark.parametrize("more", [[], ["--resume"], ["--overwrite"]])
 def test_a_doctored_manifest_ends_in_one_line_or_in_the_right_flights(flown, whole, how, more):
     path, out = flown
-    (out / "campaign.json").write_text(json.dumps({**manifest(out), **DOCTORED[how]}))
+    (out / "campaign.json").write_bytes(sealed({**manifest(out), **DOCTORED[how]}))
     run = fly(path, out, *more)
     if run.code == 0:
         assert rows(out).sort_by("flight").to_pylist() == rows(whole[1]).to_pylist()
@@ -253,7 +253,7 @@ def test_files_outside_are_safe_from_a_doctored_manifest(flown, tmp_path):
     precious.touch()
     (out / "sub").mkdir()
     doctored = {**manifest(out), "files": ["../precious.txt", str(precious), "sub", "flights", 5, ""]}
-    (out / "campaign.json").write_text(json.dumps(doctored))
+    (out / "campaign.json").write_bytes(sealed(doctored))
     run = fly(path, out, "--overwrite")
     assert precious.exists()
     assert run.code == 0 or run.refused, run.err
@@ -294,7 +294,7 @@ def test_a_campaign_of_other_draws_is_neither_gone_on_with_nor_replayed(flown, m
     assert manifest(out)["draws"] == draws.VERSION
     if earlier is None:  # as before there were versions
         del about["draws"]
-    (out / "campaign.json").write_text(json.dumps(about))
+    (out / "campaign.json").write_bytes(sealed(about))
     said = ("quadstep 0.0.1 (draws version 1)", f"quadstep {__version__} (draws version {draws.VERSION})", "--overwrite")
     refused(fly(path, out, "--resume"), out, "cannot be resumed", *said)
     replayed = ["fly", str(path), "--flight", "3", "--out", str(out.parent / "again")]
@@ -319,7 +319,7 @@ def test_where_a_replayed_campaign_was_flown_is_looked_at_only_where_it_can_be(f
 
 def test_another_version_of_the_package_is_refused(flown, monkeypatch):
     path, out = flown
-    (out / "campaign.json").write_text(json.dumps({**manifest(out), "version": "0.0.1"}))
+    (out / "campaign.json").write_bytes(sealed({**manifest(out), "version": "0.0.1"}))
     refused(fly(path, out, "--resume"), "0.0.1", __version__)
 
 

@@ -14,6 +14,7 @@ from quadstep.files import JSON
 from quadstep.report.publish import publishing, write_json
 from quadstep.results.folder import RUNNING, names_in, opened, parts_of
 from quadstep.results.parts import parts_in
+from quadstep.results.sealed import sealed
 from tests import campaigns
 from tests.commands import LINE, quadstep, without_figures, write
 
@@ -174,7 +175,7 @@ def test_a_folder_that_somebody_gave_away_deletes_no_file_of_whoever_flies_into_
     doctored(out, "zz/thesis.txt")
     before = everything(victim)
     for more in ([], ["--overwrite"]):
-        assert quadstep("--no-user-code", "fly", mission, "--out", out, *more).code == 0
+        assert quadstep("fly", mission, "--out", out, *more).code == 0
         assert everything(victim) == before
 
 
@@ -220,7 +221,7 @@ def test_every_name_of_other_results_replaced_by_a_link(flown, tmp_path, victim,
             shutil.copytree(folder / manifest, out)
             (out / "zz").symlink_to(victim)
             with_names = json.loads((out / manifest).read_text())
-            (out / manifest).write_text(json.dumps({**with_names, "files": [*with_names["files"], "zz/thesis.txt"]}))
+            (out / manifest).write_bytes(sealed({**with_names, "files": [*with_names["files"], "zz/thesis.txt"]}))
             shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
             (out / name).rename(target)
             (out / name).symlink_to(target)

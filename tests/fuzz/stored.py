@@ -1,5 +1,6 @@
 """Files that quadstep writes and reads again: logs and metrics, weights, campaigns; spoilt in between."""
 
+import contextlib
 import hashlib
 import json
 import shutil
@@ -23,6 +24,7 @@ from quadstep.page.opened import open_result
 from quadstep.page.serve import list_page
 from quadstep.report.publish import MANIFEST, files_to_replace, write_json
 from quadstep.report.tables import write_log
+from quadstep.results.sealed import sealed
 from tests.fuzz.inputs import LINE, WARM, WEIGHTS, begun
 from tests.fuzz.mutate import as_json, mutated, scrambled
 
@@ -127,15 +129,19 @@ class Campaigned(Stored):
         out, what = folder / "out", random.random()
         shutil.rmtree(out, ignore_errors=True)
         shutil.copytree(folder / "good", out)
-        text = as_json(self.manifest)
+        text = sealed(self.manifest)
         if what < 0.4:
-            text = as_json(mutated(self.manifest, [self.manifest], random))
+            spoilt = mutated(self.manifest, [self.manifest], random)
+            with contextlib.suppress(ValueError):  # numbers that are not JSON
+                text = as_json(spoilt) if random.random() < 0.2 else sealed(spoilt)
         elif what < 0.5:
             text = scrambled(text, random)
         else:
-            spoilt = self.spoilt_chunk(out / "flights" / "00001.parquet", random)
+            spoilt_chunk = self.spoilt_chunk(out / "flights" / "00001.parquet", random)
             if random.random() < 0.8:  # as one who knows how it is checked
-                text = text.replace(self.manifest["chunks"][1]["sha256"].encode(), hashlib.sha256(spoilt).hexdigest().encode())
+                chunks = [dict(one) for one in self.manifest["chunks"]]
+                chunks[1]["sha256"] = hashlib.sha256(spoilt_chunk).hexdigest()
+                text = sealed({**self.manifest, "chunks": chunks})
         (out / "campaign.json").write_bytes(text)
 
     @staticmethod

@@ -24,6 +24,7 @@ from quadstep.campaign.schema import Campaign
 from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
 from quadstep.flight.sweep import Sweep, Swept
+from quadstep.results.code import code_digest
 
 SPAN = 16_384
 """Most flights of one task: some seconds of work, two megabytes of results."""
@@ -75,7 +76,7 @@ def order(campaign: Campaign) -> Order:
 def needs() -> tuple[tuple[str, str], ...]:
     """What determines a flight's bits on a machine, besides the campaign: names, and their values here."""
     packages = [(name, version(name)) for name in ("numpy", "llvmlite")]
-    return (("quadstep", __version__), *packages)
+    return (("quadstep", __version__), ("code of quadstep", code_digest()), *packages)
 
 
 def fly_span(told: tuple[tuple[tuple[str, str], ...], str, bytes], first: int, past: int) -> pa.Table:

@@ -13,9 +13,10 @@ from quadstep import __version__
 from quadstep.campaign import draws
 from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.schema import Campaign
-from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.kernel import host
+from quadstep.results.code import code_digest
+from quadstep.results.sealed import read_sealed
 
 MANIFEST = "campaign.json"
 FLIGHTS = "flights"
@@ -53,7 +54,7 @@ def new_manifest(campaign: Campaign, flights: int, engine: str) -> dict[str, Any
     return {
         "name": campaign.file.name,
         "version": __version__,
-        "fingerprint": campaign.fingerprint,
+        **identity(campaign),
         "draws": draws.VERSION,
         "seed": campaign.file.seed,
         "flights": flights,
@@ -83,14 +84,14 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     if not os.path.lexists(path):
         return None
     try:
-        content = read_json(path, links=False)
+        content = read_sealed(path)
     except UserError as error:
         raise UserError(f"{error}; choose another --out") from None
     try:
         Manifest.model_validate(content)
     except ValidationError:
         raise UserError(f"{path}: is not a campaign manifest; choose another --out") from None
-    return dict(content)
+    return content
 
 
 def other_draws(manifest: Mapping[str, object]) -> str:
@@ -104,10 +105,11 @@ def other_draws(manifest: Mapping[str, object]) -> str:
     )
 
 
-def check_replay(campaign: Campaign, folder: Path, named: bool) -> int:
-    """Refuse to replay a flight of a campaign where it would differ from the one in `folder`; how many flights it may have.
+def check_replay(campaign: Campaign, folder: Path, named: bool) -> tuple[int, str]:
+    """How many flights a campaign may have, and a warning where one might differ from that in `folder`.
 
-    named: whether the user has named the folder, so that the campaign must be there. Raises UserError.
+    named: whether the user has named the folder, so that the campaign must be there. Raises UserError, also for draws of
+    another version.
     """
     try:
         found = read_manifest(folder)
@@ -117,13 +119,36 @@ def check_replay(campaign: Campaign, folder: Path, named: bool) -> int:
         found = None
     if named and found is None:
         raise UserError(f"--results: {folder}: there is no campaign here")
-    said = found is not None and found.get("campaign") == campaign.text and other_draws(found)
-    if said:
+    same = found if found is not None and found.get("campaign") == campaign.text else {}
+    other = other_draws(same) if same else ""
+    if other:
         raise UserError(
-            f"{folder}: cannot be replayed: {said}; replay it with that version, or fly the campaign again with --overwrite"
+            f"{folder}: cannot be replayed: {other}; replay it with that version, or fly the campaign again with --overwrite"
         )
-    said = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
-    return max(campaign.flights if said else MOST_FLIGHTS, found["flights"] if found else 0)
+    others = [what for key, what in OTHERS.items() if same and same.get(key) != identity(campaign)[key]]
+    warning = f"this flight may differ from that in {folder}, since {others[0]}" if others else ""
+    bounded = campaign.file.flights or campaign.file.combinations > 1  # else the command line says how many
+    return max(campaign.flights if bounded else MOST_FLIGHTS, found["flights"] if found else 0), warning
+
+
+OTHERS = {
+    "fingerprint": "the campaign, its mission or a file it names has changed",
+    "code": "it was flown by other code of quadstep",
+}
+"""Why flights may differ, by the entry of a manifest that shows it."""
+
+
+def identity(campaign: Campaign) -> dict[str, str]:
+    """What decides the flights of a campaign."""
+    return {"fingerprint": campaign.fingerprint, "code": code_digest()}
+
+
+def cannot_continue(manifest: Mapping[str, object], campaign: Campaign) -> list[str]:
+    """Reasons not to add flights to those of a manifest."""
+    version = manifest.get("version")
+    other = f"it was flown by quadstep {version}, this is {__version__}" if version != __version__ else ""
+    changed = [what for key, what in OTHERS.items() if manifest.get(key) != identity(campaign)[key]]
+    return [*filter(None, (other_draws(manifest), other)), *changed]
 
 
 def nothing_there(folder: Path) -> str:

@@ -41,11 +41,13 @@ def replay_of(path: Path, flight: int, results: Path | None = None) -> tuple[Cam
     if look(read_toml(path)) == MISSION:
         raise UserError(f"--flight: needs a campaign, and {path} looks like a mission")
     campaign = read_campaign(path)
-    flights = check_replay(campaign, results or Path("out") / path.stem, results is not None)
+    flights, warning = check_replay(campaign, results or Path("out") / path.stem, results is not None)
     if not 0 <= flight < flights:
         raise UserError(f"--flight: should be from 0 to {flights - 1}, the last flight of {path}, not {flight}")
     with needed_by("`quadstep fly --flight`"):
-        return campaign, replay(campaign, flight)
+        found = replay(campaign, flight)
+    plan = found.plan
+    return campaign, found._replace(plan=plan._replace(warnings=(*plan.warnings, warning)) if warning else plan)
 
 
 def replay_command(file: Path, flight: int, folder: Path) -> str:

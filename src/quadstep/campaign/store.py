@@ -6,7 +6,6 @@ finished files can be read, and the run can be resumed.
 
 import contextlib
 import hashlib
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,14 +13,15 @@ from typing import Any, NamedTuple
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from quadstep import __version__, files
+from quadstep import files
 from quadstep.atomic import WRITING
 from quadstep.campaign.flown import FLIGHT, OUTCOME, SUCCESS, TIME, judged
-from quadstep.campaign.manifest import FLIGHTS, MANIFEST, new_manifest, nothing_there, other_draws, read_manifest
+from quadstep.campaign.manifest import FLIGHTS, MANIFEST, cannot_continue, new_manifest, nothing_there, read_manifest
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
 from quadstep.results.folder import Folder, names_in
 from quadstep.results.folder import opened as open_folder
+from quadstep.results.sealed import SEAL, sealed
 
 
 class Chunk(NamedTuple):
@@ -37,7 +37,7 @@ class Store:
 
     def __init__(self, files: Folder, manifest: dict[str, Any]) -> None:
         self.files, self.folder, self.manifest = files, files.path, manifest
-        self.digests: dict[str, dict[str, Any]] = {one["file"]: one for one in manifest["chunks"]}
+        self.digests: dict[str, dict[str, int | str]] = {one["file"]: one for one in manifest["chunks"]}
 
     @property
     def flights(self) -> int:
@@ -79,7 +79,12 @@ class Store:
     def write(self, chunk: Chunk, table: pa.Table) -> None:
         """Add a file, and then name it in the manifest. Raises UserError if it cannot be written."""
         content = parquet(table)
-        digest = {"file": chunk.file, "first": chunk.first, "past": chunk.past, "sha256": hashlib.sha256(content).hexdigest()}
+        digest: dict[str, int | str] = {
+            "file": chunk.file,
+            "first": chunk.first,
+            "past": chunk.past,
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
         with self.explained():
             self.files.write(chunk.file, content)
             self.digests[chunk.file] = digest
@@ -89,8 +94,7 @@ class Store:
         """Write the manifest. Raises UserError."""
         self.manifest |= {**more, "chunks": [self.digests[name] for name in sorted(self.digests)]}
         with self.explained():
-            content = json.dumps(self.manifest, indent=1, allow_nan=False) + "\n"
-            self.files.write(MANIFEST, content.encode())
+            self.files.write(MANIFEST, sealed(self.manifest))
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
@@ -211,15 +215,11 @@ def prepared(inside: Folder, campaign: Campaign, flights: int, engine: str, resu
             f"{folder}: holds the campaign {found['name']!r} ({state}); continue with --resume, choose another --out, or "
             "replace it with --overwrite"
         )
-    reasons = {
-        "fingerprint": "the campaign, its mission or a file it names has changed",
-        "chunk": "its manifest has changed",
-        "metrics": "its manifest has changed",
-        "version": f"it was flown by quadstep {found.get('version')}, this is {__version__}",
-    }
-    changed = [what for key, what in reasons.items() if found.get(key) != mine[key]]
-    for what in filter(None, (other_draws(found), *changed)):
-        raise UserError(f"{folder}: cannot be resumed: {what}; choose another --out, or start over with --overwrite")
+    changed = cannot_continue(found, campaign)
+    if any(found.get(key) != mine[key] for key in ("chunk", "metrics")) or SEAL not in found:
+        changed.append("its manifest has changed")
+    if changed:
+        raise UserError(f"{folder}: cannot be resumed: {changed[0]}; choose another --out, or start over with --overwrite")
     store.verify()
     store.shorten(flights)
     if found.get("failure") != mine["failure"]:

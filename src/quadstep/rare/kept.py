@@ -1,7 +1,6 @@
 """The folder of a run: rare.json, rewritten after each finished piece, so that an interrupted run can be resumed."""
 
 import contextlib
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,13 +10,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from quadstep import __version__
 from quadstep.atomic import WRITING
 from quadstep.campaign import draws
-from quadstep.campaign.manifest import machine
+from quadstep.campaign.manifest import OTHERS, cannot_continue, identity, machine
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.store import held
-from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.rare.done import Done
 from quadstep.results.folder import Folder, names_in
+from quadstep.results.sealed import read_sealed, sealed
 
 MANIFEST = "rare.json"
 
@@ -39,6 +38,7 @@ class Manifest(BaseModel):
     pieces: list[Done] = []
     summary: dict[str, object] | None = None
     files: list[str] = []
+    sha256: str = ""
 
 
 class Kept:
@@ -60,8 +60,7 @@ class Kept:
     def save(self) -> None:
         """Write rare.json. Raises UserError."""
         with self.explained():
-            content = json.dumps(self.manifest.model_dump(mode="json"), indent=1, allow_nan=False) + "\n"
-            self.files.write(MANIFEST, content.encode())
+            self.files.write(MANIFEST, sealed(self.manifest.model_dump(mode="json")))
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:
@@ -98,14 +97,14 @@ def prepared(inside: Folder, campaign: Campaign, resume: bool, overwrite: bool) 
         return kept
     kept = Kept(inside, found)
     if resume:
-        changed = "the campaign, its mission or a file it names has changed"
-        if found.version != __version__:
-            changed = f"it was flown by quadstep {found.version}, this is {__version__}"
-        elif found.decides == mine.decides:
-            found.complete = False
-            kept.save()
-            return kept
-        raise UserError(f"{folder}: cannot be resumed: {changed}; choose another --out, or start over with --overwrite")
+        changed = cannot_continue({**found.decides, "version": found.version}, campaign)
+        if found.decides != mine.decides or not found.sha256:
+            changed.append(OTHERS["fingerprint"])
+        if changed:
+            raise UserError(f"{folder}: cannot be resumed: {changed[0]}; choose another --out, or start over with --overwrite")
+        found.complete = False
+        kept.save()
+        return kept
     if not overwrite and found.pieces:
         state = "complete" if found.complete else f"{len(found.pieces)} of {found.wanted} replicates"
         raise UserError(
@@ -127,7 +126,7 @@ def new_manifest(campaign: Campaign) -> Manifest:
     return Manifest(
         name=file.name,
         version=__version__,
-        decides={"fingerprint": campaign.fingerprint, "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
+        decides={**identity(campaign), "draws": draws.VERSION, "failure": dict(file.failure), "rare": rare},
         seed=file.seed,
         precision=file.precision,
         campaign=campaign.text,
@@ -143,6 +142,6 @@ def read_manifest(folder: Path) -> Manifest | None:
     if not os.path.lexists(path):
         return None
     try:
-        return Manifest.model_validate(read_json(path, links=False))
+        return Manifest.model_validate(read_sealed(path))
     except (UserError, ValidationError):
         raise UserError(f"{path}: is damaged, or was not written by quadstep; choose another --out") from None

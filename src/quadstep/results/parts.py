@@ -13,6 +13,7 @@ from pathlib import Path
 from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.files import FLIGHTS as ANY_PART
+from quadstep.results.code import code_digest
 from quadstep.results.folder import RUNNING, Folder, opened
 
 FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
@@ -99,6 +100,6 @@ def parts_in(path: Path) -> Iterator[Parts]:
 
 
 def key(*decisive: object) -> str:
-    """A digest of all that decides a part, and of the version."""
-    text = json.dumps([__version__, *decisive], sort_keys=True, default=str)
+    """A digest of all that decides a part, and of the code that computes it."""
+    text = json.dumps([__version__, code_digest(), *decisive], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
