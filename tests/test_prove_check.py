@@ -26,7 +26,7 @@ def hover(tmp_path_factory):
 
 def loop_of(found, path):
     content = parse_toml(found.mission, "mission")
-    return Loop(plan_mission(check_mission(content, "mission"), path), found.states)
+    return Loop(plan_mission(check_mission(content, "mission"), path), found.states, found.unknown)
 
 
 @pytest.mark.parametrize("name", ["tube", "hover"])

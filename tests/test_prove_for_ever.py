@@ -194,8 +194,8 @@ def test_hover_of_the_papers_plant_holds_under_unknown_forces_and_torques(tmp_pa
     assert "any force within 0.00023 N" in run.out
     assert "for ever" in run.out
     assert read_set(tmp_path / "proof.json").unknown == PUSHED
-    assert "| 0.757 mm | 2.65, 2.65, 2.77 mm" in PAGE.read_text()
-    assert run.out.count("0.757 mm ") == 4
+    assert "| 0.976 mm | 3.42, 3.42, 3.53 mm" in PAGE.read_text()
+    assert run.out.count("0.976 mm ") == 4
     assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
 
 

@@ -167,9 +167,10 @@ def test_bounds_of_the_check_hold_the_worst_flight_and_without_remainders_are_me
             before = moving, constant
             moving, constant = np.hstack([step @ moving, pushes, np.diag(rest)]), step @ constant + steady
         moving, constant = before
-    known = from_the_start(blocks, start, axes)
+    begun = passage(np.zeros((n, n)), np.diag(start), np.zeros((n, CONSTANTS)), np.zeros(n), np.zeros(n))
+    known = from_the_start(blocks, begun, axes)
     for place, exact in enumerate(map(np.array, worst)):
-        found = grown(blocks, place, known, axes)
+        found = grown(blocks, begun, place, known, axes)
         assert np.all(found >= exact)
         assert np.all(found <= 4.0 * exact)
         if not curved:
@@ -230,7 +231,7 @@ def test_the_check_refuses_a_certificate_that_says_more_than_was_proved(tmp_path
 
 BROKEN = {
     "no JSON": lambda text: text[:-20],
-    "another format": lambda text: text.replace("quadstep tube 2", "quadstep tube 9"),
+    "another format": lambda text: text.replace("quadstep tube 3", "quadstep tube 9"),
     "no states": lambda text: text.replace('"integral_1.0"', '"integral_9.0"'),
     "not a flight": lambda text: text.replace('"flown": "', '"flown": "!'),
     "blocks of nothing": lambda text: text.replace('"samples_per_block": 25', '"samples_per_block": 0'),

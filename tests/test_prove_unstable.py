@@ -59,7 +59,7 @@ def found():
     loop = loop_of(FAST)
     at = rest(loop)
     chosen = modes(at.slopes)
-    arithmetic = Set(loop, at, chosen, Unknown(), at.state)
+    arithmetic = Set(loop, at, chosen, Unknown())
     return loop, arithmetic, escape(arithmetic, int(np.argmax(np.abs(chosen.values))))
 
 
@@ -108,7 +108,7 @@ def test_a_set_of_a_stable_loop_shows_nothing():
     loop = loop_of({})
     at = rest(loop)
     chosen = modes(at.slopes)
-    arithmetic = Set(loop, at, chosen, Unknown(), at.state)
+    arithmetic = Set(loop, at, chosen, Unknown())
     mode, slowest = int(np.argmax(np.abs(chosen.values))), np.abs(chosen.values) >= np.abs(chosen.values).max()
     radii, growth = narrow(arithmetic, slowest, arithmetic.even(1e-2 / np.abs(chosen.spread).max(axis=0)))
     assert escaped(arithmetic, mode, slowest, radii, growth, inner(arithmetic, slowest, radii)) is None
@@ -141,7 +141,7 @@ def test_coordinates_that_are_astray_make_the_start_larger_or_show_nothing():
 def test_a_bad_inverse_of_the_modes_shows_nothing(found, error):
     """One that would pass if only the set, and not its image, were taken for astray."""
     loop, arithmetic, _ = found
-    bad = Set(loop, arithmetic.at, arithmetic.modes, Unknown(), arithmetic.at.state)
+    bad = Set(loop, arithmetic.at, arithmetic.modes, Unknown())
     bad.into = bad.into + error * np.ones_like(bad.into)
     bad.astray = np.abs(np.eye(len(bad.into)) - bad.into @ bad.modes.spread @ bad.parted) + arithmetic.astray
     assert escape(bad, int(np.argmax(np.abs(bad.modes.values)))) is None

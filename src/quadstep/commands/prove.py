@@ -29,6 +29,12 @@ def prove(
     mass: Annotated[float, typer.Option(help="Relative uncertainty of the mass; 0.01 is 1 %.")] = 0.0,
     inertia: Annotated[float, typer.Option(help="Relative uncertainty of each moment of inertia.")] = 0.0,
     start: Annotated[float, typer.Option(help="Uncertainty of the start position on each axis [m].")] = 0.0,
+    start_velocity: Annotated[float, typer.Option(help="Uncertainty of the velocity at the start [m/s].")] = 0.0,
+    start_attitude: Annotated[
+        float,
+        typer.Option(help="Uncertainty of the attitude at the start, each angle, or about each axis [rad]."),
+    ] = 0.0,
+    start_rates: Annotated[float, typer.Option(help="Uncertainty of the angular rates at the start [rad/s].")] = 0.0,
     out: Annotated[
         Path | None, typer.Option(help="Certificate of a tube; default: out/<mission's name>-proof.json.", show_default=False)
     ] = None,
@@ -43,6 +49,7 @@ def prove(
     """
     from quadstep.prove import run
     from quadstep.prove.target import check_target
+    from quadstep.prove.unknown import Unknown
 
     if mission is not None and check is not None:
         raise UserError(f"name a mission or a certificate with --check, not both: {mission} and {check}")
@@ -54,7 +61,8 @@ def prove(
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"
         check_target(file)
-        verdict = run.prove_mission(mission, force, torque, mass, inertia, start, file)
+        others = Unknown(0.0, 0.0, mass, inertia, start, start_velocity, start_attitude, start_rates)
+        verdict = run.prove_mission(mission, force, torque, others, file)
     show_table(verdict.name, verdict.columns, verdict.rows)
     for sentence in verdict.says:
         say(sentence)

@@ -93,27 +93,31 @@ def spots(one: Block, axes: int) -> list[int]:
     return [*range(n), *(first + axis for first in strides for axis in range(axes))]
 
 
-def from_the_start(blocks: list[Block], start: Array, axes: int) -> list[tuple[Array, Array]]:
+def from_the_start(blocks: list[Block], start: Passage, axes: int) -> list[tuple[Array, Array]]:
     """Of every block's spots: parts s of the constants, and bounds of all else, from the sum over all samples before."""
     found = blocks[-1].inside.at(spots(blocks[-1], axes))
     for one in blocks[-2::-1]:
         found = joined([one.inside.at(spots(one, axes)), found.before(one.whole)])
     ends = np.cumsum([len(spots(one, axes)) for one in blocks])[:-1]
-    return list(zip(np.split(found.steady, ends), np.split(found.within(start), ends), strict=True))
+    bounds = found.before(start).within(np.zeros(len(start.box)))
+    return list(zip(np.split(found.steady, ends), np.split(bounds, ends), strict=True))
 
 
-def grown(blocks: list[Block], place: int, known: list[tuple[Array, Array]], axes: int) -> Array:
-    """Bounds of z at every sample of a block, (samples + 1, states): the least of those from a box some blocks earlier, sharp
-    for what is fast, those from the start, and those from the sample before, sharp for what is slow.
+def grown(blocks: list[Block], start: Passage, place: int, known: list[tuple[Array, Array]], axes: int) -> Array:
+    """Bounds of z at every sample of a block, (samples + 1, states): the least of those from a box some blocks earlier (the
+    starts themselves at first), sharp for what is fast, those from the start, and those from the sample before, sharp for
+    what is slow.
     """
     one, far = blocks[place], MEMORY * max(0, place // MEMORY - 1)
     n, here = len(one.out.box), spots(one, axes)
     recent = one.inside
     for earlier in reversed(blocks[far:place]):
         recent = recent.before(earlier.whole)
-    recent = recent.before(blocks[far].out)
+    recent = recent.before(blocks[far].out if far else start)
     once = one.inside.at(list(range(n, 2 * n))).before(one.out)
     (steady, sums), (steady_here, sums_here) = known[far], known[place]
+    if not far:
+        steady, sums = np.zeros_like(steady), np.zeros_like(sums)
     rounded = rounding(n) * (np.abs(recent.rows) @ np.abs(steady[:n]).sum(axis=1))
     found: Array = recent.within(sums[:n]) + np.abs(recent.rows @ steady[:n] + recent.steady).sum(axis=1) + rounded
     found[here] = np.minimum(found[here], np.abs(steady_here).sum(axis=1) + sums_here)

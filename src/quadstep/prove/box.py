@@ -26,6 +26,14 @@ def seeded(centres: Array, spread: Array, spare: int = 0, second: int = 0) -> li
     return [Enclosure(c, p, nothing, r, fresh) for c, p, r in zip(centres, parts, reach, strict=True)]
 
 
+def widened(number: Enclosure | float, directions: int) -> Enclosure | float:
+    """The same with so many further directions, on which it does not depend."""
+    if not isinstance(number, Enclosure) or number.parts is None:
+        return number
+    parts = np.concatenate([number.parts, np.zeros((directions, *number.centre.shape))])
+    return Enclosure(number.centre, parts, number.rest, number.reach, None, number.floor)
+
+
 class Image(NamedTuple):
     """A law's image of a box: centre + parts e + rest. Shapes (numbers, samples), of parts (numbers, directions, samples)."""
 

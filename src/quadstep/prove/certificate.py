@@ -20,7 +20,7 @@ from quadstep.errors import UserError
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown, refuse_out_of_range
 
-FORMAT = "quadstep tube 2"
+FORMAT = "quadstep tube 3"
 LARGEST = 2**28
 """Most bytes of a flight."""
 
@@ -88,7 +88,7 @@ def unpacked(text: str, states: int) -> Array:
     return np.ascontiguousarray(bits.view("<f8").T, dtype=np.float64)
 
 
-UNITS = {"force": "N", "torque": "N m", "mass": "-", "inertia": "-", "start": "m"}
+UNITS = dict(zip(Unknown._fields, ("N", "N m", "-", "-", "m", "m/s", "rad", "rad/s"), strict=True))
 
 
 def written(unknown: Unknown) -> dict[str, float]:

@@ -17,9 +17,9 @@ from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
 from quadstep.numbers import Number
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, UndefinedError
-from quadstep.prove.backwards import Block, block, from_the_start, grown, passage, rounding
+from quadstep.prove.backwards import Block, Passage, block, from_the_start, grown, passage, rounding
 from quadstep.prove.certificate import Certificate, read_certificate
-from quadstep.prove.check_loop import CONSTANTS, PUSHES, UP, Loop, all_finite, number, pushed
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, STARTS, UP, Loop, all_finite, number, pushed
 from quadstep.prove.unknown import Unknown
 
 
@@ -61,19 +61,33 @@ def over_its_box(loop: Loop, found: Certificate, place: int) -> Block:
     return block(once, samples, box, into, found.spread)
 
 
+def beginning(loop: Loop, flown: Array) -> Passage:
+    """All starts, off the flown one."""
+    n = len(flown)
+    columns, rest = np.zeros((n, STARTS)), np.zeros(n)
+    for i, place in enumerate(loop.places):
+        one = loop.begun[place]
+        if isinstance(one, Enclosure):
+            rest[i] = one.rest[0] + abs(one.centre[0] - flown[i]) * UP
+            columns[i] = 0.0 if one.parts is None else one.parts[:, 0]
+        elif one != flown[i]:
+            rest[i] = np.inf
+    return passage(np.zeros((n, n)), columns, np.zeros((n, CONSTANTS)), rest, np.zeros(n))
+
+
 def failing(loop: Loop, found: Certificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
-    n, axes, seconds = len(found.states), len(found.position), loop.span * loop.plan.ticks.step
-    blocks, start, most = [], np.zeros(n), np.zeros(axes)
+    axes, seconds = len(found.position), loop.span * loop.plan.ticks.step
+    blocks, most = [], np.zeros(axes)
     for place in range(len(found.boxes)):
         try:
             blocks.append(over_its_box(loop, found, place))
         except UndefinedError as error:
             return f"at {place * found.block * seconds:g} s: {error}"
-    start[:axes] = found.unknown.start
+    start = beginning(loop, found.flown[0])
     known = from_the_start(blocks, start, axes)
     for place, box in enumerate(found.boxes):
-        inside = grown(blocks, place, known, axes)
+        inside = grown(blocks, start, place, known, axes)
         kept = inside.max(axis=0) <= box  # false for NaN
         if not np.all(kept):
             name = found.states[int(np.argmin(kept))]
@@ -104,11 +118,11 @@ def check_certificate(path: Path) -> Checked:
     mission = check_mission(parse_toml(found.mission, str(path)), str(path), folder)
     plan = plan_mission(mission, path, folder)
     try:
-        loop = Loop(plan, found.states)
+        loop = Loop(plan, found.states, found.unknown)
         refuse_unfit(loop, found)
         with np.errstate(all="ignore"):  # what is not finite fails
             failed = failing(loop, found)
-    except UserError as error:
+    except (UserError, UndefinedError) as error:
         raise UserError(f"{path}: {error}") from None
     time, axes = np.arange(len(found.flown)) * float(loop.span) * plan.ticks.step, tuple(plan.loop.plant.axes)
     wanted = plan.loop.path.reference(cast(Number, time), plan.parameters.path).position

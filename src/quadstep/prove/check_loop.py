@@ -14,12 +14,14 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Numbers
 from quadstep.numbers import Number, Vector, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Array, Enclosure, Fresh, Operand, UndefinedError
+from quadstep.numbers.rotations import from_rotation_vector, multiply
 from quadstep.plants.lagrange import Parameters
+from quadstep.plants.multirotor import Multirotor
 from quadstep.prove.unknown import Unknown
 from quadstep.vehicle.disturbance import Disturbance
 
-PUSHES, CONSTANTS = 6, 4
-"""Unknowns that may change at every sample, and those that may not."""
+PUSHES, CONSTANTS, STARTS = 6, 4, 12
+"""Unknowns that may change at every sample, those that may not, and those of a start."""
 
 UP = 1.0 + 1e-11
 """More than what sums of some thousand positive numbers lose by rounding."""
@@ -28,10 +30,10 @@ UP = 1.0 + 1e-11
 class Loop:
     """From sample to sample. Leaves that are not states stay constant, or are written before they are read.
 
-    Raises UserError for states that are not the mission's.
+    begun: all leaves at the start, over all starts. Raises UserError for states that are not the mission's, UndefinedError.
     """
 
-    def __init__(self, plan: FlightPlan, states: tuple[str, ...]) -> None:
+    def __init__(self, plan: FlightPlan, states: tuple[str, ...], unknown: Unknown) -> None:
         self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
         named: dict[str, int] = {}
         for place, name in enumerate(leaf_names(self.like)):  # by the last parts of the name, the first leaf that has them
@@ -43,7 +45,9 @@ class Loop:
         if len(set(self.places)) != len(states) or -1 in self.places or moving - set(self.places):
             raise UserError("its states do not match its mission")
         self.others = sorted(set(range(len(self.start))) - set(self.places))
-        self.written: list[int] | None = None
+        self.written: set[int] | None = None
+        body = moved(plan, [float(one) for one in flatten(plan.start)], unknown)
+        self.begun = flatten(plan.loop.start(rebuild(plan.start, iter(body)), plan.parameters))
         self.span = max(plan.ticks.every)
         if any(self.span % every for every in plan.ticks.every):
             raise UserError("the check supports only loops whose periods divide the slowest one")
@@ -57,12 +61,13 @@ class Loop:
         for place, number in zip(self.places, x, strict=True):
             leaves[place] = number
         if self.written is None:
-            self.written = self.changed(self.run(deepcopy(leaves), ticks, p))  # which leaves the directions of `Fresh` unused
-        nothing = np.full(next(len(one.centre) for one in x if isinstance(one, Enclosure)), np.nan)
+            later = self.run(deepcopy(leaves), ticks, p)  # which leaves the directions of `Fresh` unused
+            self.written = {*self.changed(later), *self.changed(self.begun)}
+        nothing = np.full(next((len(one.centre) for one in x if isinstance(one, Enclosure)), 1), np.nan)
         for place in self.written:
             leaves[place] = Enclosure(nothing, None, nothing, nothing)
         found = self.run(leaves, ticks, p)
-        if set(self.changed(found)) - set(self.written):
+        if set(self.changed(found)) - self.written:
             raise UserError("a number that is not a state of the certificate affects the flight")
         return [found[place] for place in self.places]
 
@@ -93,6 +98,27 @@ def number(centre: Array, row: Array, total: int, fresh: Fresh | None = None) ->
     return Enclosure(centre, parts, 2.0**-52 * reach, reach, fresh)
 
 
+def moved(plan: FlightPlan, state: list[float], unknown: Unknown) -> list[Operand]:
+    """The leaves of the vehicle's state over all starts about these numbers, in the first directions. Raises UserError."""
+    names, found = [name.partition(".")[0] for name in leaf_names(plan.start)], [*map(cast, [Operand] * len(state), state)]
+    parts = (("position",), ("velocity",), ("attitude", "pitch"), ("rates", "rate"))
+    for first, radius, called in zip(range(0, STARTS, 3), unknown[4:], parts, strict=True):
+        places = [place for place, name in enumerate(names) if name in called]
+        quaternion = first == 6 and len(places) == 4 and isinstance(plan.loop.plant, Multirotor)
+        if radius and not quaternion and not 1 <= len(places) <= 3:
+            raise UserError(f"its plant has no {called[0]} whose start could be unknown")
+        rows = radius * np.eye(STARTS)[first : first + min(3, len(places))]
+        if radius and quaternion:
+            turn = Vector([cast(Number, number(np.zeros(1), row, STARTS)) for row in rows])
+            turned = multiply(Vector([state[place] for place in places]), from_rotation_vector(turn))
+            for place, one in zip(places, turned, strict=True):
+                found[place] = cast(Operand, one)
+        elif radius:
+            for place, row in zip(places, rows, strict=True):
+                found[place] = number(np.array([state[place]]), row, STARTS)
+    return found
+
+
 def all_finite(*arrays: Array) -> None:
     """Raises UndefinedError for a number of the check that is infinite or none, of which no comparison would tell."""
     if not all(np.all(np.isfinite(one)) for one in arrays):
@@ -101,7 +127,7 @@ def all_finite(*arrays: Array) -> None:
 
 def pushed(p: Numbers, unknown: Unknown, first: int, total: int, samples: int) -> Numbers:
     """The parameters with their unknowns: force and torque on the vehicle, its mass and inertia. Raises UserError."""
-    force, torque, mass, inertia, _ = unknown
+    force, torque, mass, inertia = unknown[:4]
     if not any((force, torque, mass, inertia)):
         return p
     if not isinstance(p, Parameters) or not isinstance(p.disturbance, Disturbance):

@@ -8,16 +8,17 @@ decomposed by an approximate inverse of V, in extended precision, each rounding 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from quadstep.documents import parse_toml
 from quadstep.errors import UserError
 from quadstep.mission.read import check_mission, plan_mission
+from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import ENCLOSURES, Array, Enclosure, Fresh, Operand, UndefinedError
 from quadstep.plants.multirotor import Multirotor
-from quadstep.prove.check_loop import CONSTANTS, PUSHES, Loop, all_finite, number, pushed
+from quadstep.prove.check_loop import CONSTANTS, PUSHES, STARTS, Loop, all_finite, moved, number, pushed
 from quadstep.prove.set_certificate import SetCertificate, read_set
 from quadstep.prove.unknown import Unknown
 
@@ -52,15 +53,40 @@ class Image(NamedTuple):
     left: Array
 
 
-def box(found: SetCertificate, centre: Array, width: Array, second: int, directions: int) -> list[Operand]:
-    """All states of the loop: the moving ones fill centre + width e, the others are as at rest, or equal to another.
+def begun(loop: Loop, found: SetCertificate) -> list[Operand]:
+    """All states of the loop at the start: the mission's, or as at rest, off them by as much as is unknown."""
+    if found.own:
+        return [loop.begun[place] for place in loop.places]
+    leaves: list[Operand] = [*loop.start]
+    for place, value in zip(loop.places, found.rest.tolist(), strict=True):
+        leaves[place] = value
+    body = len(flatten(loop.plan.start))
+    leaves[:body] = moved(loop.plan, cast(list[float], leaves[:body]), starts_of(found))
+    return [leaves[place] for place in loop.places]
+
+
+def starts_of(found: SetCertificate) -> Unknown:
+    """The unknowns of its starts."""
+    return found.unknown._replace(start=found.start)
+
+
+def with_room(one: Operand, directions: int) -> Operand:
+    """The same number with more directions."""
+    if not isinstance(one, Enclosure) or one.parts is None:
+        return one
+    parts = np.concatenate([one.parts, np.zeros((directions - len(one.parts), 1))])
+    return Enclosure(one.centre, parts, one.rest, one.reach, None, one.floor)
+
+
+def box(found: SetCertificate, width: Array, second: int, directions: int) -> list[Operand]:
+    """All states of the loop: the moving ones fill rest + width e, the others are as at rest, or equal to another.
 
     Raises UserError.
     """
     fresh = Fresh(directions, directions, second)
     numbers: list[Operand] = [float(one) for one in found.rest]
     for i, place in enumerate(found.live):
-        numbers[place] = number(np.array([centre[place]]), width[i], directions, fresh)
+        numbers[place] = number(np.array([found.rest[place]]), width[i], directions, fresh)
     for place, other in found.twins.items():
         numbers[place] = numbers[other]
     if found.unit >= 0:  # of a quaternion of length one, up to rounding
@@ -92,8 +118,8 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
     parts = np.zeros((len(found.live), directions))
     for i, place in enumerate(found.live):
         one = after[place]
-        if isinstance(one, float):  # as the law writes it, whatever it was
-            one = number(np.array([one]), np.zeros(1), 1)
+        if isinstance(one, float | np.ndarray):  # as the law writes it, whatever it was; or of a start without unknowns
+            one = number(np.ravel(one).astype(np.float64), np.zeros(1), 1)
         if not isinstance(one, Enclosure):
             raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
         gap[i] = one.centre[0] - found.rest[place]
@@ -137,11 +163,6 @@ class Discs:
         return np.asarray(bound)
 
 
-def starts(loop: Loop, found: SetCertificate) -> Array:
-    """The middle of the starts."""
-    return np.array([loop.start[place] for place in loop.places]) if found.own else found.rest
-
-
 def failing(loop: Loop, found: SetCertificate) -> str:
     """What is not shown, in words; empty if everything is. Raises UserError."""
     count = len(found.live)
@@ -155,15 +176,11 @@ def failing(loop: Loop, found: SetCertificate) -> str:
     later = Enclosure(np.array([middle]), None, away, away)
     directions = count + count * count + UNKNOWNS
     radii = np.asarray(discs.radii, dtype=np.float64)
-    begun = starts(loop, found)
-    side = np.zeros((count, axes))
-    for axis in range(axes):
-        side[found.live.index(axis), axis] = found.start
     try:
-        numbers = box(found, found.rest, found.spread * radii, count, directions)
+        numbers = box(found, found.spread * radii, count, directions)
         kept = discs.reached(mapped(loop, found, numbers, later, directions), count, second=True)
-        numbers = box(found, begun, side, 0, axes + UNKNOWNS)
-        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), axes + UNKNOWNS), axes, second=False)
+        numbers = [with_room(one, STARTS + UNKNOWNS) for one in begun(loop, found)]
+        first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
     except UndefinedError as error:
         return f"nothing bounds a sample over the set: {error}"
     astray = discs.off @ discs.radii
@@ -189,15 +206,13 @@ def check_set(path: Path) -> CheckedSet:
             raise UserError("its first states are not the position")  # noqa: TRY301 (one message for all)
         if set(range(len(axes))) - set(found.live):
             raise UserError("its position does not move")  # noqa: TRY301
-        loop = Loop(plan, found.states)
-        w = found.unit
-        if w >= 0 and not isinstance(plan.loop.plant, Multirotor):
+        loop = Loop(plan, found.states, starts_of(found))
+        if found.unit >= 0 and not isinstance(plan.loop.plant, Multirotor):
             raise UserError("its attitude is not a unit quaternion")  # noqa: TRY301
-        if w >= 0 and abs(starts(loop, found)[w] ** 2 + np.square(starts(loop, found)[w + 1 : w + 4]).sum() - 1.0) > 1e-14:
-            raise UserError("its quaternion does not begin with length one")  # noqa: TRY301
         with np.errstate(all="ignore"):  # what is not finite fails
             failed = failing(loop, found)
-    except UserError as error:
+    except (UserError, UndefinedError) as error:
         raise UserError(f"{path}: {error}") from None
-    begun, seconds = starts(loop, found)[: len(axes)], loop.span * plan.ticks.step
-    return CheckedSet(mission.name, tuple(axes), found.unknown, failed, found.start, found.own, begun, found.position, seconds)
+    place = np.array(loop.start[: len(axes)]) if found.own else found.rest[: len(axes)]
+    seconds = loop.span * plan.ticks.step
+    return CheckedSet(mission.name, tuple(axes), found.unknown, failed, found.start, found.own, place, found.position, seconds)

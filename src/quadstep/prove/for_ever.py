@@ -12,7 +12,7 @@ from quadstep.prove.rest import LONGEST
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.set_certificate import SetCertificate, write_set
 from quadstep.prove.unknown import Unknown
-from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
+from quadstep.prove.verdict import Kind, Verdict, down, millimetres, off, under, up
 
 COLUMNS = ("", "verdict", "begins within", "stays within")
 
@@ -45,16 +45,16 @@ def held_for_ever(name: str, path: Path, text: str, loop: Sampled, unknown: Unkn
 
 def left_hover(name: str, loop: Sampled, unknown: Unknown, found: Left) -> Verdict:
     """Hover that flights leave from a start close to it."""
-    axes, off, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
+    axes, begins, box = loop.loop.plant.axes, each(loop, found.begun), each(loop, found.reach)
     rows = [
         [axis, "disproved", above(float(one)), below(float(far)) if far else "0 mm"]
         for axis, one, far in zip(axes, found.begun, found.reach, strict=False)
     ]
     for quantity, (far, unit) in box.items():
-        begun = listed(off[quantity][0], up, NOTHING)
+        begun = listed(begins[quantity][0], up, NOTHING)
         said = [f"{one} {unit}".replace(" °", "°") for one in (begun, listed(far, down, 0.0))]
         rows.append([quantity, "disproved", *said])
-    others = f", {under(unknown._replace(start=0.0))}" if any(unknown[:4]) else ""
+    others = f", {under(Unknown(*unknown[:4]))}" if any(unknown[:4]) else ""
     says = (
         f"disproved: hover is unstable{others}. From a state this close to the loop's rest (third column; the law's memory is "
         f"off too, along the fastest growing mode), met at any sample from {loop.period:g} s on, every flight gets out of a "
@@ -86,12 +86,14 @@ def below(metres: float) -> str:
 
 def sentence(unknown: Unknown, start: float, begun: Sequence[float], own: bool, period: float) -> str:
     """What holds."""
-    others = f" {under(unknown._replace(start=0.0))}," if any(unknown[:4]) else ""
+    others = f" {under(Unknown(*unknown[:4]))}," if any(unknown[:4]) else ""
+    also = off(unknown._replace(start=0.0))
+    moved = f", off it by {' and '.join(also)} at most in the other parts of its state" if also else ""
     point = ", ".join(f"{one:.6g}" for one in begun)
-    else_ = "else as the mission's" if own else "else as at rest (the mission's own start is too far from it)"
+    else_ = "else as the mission's" if own else "else, with the law's memory, as at rest (the mission's start is too far off)"
     return (
-        f"every flight{others} whose start is within {below(start)} of ({point}) m on each axis, {else_}, is in this set "
-        f"about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond which no clock is "
+        f"every flight{others} whose start is within {below(start)} of ({point}) m on each axis{moved}, {else_}, is in this "
+        f"set about the loop's rest at all samples from {period:g} s on, for ever: {LONGEST:g} s, beyond which no clock is "
         "followed."
     )
 

@@ -62,14 +62,13 @@ def held(loop: Sampled, unknown: Unknown, told: Callable[[int], None] = lambda _
     fastest = int(np.argmax(np.abs(chosen.values)))
     if np.abs(chosen.values[fastest]) >= 1.0:
         rate = float(np.log(np.abs(chosen.values[fastest]))) / loop.period
-        return left(Set(loop, at, chosen, unknown, at.state), fastest) or (
+        return left(Set(loop, at, chosen, unknown), fastest) or (
             f"the loop does not return to its rest: a mode grows at {rate:.3g} 1/s"
         )
     why = ""
     for patient, own in ((False, True), (False, False), (True, True), (True, False)):
-        begun = np.array(loop.at_rest(loop.like)) if own else at.state
         try:
-            arithmetic = Set(loop, at, chosen, unknown, begun)
+            arithmetic = Set(loop, at, chosen, unknown, own)
             found = largest(arithmetic, told, patient)
         except UndefinedError as error:
             found = str(error)

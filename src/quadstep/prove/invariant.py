@@ -12,18 +12,20 @@ lies in the box as soon as |T e'| + |I - T V| r does (the map contracts it).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.flight.loop import Numbers
-from quadstep.numbers.enclosure import Enclosure, Operand, UndefinedError
-from quadstep.prove.box import image, seeded
+from quadstep.numbers import flatten
+from quadstep.numbers.enclosure import Operand, UndefinedError
+from quadstep.prove.box import image, seeded, widened
 from quadstep.prove.modes import ComplexArray, Modes
 from quadstep.prove.rest import Rest, after, always
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.spectrum import UP, products
+from quadstep.prove.starts import STARTS, Leaf, displaced
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown, with_unknown
 
 MOST_ROUNDS, MOST_STEPS, HALVINGS = 400, 40, 16
@@ -62,8 +64,8 @@ class Held(NamedTuple):
 class Set:
     """The set's own arithmetic, for one loop, its rest and its modes."""
 
-    def __init__(self, loop: Sampled, at: Rest, found: Modes, unknown: Unknown, begun: Array) -> None:
-        self.loop, self.at, self.modes, self.unknown, self.begun = loop, at, found, unknown, begun
+    def __init__(self, loop: Sampled, at: Rest, found: Modes, unknown: Unknown, own: bool = False) -> None:
+        self.loop, self.at, self.modes, self.unknown, self.own = loop, at, found, unknown, own
         count = len(at.live)
         self.place = list(at.live)
         self.axes = [self.place.index(axis) for axis in range(len(loop.loop.plant.axes))]
@@ -91,7 +93,7 @@ class Set:
         also = count * count + PUSHES + CONSTANTS
         numbers = seeded(self.at.state[self.place][:, None], self.modes.spread * radii, also, second=count)
         p = with_unknown(self.loop.parameters, self.unknown, count + count * count, count + also, 1)
-        centre, parts, rest = self.run(numbers, always(self.loop), p, count + also)
+        centre, parts, rest = self.run(self.at.numbers(numbers), always(self.loop), p, count + also)
         size = np.abs(self.into)
         seen = self.into @ parts
         lines = np.abs(seen[:, :count] @ self.parted)
@@ -104,23 +106,26 @@ class Set:
         return Growth(lines + self.astray * radii, np.abs(curves), pushes, more)
 
     def starts(self, side: float) -> tuple[Array, Array]:
-        """|z| of the box of starts after the first sample: of its centre, and added by its sides. Raises UndefinedError."""
-        count = len(self.place)
-        axes = len(self.axes)
-        spread = np.zeros((count, axes))
-        spread[self.axes, range(axes)] = side
-        also = PUSHES + CONSTANTS
-        numbers = seeded(self.begun[self.place][:, None], spread, also)
-        for one in numbers:
-            one.fresh = None
-        p = with_unknown(self.loop.parameters, self.unknown, axes, axes + also, 1)
-        centre, parts, rest = self.run(numbers, np.array([0.0]), p, axes + also)
-        size = np.abs(self.into)
-        rounded = products(4 * count) * (size @ (np.abs(parts).sum(axis=1) + np.abs(centre)))
-        middle, sides = np.abs(self.into @ centre), np.abs(self.into @ parts).sum(axis=1)
-        return middle, (sides + size @ rest + rounded) * UP
+        """|z| of the starts after the first sample: of their centre, and added by the sides of the box of positions.
 
-    def run(self, numbers: list[Enclosure], tick: Operand, p: Numbers, directions: int) -> tuple[Array, Array, Array]:
+        Raises UndefinedError.
+        """
+        loop, count, also = self.loop, len(self.place), PUSHES + CONSTANTS
+        unknown = self.unknown._replace(start=side)
+        if self.own:
+            numbers = loop.starts(unknown)
+        else:
+            moving = len(flatten(loop.like.state))
+            state = self.at.state.tolist()
+            numbers = displaced(loop.like.state, state[:moving], loop.loop, unknown) + state[moving:]
+        p = with_unknown(loop.parameters, unknown, STARTS, STARTS + also, 1)
+        centre, parts, rest = self.run([widened(one, also) for one in numbers], np.array([0.0]), p, STARTS + also)
+        size, seen = np.abs(self.into), np.abs(self.into @ parts)
+        rounded = products(4 * count) * (size @ (np.abs(parts).sum(axis=1) + np.abs(centre)))
+        middle = np.abs(self.into @ centre) + seen[:, 3:].sum(axis=1)
+        return middle * UP, (seen[:, :3].sum(axis=1) + size @ rest + rounded) * UP
+
+    def run(self, numbers: Sequence[Leaf], tick: Operand, p: Numbers, directions: int) -> tuple[Array, Array, Array]:
         """One sample of the moving states: centre less the rest, parts, remainder. Raises UndefinedError."""
         found = image(after(self.loop, self.at, numbers, tick, p), directions, 1)
         if not all(np.all(np.isfinite(one)) for one in found):

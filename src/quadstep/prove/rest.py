@@ -57,10 +57,10 @@ class Rest(NamedTuple):
         return found
 
 
-def after(loop: Sampled, at: Rest, live: list[Enclosure], tick: Operand, p: Numbers) -> list[Operand]:
-    """The moving numbers one sample later. Raises UndefinedError if others do not behave as they should."""
+def after(loop: Sampled, at: Rest, numbers: Sequence[Enclosure | float], tick: Operand, p: Numbers) -> list[Operand]:
+    """The moving numbers one sample after all `numbers`. Raises UndefinedError if others do not behave as they should."""
     with np.errstate(all="ignore"):
-        found = loop.step(at.numbers(live), tick, p)
+        found = loop.step(numbers, tick, p)
     if at.unit >= 0:
         first = found[at.unit]
         if not np.all((first.low if isinstance(first, Enclosure) else first) > 0.5):

@@ -29,7 +29,7 @@ from quadstep.prove.products import UP
 from quadstep.prove.rest import holds
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.set_certificate import is_set
-from quadstep.prove.tube import SAMPLES, Open, tube
+from quadstep.prove.tube import SAMPLES, Open, beginning, tube
 from quadstep.prove.unknown import Unknown, check_unknown
 from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
 from quadstep.terminal.bars import bar
@@ -39,33 +39,40 @@ PUSH = 2.3e-4
 """The largest force [N] and torque [N m] of the paper's disturbance (Eq. 67) on its own first case."""
 
 
-def usual(plan: FlightPlan, force: float | None, torque: float | None, mass: float, inertia: float, start: float) -> Unknown:
+NOTHING = Unknown()
+
+
+def usual(plan: FlightPlan, force: float | None, torque: float | None, others: Unknown) -> Unknown:
     """The unknowns, with the defaults of the paper's plant for those not given."""
     push = PUSH if isinstance(plan.parameters, Parameters) and isinstance(plan.parameters.disturbance, Disturbance) else 0.0
-    return Unknown(push if force is None else force, push if torque is None else torque, mass, inertia, start)
+    return others._replace(force=push if force is None else force, torque=push if torque is None else torque)
 
 
 def prove_mission(
     path: Path,
     force: float | None = None,
     torque: float | None = None,
-    mass: float = 0.0,
-    inertia: float = 0.0,
-    start: float = 0.0,
+    others: Unknown = NOTHING,
     out: Path | None = None,
 ) -> Verdict:
-    """The verdict on the mission in `path`; a tube that closes is written to `out`. Raises UserError."""
+    """The verdict on the mission in `path`; a tube that closes is written to `out`. others: besides force and torque.
+
+    Raises UserError.
+    """
     text = files.read_text(path, files.TOML)
     mission = check_mission(parse_toml(text, str(path)), str(path), path.parent)
     plan = plan_mission(mission, path)
-    unknown = usual(plan, force, torque, mass, inertia, start)
+    unknown = usual(plan, force, torque, others)
     try:
         check_equilibrium(mission)
         check_unknown(plan, unknown)
         loop = Sampled(plan)
         at = hover(mission, plan, loop)
+        loop.starts(unknown)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
+    except UndefinedError as error:
+        raise UserError(f"{path}: no bound of the starts: {error}") from None
     found = instability(loop, at) if at else None
     if at and found:
         return unstable(mission.name, plan, at, found)
@@ -113,10 +120,9 @@ def prove_mission(
 
 def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:
     """Raises UserError if the law has no bounded value on the requested starts."""
-    start = np.zeros(flown.shape[1])
-    start[: len(loop.loop.plant.axes)] = unknown.start
     try:
-        block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into) @ start, 1e-12), 0, 1)
+        columns, weights = beginning(loop, unknown)
+        block(loop, flown, unknown, chosen, np.maximum(np.abs(chosen.into @ columns) @ weights, 1e-12), 0, 1)
     except UndefinedError as error:
         raise UserError(f"{path}: no bound of the first sample over the starts and unknowns: {error}") from None
 

@@ -23,6 +23,8 @@ from quadstep.linear.states import short
 from quadstep.numbers import Number, Structure, flatten, leaf_names, rebuild
 from quadstep.numbers.enclosure import Enclosure, UndefinedError
 from quadstep.prove.influence import Influence, of
+from quadstep.prove.starts import Leaf, started
+from quadstep.prove.unknown import Unknown
 
 Array = NDArray[np.float64]
 
@@ -73,6 +75,11 @@ class Sampled:
         names = short(leaf_names(self.like))
         self.names = [names[place] for place in self.places]
         refuse_displaced(self.loop.plant.axes, self.names)
+
+    def starts(self, unknown: Unknown) -> list[Leaf]:
+        """The state over all starts. Raises UserError, UndefinedError."""
+        leaves = started(self.loop, self.plan.start, self.parameters, unknown)
+        return [leaves[place] for place in self.places]
 
     def relevant(self) -> list[int]:
         """The leaves that the vehicle's motion depends on, however many samples later."""

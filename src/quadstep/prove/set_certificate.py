@@ -14,7 +14,7 @@ from quadstep.prove.certificate import LARGE, SMALL, read_unknown, table, writte
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown
 
-FORMAT = "quadstep set 1"
+FORMAT = "quadstep set 2"
 
 
 class SetCertificate(NamedTuple):

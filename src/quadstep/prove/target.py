@@ -6,7 +6,7 @@ from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.prove import certificate, set_certificate
 
-FORMATS = certificate.FORMAT, set_certificate.FORMAT
+FORMATS = tuple(one.FORMAT.rstrip("0123456789") for one in (certificate, set_certificate))
 
 
 def check_target(path: Path) -> None:
@@ -29,4 +29,4 @@ def is_certificate(path: Path) -> bool:
         content = read_json(path)
     except UserError:
         return False
-    return isinstance(content, dict) and content.get("format") in FORMATS
+    return isinstance(content, dict) and str(content.get("format")).startswith(FORMATS)

@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.numbers.enclosure import UndefinedError
+from quadstep.prove.box import image
 from quadstep.prove.linear import Block, Coordinates, after_each, block, through, ways
 from quadstep.prove.products import UP, Known, lost
 from quadstep.prove.sampled import Array, Sampled
+from quadstep.prove.starts import STARTS
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown
 
 SAMPLES = 25
@@ -56,9 +58,9 @@ class Past:
     """
 
     def __init__(self, columns: Array, weights: Array, constants: Array, capacity: int) -> None:
-        states = len(columns)
-        self.columns, self.other = np.zeros((2, states, capacity + states))
-        self.weights = np.zeros(capacity + states)
+        states, begun = columns.shape
+        self.columns, self.other = np.zeros((2, states, capacity + begun))
+        self.weights = np.zeros(capacity + begun)
         self.used = 0
         self.constants = constants
         self.add(columns, weights)
@@ -154,6 +156,16 @@ def grown(one: Block, on: Known, coordinates: Coordinates, past: Past, recent: P
     return Grown(found.max(axis=0) * UP, found[1:, :axes] * UP, box)
 
 
+def beginning(loop: Sampled, unknown: Unknown) -> tuple[Array, Array]:
+    """The deviations of all starts: columns, each between its negative and itself, and their weights.
+
+    Raises UserError, UndefinedError.
+    """
+    found, count = image(loop.starts(unknown), STARTS, 1), len(loop.places)
+    off = (found.rest + np.abs(found.centre - np.array(loop.at_rest(loop.like))[:, None]) * UP)[:, 0]
+    return np.hstack([found.parts[:, :, 0], np.eye(count)]), np.concatenate([np.ones(STARTS), off])
+
+
 def tube(
     loop: Sampled,
     flown: Array,
@@ -164,14 +176,12 @@ def tube(
 ) -> Tube | Open:
     """The tube of a flight. flown: its states before every sample, (samples + 1, states). axes: of the position."""
     count, samples = flown.shape[1], len(flown) - 1
-    start = np.zeros(count)
-    start[:axes] = unknown.start
     blocks = -(-samples // SAMPLES)
     each = SAMPLES * PUSHES + count
-    past = Past(np.eye(count)[:, :axes], start[:axes], np.zeros((count, CONSTANTS)), blocks * each)
+    past = Past(*beginning(loop, unknown), np.zeros((count, CONSTANTS)), blocks * each)
     recent = later = past
     boxes, position = np.zeros((blocks, count)), np.zeros((samples + 1, axes))
-    position[0] = start[:axes]
+    position[0] = past.size[:axes]
     box = np.maximum(past.bound(coordinates.into) * 1.5, 1e-9)
     for place in range(blocks):
         if place % MEMORY == 0:

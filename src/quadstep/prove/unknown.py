@@ -10,9 +10,8 @@ from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Numbers
 from quadstep.numbers import Number, Vector
-from quadstep.numbers.enclosure import Enclosure
+from quadstep.numbers.enclosure import Array, Enclosure
 from quadstep.plants.lagrange import Parameters
-from quadstep.prove.sampled import Array
 from quadstep.vehicle.disturbance import Disturbance
 
 PUSHES, CONSTANTS = 6, 4
@@ -20,7 +19,9 @@ PUSHES, CONSTANTS = 6, 4
 
 class Unknown(NamedTuple):
     """Bounds. force [N], torque [N m]: per axis, constant from sample to sample, otherwise arbitrary. mass, inertia:
-    of the vehicle, constant, relative to the mission's (0.01: within 1 %). start [m]: of the initial position, per axis.
+    of the vehicle, constant, relative to the mission's (0.01: within 1 %). start [m], start_velocity [m/s], start_attitude
+    [rad], start_rates [rad/s]: of the state at the start, per axis, in the coordinates of the plant's state; a quaternion is
+    turned about the vehicle's axes. Whatever else a start determines (memories, delay lines, estimates) moves with it.
     """
 
     force: float = 0.0
@@ -28,6 +29,9 @@ class Unknown(NamedTuple):
     mass: float = 0.0
     inertia: float = 0.0
     start: float = 0.0
+    start_velocity: float = 0.0
+    start_attitude: float = 0.0
+    start_rates: float = 0.0
 
     @property
     def pushes(self) -> Array:
@@ -40,7 +44,7 @@ class Unknown(NamedTuple):
         return np.array([self.mass] + [self.inertia] * 3)
 
 
-LARGEST = Unknown(force=1e3, torque=1e3, mass=0.9, inertia=0.9, start=1e3)
+LARGEST = Unknown(1e3, 1e3, 0.9, 0.9, start=1e3, start_velocity=1e3, start_attitude=1.0, start_rates=1e3)
 """The largest bounds."""
 
 
@@ -48,7 +52,7 @@ def refuse_out_of_range(unknown: Unknown, key: str) -> None:
     """Raises UserError for a bound that is negative, too large or not a number. key: its name, with {} for the field's."""
     for name, value, most in zip(Unknown._fields, unknown, LARGEST, strict=True):
         if not 0.0 <= value <= most:
-            raise UserError(f"{key.format(name)}: should be from 0 to {most:g}, not {value:g}")
+            raise UserError(f"{key.format(name.replace('_', '-'))}: should be from 0 to {most:g}, not {value:g}")
 
 
 def check_unknown(plan: FlightPlan, unknown: Unknown) -> None:

@@ -46,6 +46,17 @@ def up(x: float, digits: int = 6) -> float:
     return -down(-x, digits)
 
 
+def off(unknown: Unknown) -> list[str]:
+    """How far a start may be from the mission's, part by part."""
+    words = [
+        f"{1e3 * unknown.start:g} mm" if unknown.start else "",
+        f"{unknown.start_velocity:g} m/s" if unknown.start_velocity else "",
+        f"{math.degrees(unknown.start_attitude):g}° of attitude" if unknown.start_attitude else "",
+        f"{math.degrees(unknown.start_rates):g}°/s" if unknown.start_rates else "",
+    ]
+    return [one for one in words if one]
+
+
 def under(unknown: Unknown) -> str:
     """The unknowns in words."""
     said = [
@@ -53,7 +64,7 @@ def under(unknown: Unknown) -> str:
         f"any torque within {unknown.torque:g} N m per axis, new at every sample" if unknown.torque else "",
         f"a mass within {100 * unknown.mass:g} %" if unknown.mass else "",
         f"inertias within {100 * unknown.inertia:g} %" if unknown.inertia else "",
-        f"a start within {1e3 * unknown.start:g} mm of the mission's on each axis" if unknown.start else "",
+        f"a start within {' and '.join(off(unknown))} of the mission's on each axis" if off(unknown) else "",
     ]
     words = [one for one in said if one]
     return "under " + ", ".join(words) if words else "from this start"
