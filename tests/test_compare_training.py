@@ -9,6 +9,7 @@ from quadstep.comparison import training
 from quadstep.comparison.training import Journal, Place, over_all, read_lines, train
 from quadstep.errors import UserError
 from quadstep.mission.check import check
+from quadstep.mission.read import check_mission
 from quadstep.mission.tune import TuneSection
 from quadstep.tuning.judge import Judge, Judged
 from tests.studies import SMALL, TUNING, study
@@ -105,7 +106,9 @@ def limited():
 def test_tuned_gains_must_leave_six_decibels_and_thirty_degrees_by_default(limited):
     assert {name: one.least for name, one in limited.margins.items()} == pytest.approx(
         {"gain_margin_up": 6.0, "gain_margin_down": 6.0, "phase_margin": math.pi / 6.0}
-    )
+    )  # this mission has no latency
+    late = training.sound(check_mission({**limited.rest, "sensors": {"latency": 0.02}}, "m.toml", limited.folder))
+    assert late["delay_margin"].least == pytest.approx(0.04)
     assert limited.decisive != task().decisive
     stability = training.Stability(limited)
     gains = {f"controller.{name}.{axis}": value for name, value in (("position", 1.0), ("velocity", 3.0)) for axis in range(3)}

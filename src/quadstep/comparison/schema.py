@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from quadstep.campaign.distributions import Together, Varied
-from quadstep.linear.names import LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 
@@ -17,9 +16,6 @@ Content: TypeAlias = dict[str, object]
 
 MOST_NAMES, MOST_SEEDS, FEWEST_TUNED = 200, 100_000, 64
 """Entries of a table; flights of a cell; seeds of tuning, below which the tail is overfitted."""
-
-LEAST_MARGINS = {"gain_margin_up": LEAST_GAIN, "gain_margin_down": LEAST_GAIN, "phase_margin": LEAST_PHASE}
-"""Margins [dB, dB, rad] that tuned gains must leave, unless a study says otherwise: the usual limits of textbooks."""
 
 EFFORTS = ("energy", "rotor_activity", "saturation")
 """What is measured beside tracking, where the vehicle has rotors of its own."""
@@ -133,10 +129,11 @@ class TuningSection(Section):
         Literal["mean", "p95", "worst"], Quantity("", "aggregate of the flights' costs; its mean over `flown` is minimised")
     ] = "p95"
     constraints: Annotated[
-        dict[str, Any],
-        AfterValidator(as_constraints),
-        Quantity("", "limits of metrics and margins, as in [tune]; {} for none; default: margins of 6 dB and 30 degrees"),
-    ] = Field(default_factory=lambda: as_constraints(dict(LEAST_MARGINS)))
+        Annotated[dict[str, Any], AfterValidator(as_constraints)] | None,
+        Quantity(
+            "", "limits of metrics and margins, as in [tune]; {} for none; default: the mission's margins of a sound loop"
+        ),
+    ] = None
     repeats: Annotated[
         int, Field(ge=1, le=20), Quantity("", "searches per controller and vehicle, each with its own seed")
     ] = 3

@@ -23,6 +23,7 @@ from quadstep.comparison.schema import Content, ControllerEntry
 from quadstep.comparison.study import Situation, Study
 from quadstep.errors import UserError
 from quadstep.files import LOG as JOURNAL
+from quadstep.linear.analysis import limits
 from quadstep.linear.metrics import margin_metrics
 from quadstep.linear.names import MARGINS
 from quadstep.mission.read import check_mission
@@ -109,17 +110,24 @@ def task(study: Study, vehicle: str, name: str, entry: ControllerEntry, controll
         "seeds": tuning.seeds,
         "objective": tuning.objective,
         "aggregate": tuning.aggregate,
-        "constraints": {key: one.model_dump() for key, one in tuning.constraints.items() if key not in MARGINS},
+        "constraints": {key: one.model_dump() for key, one in (tuning.constraints or {}).items() if key not in MARGINS},
         "precision": study.file.precision,
         **({} if study.file.score_period is None else {"score_period": study.file.score_period}),
     }
     missions = tuple(
         {**study.content(one, controller), "tune": {**section, **study.draws(one.scenario)}} for one in situations
     )
-    margins = {key: one for key, one in tuning.constraints.items() if key in MARGINS}
+    margins = sound(mission) if tuning.constraints is None else {k: c for k, c in tuning.constraints.items() if k in MARGINS}
     rest = {**study.at_rest(vehicle), "controller": controller}
     seed = study.file.seed + repeat
     return Task(vehicle, name, missions, rest, margins, study.source, study.folder, tuning.budget, seed)
+
+
+def sound(mission: Mission) -> dict[str, Constraint]:
+    """The margins of a sound loop of a mission, as constraints."""
+    gain, phase, delay = limits(without_estimator(mission))
+    least = {"gain_margin_up": gain, "gain_margin_down": gain, "phase_margin": phase, "delay_margin": delay}
+    return {name: Constraint(least=value) for name, value in least.items() if value > 0.0}
 
 
 def flown_in(study: Study) -> list[tuple[str, str]]:
