@@ -11,6 +11,7 @@ from quadstep.prove import check, check_set
 from quadstep.prove.certificate import read_certificate
 from quadstep.prove.check_loop import Loop
 from quadstep.prove.set_certificate import read_set
+from tests.commands import quadstep
 from tests.planar_proofs import SET, TUBE, checked, proved
 
 
@@ -97,3 +98,42 @@ def test_numbers_out_of_their_range_are_one_line(tmp_path, name, request):
     run = checked(tmp_path, content)
     assert run.refused
     assert "tampered.json" in run.err
+
+
+RUNS = """
+from pathlib import Path
+
+Path(__file__).with_name("ran").touch()
+"""
+
+
+@pytest.mark.parametrize("where", ["stranger.py", "stranger", "../stranger.py", "antigravity"])
+@pytest.mark.parametrize("base", ["tube", "hover"])
+def test_a_stranger_s_certificate_runs_no_code_that_the_reader_does_not_name(tmp_path, where, base, request):
+    (tmp_path / "far").mkdir()
+    for folder in (tmp_path, tmp_path / "far"):
+        (folder / "stranger.py").write_text(RUNS)
+    content = json.loads(json.dumps(request.getfixturevalue(base)))
+    content["mission"] = content["mission"].replace("planar-pd", f"{where}:Law")
+    content["folder"] = "."
+    run = checked(tmp_path / "far", content)
+    assert run.refused
+    assert f"is code, which is not run unless you name its file: --controller {where}" in run.err
+    assert not list(tmp_path.rglob("ran"))
+
+
+def test_the_code_that_the_reader_names_is_run_and_no_other(tmp_path, tube):
+    (tmp_path / "stranger.py").write_text(RUNS)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "stranger.py").write_text(
+        "from dataclasses import dataclass\nfrom quadstep.control.planar_pd import PlanarPd\n\n"
+        "@dataclass(frozen=True)\nclass Law(PlanarPd):\n    name = 'law'\n"
+    )
+    content = json.loads(json.dumps(tube))
+    content["mission"] = content["mission"].replace("planar-pd", "stranger.py:Law")
+    (tmp_path / "tampered.json").write_text(json.dumps(content))
+    run = quadstep("prove", "--check", tmp_path / "tampered.json", "--controller", tmp_path / "mine" / "stranger.py")
+    assert (run.code, run.err) == (0, "")
+    assert "no more than" in run.out
+    assert not list(tmp_path.rglob("ran"))
+    assert quadstep("prove", "mission.toml", "--controller", "stranger.py").refused

@@ -358,7 +358,7 @@ def test_a_command_without_a_desired_attitude_is_proved_like_one_of_zeros(tmp_pa
         (tmp_path / "own.py").write_text(OWN.replace("{more}", more))
         run = quadstep("prove", write(tmp_path, STILL), "--start", "0.001", "--out", tmp_path / "proof.json")
         assert (run.code, run.err) == (0, "")
-        assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
+        assert quadstep("prove", "--check", tmp_path / "proof.json", "--controller", tmp_path / "own.py").code == 0
         shown.append((run.out, (tmp_path / "proof.json").read_text()))
     assert shown[0] == shown[1]
 

@@ -41,6 +41,14 @@ def prove(
     check: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.", show_default=False)
     ] = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILE",
+            help="With --check: code of your own that the mission names and that may run; may be repeated. No other is run.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Prove how far every flight stays from its path, or that it does not: by enclosures of the laws that fly.
 
@@ -55,8 +63,10 @@ def prove(
         raise UserError(f"name a mission or a certificate with --check, not both: {mission} and {check}")
     if mission is None and check is None:
         raise UserError("name a mission, or a certificate with --check")
+    if controller and check is None:
+        raise UserError("--controller is for --check; a mission of yours runs the code that it names")
     if check is not None:
-        verdict = run.check(check)
+        verdict = run.check(check, controller or ())
     else:
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"

@@ -26,10 +26,10 @@ def seeded(centres: Array, spread: Array, spare: int = 0, second: int = 0) -> li
     return [Enclosure(c, p, nothing, r, fresh) for c, p, r in zip(centres, parts, reach, strict=True)]
 
 
-def widened(number: Enclosure | float, directions: int) -> Enclosure | float:
+def widened(number: Enclosure | float, directions: int) -> Enclosure:
     """The same with so many further directions, on which it does not depend."""
     if not isinstance(number, Enclosure) or number.parts is None:
-        return number
+        return number if isinstance(number, Enclosure) else ball(np.array([number]))
     parts = np.concatenate([number.parts, np.zeros((directions, *number.centre.shape))])
     return Enclosure(number.centre, parts, number.rest, number.reach, None, number.floor)
 

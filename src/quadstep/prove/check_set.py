@@ -70,9 +70,11 @@ def starts_of(found: SetCertificate) -> Unknown:
     return found.unknown._replace(start=found.start)
 
 
-def with_room(one: Operand, directions: int) -> Operand:
+def with_room(one: Operand, directions: int) -> Enclosure:
     """The same number with more directions."""
-    if not isinstance(one, Enclosure) or one.parts is None:
+    if not isinstance(one, Enclosure):
+        return number(np.ravel(one).astype(np.float64), np.zeros(1), directions)
+    if one.parts is None:
         return one
     parts = np.concatenate([one.parts, np.zeros((directions - len(one.parts), 1))])
     return Enclosure(one.centre, parts, one.rest, one.reach, None, one.floor)
@@ -118,8 +120,8 @@ def mapped(loop: Loop, found: SetCertificate, numbers: list[Operand], ticks: Ope
     parts = np.zeros((len(found.live), directions))
     for i, place in enumerate(found.live):
         one = after[place]
-        if isinstance(one, float | np.ndarray):  # as the law writes it, whatever it was; or of a start without unknowns
-            one = number(np.ravel(one).astype(np.float64), np.zeros(1), 1)
+        if isinstance(one, float):  # as the law writes it, whatever it was
+            one = number(np.array([one]), np.zeros(1), 1)
         if not isinstance(one, Enclosure):
             raise UserError(f"{found.states[place]} does not come out of the loop as a state does")
         gap[i] = one.centre[0] - found.rest[place]
@@ -179,7 +181,8 @@ def failing(loop: Loop, found: SetCertificate) -> str:
     try:
         numbers = box(found, found.spread * radii, count, directions)
         kept = discs.reached(mapped(loop, found, numbers, later, directions), count, second=True)
-        numbers = [with_room(one, STARTS + UNKNOWNS) for one in begun(loop, found)]
+        moving = {*found.live, *found.twins, found.unit}
+        numbers = [with_room(one, STARTS + UNKNOWNS) if i in moving else one for i, one in enumerate(begun(loop, found))]
         first = discs.reached(mapped(loop, found, numbers, np.array([0.0]), STARTS + UNKNOWNS), STARTS, second=False)
     except UndefinedError as error:
         return f"nothing bounds a sample over the set: {error}"

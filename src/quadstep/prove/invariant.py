@@ -22,6 +22,7 @@ from quadstep.numbers import flatten
 from quadstep.numbers.enclosure import Operand, UndefinedError
 from quadstep.prove.box import image, seeded, widened
 from quadstep.prove.modes import ComplexArray, Modes
+from quadstep.prove.products import summed
 from quadstep.prove.rest import Rest, after, always
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.spectrum import UP, products
@@ -47,7 +48,8 @@ class Growth(NamedTuple):
     @property
     def whole(self) -> Array:
         """Bound on |z'|."""
-        result: Array = (self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.pushes + self.rest) * UP
+        terms = self.lines.sum(axis=1) + self.curves.sum(axis=(1, 2)) + self.pushes + self.rest
+        result: Array = terms * summed(self.curves[0].size)
         return result
 
 
@@ -115,11 +117,12 @@ class Set:
         if self.own:
             numbers = loop.starts(unknown)
         else:
-            moving = len(flatten(loop.like.state))
-            state = self.at.state.tolist()
-            numbers = displaced(loop.like.state, state[:moving], loop.loop, unknown) + state[moving:]
+            body, state = len(flatten(loop.like.state)), self.at.state.tolist()
+            numbers = displaced(loop.like.state, state[:body], loop.loop, unknown) + state[body:]
         p = with_unknown(loop.parameters, unknown, STARTS, STARTS + also, 1)
-        centre, parts, rest = self.run([widened(one, also) for one in numbers], np.array([0.0]), p, STARTS + also)
+        moving = {*self.place, *self.at.twins, self.at.unit}
+        numbers = [widened(one, also) if place in moving else one for place, one in enumerate(numbers)]
+        centre, parts, rest = self.run(numbers, np.array([0.0]), p, STARTS + also)
         size, seen = np.abs(self.into), np.abs(self.into @ parts)
         rounded = products(4 * count) * (size @ (np.abs(parts).sum(axis=1) + np.abs(centre)))
         middle = np.abs(self.into @ centre) + seen[:, 3:].sum(axis=1)

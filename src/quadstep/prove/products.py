@@ -8,12 +8,17 @@ from quadstep.prove.sampled import Array
 
 HALF_UNIT = 2.0**-53
 UP = 1.0 + 1e-12
-"""The most that sums of some hundred positive numbers lose by rounding."""
+"""More than sums of up to 8,000 positive numbers lose by rounding, relative to themselves; `summed` for longer ones."""
 
 
 def lost(count: int) -> float:
     """Bound on a sum's rounding for `count` products, relative to their sizes, in any order (Higham 2002, section 3.5)."""
     return count * HALF_UNIT / (1.0 - count * HALF_UNIT) * UP
+
+
+def summed(count: int) -> float:
+    """More than a sum of so many products of positive numbers loses by rounding, relative to itself."""
+    return UP * (1.0 + lost(count + 2))
 
 
 class Known(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ from quadstep.prove.tube import SAMPLES, Open, beginning, tube
 from quadstep.prove.unknown import Unknown, check_unknown
 from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
 from quadstep.terminal.bars import bar
+from quadstep.user_code.loading import only
 from quadstep.vehicle.disturbance import Disturbance
 
 PUSH = 2.3e-4
@@ -127,8 +128,16 @@ def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, c
         raise UserError(f"{path}: no bound of the first sample over the starts and unknowns: {error}") from None
 
 
-def check(path: Path) -> Verdict:
-    """The verdict on a certificate. Raises UserError."""
+def check(path: Path, code: Sequence[str] = ()) -> Verdict:
+    """The verdict on a certificate. code: the only files and modules of users that are run. Raises UserError."""
+    with only(code):
+        found = checked(path)
+    ran = f"Of users' code, no more than {', '.join(code)} was run, as you said." if code else "No code of users was run."
+    return found._replace(says=[*found.says, ran])
+
+
+def checked(path: Path) -> Verdict:
+    """The same."""
     if is_set(path):
         return check_for_ever(path)
     found = check_certificate(path)

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 HALF_UNIT = 2.0**-53
 UP = 1.0 + 1e-12
-"""The most that sums of some hundred positive numbers lose by rounding."""
+"""More than sums of up to 8,000 positive numbers lose by rounding, relative to themselves."""
 
 
 class Spectrum(NamedTuple):

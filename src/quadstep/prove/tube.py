@@ -16,7 +16,7 @@ import numpy as np
 from quadstep.numbers.enclosure import UndefinedError
 from quadstep.prove.box import image
 from quadstep.prove.linear import Block, Coordinates, after_each, block, through, ways
-from quadstep.prove.products import UP, Known, lost
+from quadstep.prove.products import UP, Known, lost, summed
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.starts import STARTS
 from quadstep.prove.unknown import CONSTANTS, PUSHES, Unknown
@@ -84,7 +84,7 @@ class Past:
         found[same] = self.size[np.flatnonzero(same)]
         other = rows[~same]
         made = np.abs(other @ self.columns[:, : self.used]) @ self.weights[: self.used]
-        found[~same] = (made + lost(len(self.columns) + 2) * (np.abs(other) @ self.size)) * UP
+        found[~same] = (made + lost(len(self.columns) + 2) * (np.abs(other) @ self.size)) * summed(self.used)
         return found
 
     def bound(self, rows: Array, also: Array | None = None) -> Array:
@@ -96,7 +96,7 @@ class Past:
 
     def magnitude(self) -> Array:
         """Bounds on |e|, without the constants."""
-        result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * UP
+        result: Array = np.abs(self.columns[:, : self.used]) @ self.weights[: self.used] * summed(self.used)
         return result
 
     def move(self, one: Block, on: Known, box: Array) -> None:
