@@ -11,14 +11,15 @@ from scipy.optimize import brentq
 
 from quadstep import Mission
 from quadstep.control.controller import Controller
-from quadstep.linear.analysis import of_loop, studied
+from quadstep.linear.analysis import of_loop, studied, worst_of
 from quadstep.linear.equilibrium import at_rest, hovering
 from quadstep.linear.record import record
 from quadstep.linear.sampled import Loops
 from quadstep.linear.states import states, with_states
 from quadstep.linear.tables import sentences
+from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
-from quadstep.numbers import vector
+from quadstep.numbers import Vector, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
@@ -328,3 +329,64 @@ def test_the_planar_vehicle_has_the_poles_and_margins_of_its_textbook_loop():
     assert torque.sensitivity == pytest.approx(np.abs(1.0 / (1.0 + values)).max(), rel=1e-5)
     assert torque.complementary == pytest.approx(np.abs(values / (1.0 + values)).max(), rel=1e-5)
     assert torque.disk == pytest.approx(np.abs(2.0 * (1.0 + values) / (1.0 - values)).min(), rel=1e-5)
+
+
+@dataclass(frozen=True)
+class Lopsided(Controller):
+    """A controller whose torques are larger by these factors to either side, and at rest neither."""
+
+    flown: Controller
+    plus: float
+    minus: float
+
+    def loops(self):
+        return self.flown.loops()
+
+    def start(self, *given):
+        return self.flown.start(*given)
+
+    def slower(self, *given):
+        return self.flown.slower(*given)
+
+    def law(self, *given):
+        command, memory = self.flown.law(*given)
+        torque = Vector(one * where(one > 0.0, self.plus, self.minus) for one in command.torque)
+        return command._replace(torque=torque), memory
+
+
+def test_a_loop_that_bends_at_rest_has_the_worst_margins_of_its_sides():
+    plan = hovering(hover({"type": "pid"}))
+
+    def rest(plus, minus):
+        return at_rest(plan._replace(loop=replace(plan.loop, controller=Lopsided(plan.loop.controller, plus, minus))))
+
+    bent, plain, strong = rest(1.0, 1.4), rest(1.0, 1.0), rest(1.4, 1.4)
+    assert not plain.pieces
+    assert not strong.pieces
+    assert any("test_linear.py" in place for place in bent.period.period.bends)
+    sides = worst_of([of_loop(one) for one in (bent.period, *bent.pieces)])
+    ends = worst_of([of_loop(plain.period), of_loop(strong.period)])
+    assert sides.bends
+    for channel, one, other in zip(sides.channels, sides.margins, ends.margins, strict=True):
+        if channel.name in ("roll", "pitch"):  # of yaw one direction in eight may be missed
+            assert one.phase == pytest.approx(other.phase, rel=1e-6)
+            assert one.delay == pytest.approx(other.delay, rel=1e-6)
+            assert one.gain_up == pytest.approx(other.gain_up, rel=1e-6)
+    assert "The loop bends at rest" in sentences(sides)[-1]
+
+
+def test_a_modal_sum_is_the_response_that_equations_are_solved_for(found):
+    for law in ("pid", "geometric"):
+        loop = found(law).rest.period
+        ready, omega = opened(loop), frequencies(loop)[::20]
+        assert ready.modal is not None
+        assert transfer(ready, omega) == pytest.approx(transfer(ready._replace(modal=None), omega), rel=1e-8, abs=1e-9)
+
+
+def test_a_rest_is_reached_by_flying_where_newton_runs_into_a_limit():
+    """In wind, with estimates that are bounded: a step of Newton's method from far away ends at the bounds."""
+    wind = {"mean": [9.0, 0.0, 0.0]}
+    adaptive = {"type": "geometric-adaptive"}
+    analysis = studied(hover(adaptive, wind=wind)).analysis
+    assert analysis.stable
+    assert not analysis.not_held

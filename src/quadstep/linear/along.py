@@ -5,18 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan, fly
+from quadstep.flight.engines import FlightPlan
 from quadstep.linear.analysis import Analysis, limits, of_even_rotors, of_loop, worst_of
-from quadstep.linear.channels import commanded
-from quadstep.linear.equilibrium import quiet
+from quadstep.linear.equilibrium import flown_to, quiet
 from quadstep.linear.margins import Limits
 from quadstep.linear.reduced import reduced
-from quadstep.linear.sampled import Loops, NotLinearError, linearised, linearising
-from quadstep.linear.states import Flown
+from quadstep.linear.sampled import Loops, linearised, linearising
+from quadstep.linear.side import NotLinearError
 from quadstep.mission.schema import Mission
-from quadstep.numbers import Vector
-from quadstep.sensing.delay import filled
 
 
 def along(mission: Mission, instants: int) -> Iterator[tuple[float, Analysis | str]]:
@@ -39,13 +35,3 @@ def at(plans: list[FlightPlan], first: int, asked: Limits) -> Analysis | str:
             return worst_of([of_loop(one, asked) for one in loops])
     except NotLinearError as error:
         return str(error)
-
-
-def flown_to(plan: FlightPlan, first: int) -> Flown:
-    """The loop before tick `first`, as flown. Raises NotLinearError where the flight ended before."""
-    log = fly(plan._replace(ticks=plan.ticks._replace(last=first - 1)))
-    if log.outcome is not Outcome.COMPLETED:
-        raise NotLinearError(f"the flight ended after {log.ended:g} s")
-    loops = Loops(plan)
-    asked = Vector(commanded(loops.loop, loops.p, log.final.command))
-    return loops.step(Flown(log.final, filled(asked, loops.loop.late), asked), first - 1)

@@ -19,7 +19,7 @@ class Analysis(NamedTuple):
     """A loop at rest or at an instant of a flight. margins: by channel, empty if a mode grows.
 
     loop: the linearised period. not_held: the parts of the pose in which a deviation stays.
-    limits: what a sound loop has.
+    limits: what a sound loop has. bends: places of the laws where slopes differ on both sides.
     """
 
     channels: tuple[Channel, ...]
@@ -28,6 +28,7 @@ class Analysis(NamedTuple):
     loop: Reduced
     not_held: tuple[str, ...]
     limits: Limits
+    bends: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -52,7 +53,9 @@ def studied(mission: Mission) -> Studied:
     plans = of_even_rotors(hovering(mission))
     with linearising():
         rests = [at_rest(plan) for plan in plans]
-        return Studied(rests[0], worst_of([of_loop(rest.period, limits(mission)) for rest in rests]))
+        return Studied(
+            rests[0], worst_of([of_loop(one, limits(mission)) for rest in rests for one in (rest.period, *rest.pieces)])
+        )
 
 
 def limits(mission: Mission) -> Limits:
@@ -65,7 +68,7 @@ def of_loop(loop: Reduced, asked: Limits = TEXTBOOK) -> Analysis:
     """The analysis of a linearised period."""
     channels = loop.period.channels
     modes = Modes(loop)
-    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, asked)
+    found = Analysis(channels, poles(loop, modes), (), loop, modes.not_held, asked, loop.period.bends)
     if not found.stable:
         return found
     omega, ready = frequencies(loop), opened(loop)
@@ -88,12 +91,13 @@ def of_even_rotors(plan: FlightPlan) -> list[FlightPlan]:
 
 
 def worst_of(found: list[Analysis]) -> Analysis:
-    """The first of several loops of the same channels, with the least of all margins; or the unstable one, if any is."""
-    for one in found:
-        if not one.stable:
-            return one
-    first = found[0]
-    return first._replace(margins=tuple(least(each) for each in zip(*(one.margins for one in found), strict=True)))
+    """The slowest of several loops of the same channels, with the least of all margins; or the unstable one, if any is."""
+    slowest = max(found, key=lambda one: one.poles[0].real)
+    if not slowest.stable:
+        return slowest
+    not_held = tuple(dict.fromkeys(name for one in found for name in one.not_held))
+    worst = tuple(least(each) for each in zip(*(one.margins for one in found), strict=True))
+    return slowest._replace(margins=worst, not_held=not_held, bends=found[0].bends)
 
 
 def least(found: tuple[Margins, ...]) -> Margins:

@@ -5,10 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quadstep.flight.engines import FlightPlan
+from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.engines import FlightPlan, fly
 from quadstep.guidance.reference import Reference
+from quadstep.linear.channels import commanded
 from quadstep.linear.reduced import Reduced, reduced
 from quadstep.linear.sampled import Loops, NoRestError, linearised
+from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.mission.air import WindSection
 from quadstep.mission.airframe import AirframeSection
@@ -17,6 +20,8 @@ from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.paths import StepPath
 from quadstep.mission.schema import Mission
 from quadstep.mission.vehicles import VehicleSection
+from quadstep.numbers import Vector
+from quadstep.sensing.delay import filled
 
 WARM = 0.1
 """Time flown before the search, so that memories of past samples are filled [s]."""
@@ -25,17 +30,26 @@ MOST_STEPS, AT_REST = 12, 1e-9
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
 
+FLOWN = 5.0, 25.0
+"""Flights after which Newton's method is tried again where it fails at the start: on a limit, say, or far from rest [s]."""
+
+MIXED = 4
+"""Mixtures of all states, and their opposites, towards which a loop is linearised where it bends."""
+
 PATIENCE = 3
 """Steps in a row without progress after which there is taken to be no equilibrium."""
 
 
 class Rest(NamedTuple):
-    """A loop at rest. flown: its state at tick `first`; period: linearised there."""
+    """A loop at rest. flown: its state at tick `first`; period: linearised there. pieces: where it bends, on
+    other sides.
+    """
 
     loops: Loops
     flown: Flown
     first: int
     period: Reduced
+    pieces: tuple[Reduced, ...] = ()
 
 
 def check_equilibrium(mission: Mission) -> None:
@@ -78,10 +92,34 @@ def quiet(plan: FlightPlan) -> FlightPlan:
 
 
 def at_rest(plan: FlightPlan) -> Rest:
-    """The loop at rest, linearised. Raises NotLinearError where there is no equilibrium, or no slope."""
+    """The loop at rest, linearised: by Newton's method from the start or, where that fails, from where flights get to. Raises
+    NotLinearError where there is no equilibrium, or no slope.
+    """
     loops = Loops(plan)
     first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
     flown = loops.fly(loops.begin(), 0, first)
+    reasons: list[NotLinearError] = []
+    bent: Rest | None = None
+    for seconds in (0.0, *FLOWN):
+        try:
+            if seconds:
+                first = round(seconds / (loops.count * loops.h)) * loops.count
+                flown = flown_to(plan, first)
+            found = newton(loops, flown, first)
+            if not found.period.period.bends:
+                return found
+            bent = found  # perhaps only on the way: a flight may rest elsewhere
+        except (NoRestError, NoSlopeError) as error:
+            reasons.append(error)
+            if bent:
+                break
+    if bent is None:
+        raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
+    return bent._replace(pieces=pieces(bent))
+
+
+def newton(loops: Loops, flown: Flown, first: int) -> Rest:
+    """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
     for _ in range(MOST_STEPS):
         period = reduced(linearised(loops, flown, first))
@@ -102,8 +140,20 @@ def at_rest(plan: FlightPlan) -> Rest:
     worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
     raise NoRestError(
         f"there is no equilibrium: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
-        f"{period.period.length:g} s after {len(sizes)} steps of Newton's method"
+        f"{period.period.length:g} s after {len(sizes)} steps of Newton's method",
+        size,
     )
+
+
+def pieces(rest: Rest) -> tuple[Reduced, ...]:
+    """The loop linearised on different sides of where it bends: towards mixtures of all states. Raises NotLinearError."""
+    found = [rest.period]
+    for way in np.random.default_rng(MIXED).normal(size=(MIXED, len(states(rest.flown)[0]))):
+        for side in (1.0, -1.0):
+            one = reduced(linearised(rest.loops, rest.flown, rest.first, side * way / np.abs(way).max()))
+            if all(one.map.shape != other.map.shape or apart(one.map, other.map) > SAME for other in found):
+                found.append(one)
+    return tuple(found[1:])
 
 
 def residual(period: Reduced) -> Array:
@@ -120,3 +170,13 @@ def outcome(loops: Loops, flown: Flown, first: int) -> None:
     code = loops.loop.plant.outcome(loops.p, flown.cycle.state, flown.cycle.command, reference)
     if code:
         raise NoRestError(f"the equilibrium cannot be flown: it ends with {code}")
+
+
+def flown_to(plan: FlightPlan, first: int) -> Flown:
+    """The loop before tick `first`, as flown. Raises NotLinearError where the flight ended before."""
+    log = fly(plan._replace(ticks=plan.ticks._replace(last=first - 1)))
+    if log.outcome is not Outcome.COMPLETED:
+        raise NoRestError(f"there is no equilibrium: the flight ended after {log.ended:g} s")
+    loops = Loops(plan)
+    asked = Vector(commanded(loops.loop, loops.p, log.final.command))
+    return loops.step(Flown(log.final, filled(asked, loops.loop.late), asked), first - 1)

@@ -6,40 +6,37 @@ dual numbers and yield exact slopes, including latency, rotor lag and every loop
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Clock
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.loop import Numbers
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
 from quadstep.linear.pose import Pose, pose
+from quadstep.linear.side import SAME, NotLinearError, Side, apart
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.numbers import Number, Structure, Vector, flatten
-from quadstep.numbers.dual import NotDifferentiableError, Seeds, slopes_of
+from quadstep.numbers.dual import Seeds
 from quadstep.sensing.delay import filled, passed
 
 MOST_TICKS = 2000
 """Most ticks of the period after which all loops are due together again."""
 
-SAME = 1e-9
-"""Slopes on both sides of an edge, and states of two ticks, count as equal if they differ by less than this relative to 1."""
-
 WANTED = "x", "y", "z", "yaw"
 """Quantities of the path that can be shifted."""
 
 
-class NotLinearError(UserError):
-    """The loop cannot be linearised about this motion; says what fails, and where."""
-
-
 class NoRestError(NotLinearError):
-    """There is no equilibrium, or none that can be flown."""
+    """There is no equilibrium, or none that can be flown. left: the largest relative change in a period, if known."""
+
+    def __init__(self, text: str, left: float = math.inf) -> None:
+        super().__init__(text)
+        self.left = left
 
 
 @contextlib.contextmanager
@@ -70,7 +67,8 @@ class Tick(NamedTuple):
 
 class Period(NamedTuple):
     """The ticks until all loops are due together again, from time `start` [s]. names: of the states, the channels' commands
-    last. values: of the states at the start, and `after` it. pose: at the start.
+    last. values: of the states at the start, and `after` it. pose: at the start. bends: places of the laws where the slopes on
+    both sides differ, and these are those of one side.
     """
 
     ticks: tuple[Tick, ...]
@@ -81,6 +79,7 @@ class Period(NamedTuple):
     pose: Pose
     step: float
     start: float
+    bends: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -171,8 +170,10 @@ class Moment(NamedTuple):
     command: Structure
 
 
-def linearised(loops: Loops, flown: Flown, first: int) -> Period:
-    """One period from tick `first` on, a multiple of the period's. flown: once the law has run. Raises NotLinearError."""
+def linearised(loops: Loops, flown: Flown, first: int, way: Array | None = None) -> Period:
+    """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
+    states, to whose side the loop is linearised where it bends. Raises NotLinearError.
+    """
     values, names = states(flown)
     posed = pose(loops.loop, loops.p, flown, first * loops.h)
     moments: list[Moment] = []
@@ -185,43 +186,42 @@ def linearised(loops: Loops, flown: Flown, first: int) -> Period:
         moments.append(Moment(k, flown, after, held))
         flown = loops.step(after, k)
     ticks: dict[int, Tick] = {}
-    for due in dict.fromkeys(loops.due(one.k) for one in moments):
-        ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due])
-    every = tuple(ticks[k] for k in sorted(ticks))
-    return Period(every, tuple(names), kinds, np.array(values), np.array(states(flown)[0]), posed, loops.h, first * loops.h)
+    side = Side(way)
+    if way is None:
+        for due in dict.fromkeys(loops.due(one.k) for one in moments):
+            ticks |= alike(loops, [one for one in moments if loops.due(one.k) == due], side)
+    else:
+        ticks = {one.k: tick_of(loops, one, side, of_tasks(loops, one, side)) for one in moments}
+    every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown)[0])
+    return Period(every, tuple(names), kinds, np.array(values), final, posed, loops.h, first * loops.h, tuple(side.bends))
 
 
-def alike(loops: Loops, moments: list[Moment]) -> dict[int, Tick]:
+def alike(loops: Loops, moments: list[Moment], side: Side) -> dict[int, Tick]:
     """Ticks with the same tasks: one for all if nothing has moved and no task depends on time; else each by itself. (A task
     that follows a plan depends on the time since the plan was made.)
     """
     one, last = moments[0], moments[-1]
-    tasks = of_tasks(loops, one)
+    tasks = of_tasks(loops, one, side)
     begun = np.array(states(one.flown)[0])
     moved = max(apart(begun, np.array(states(other.flown)[0])) for other in moments)
-    if moved <= SAME and (last is one or apart(tasks, of_tasks(loops, last)) <= SAME):
-        return dict.fromkeys([other.k for other in moments], tick_of(loops, one, tasks))
+    if moved <= SAME and (last is one or apart(tasks, of_tasks(loops, last, side)) <= SAME):
+        return dict.fromkeys([other.k for other in moments], tick_of(loops, one, side, tasks))
     found: dict[int, Tick] = {}
     for other in moments:
         known = found.get(one.k) if moved <= SAME else None
-        found[other.k] = tick_of(loops, other, of_tasks(loops, other), known)
+        found[other.k] = tick_of(loops, other, side, of_tasks(loops, other, side), known)
     return found
 
 
-def apart(a: Array, b: Array) -> float:
-    """The difference between numbers, relative to 1."""
-    return float((np.abs(a - b) / (1.0 + np.abs(a))).max(initial=0.0))
-
-
-def tick_of(loops: Loops, one: Moment, tasks: Array, known: Tick | None = None) -> Tick:
+def tick_of(loops: Loops, one: Moment, side: Side, tasks: Array, known: Tick | None = None) -> Tick:
     """The slopes of a tick. tasks: of its tasks. known: another whose step is the same. Raises NotLinearError."""
     n = len(tasks)
     if known is not None:
         return known._replace(tasks=tasks[:, :n], path=tasks[:, n:])
-    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one), acting(loops, one), loops.due(one.k)[-1])
+    return Tick(tasks[:, :n], tasks[:, n:], of_step(loops, one, side), acting(loops, one), loops.due(one.k)[-1])
 
 
-def of_tasks(loops: Loops, one: Moment) -> Array:
+def of_tasks(loops: Loops, one: Moment, side: Side) -> Array:
     """The tasks' slopes by state and path, (states, states + path)."""
     values, names = states(one.flown)
     n, r = len(values), len(WANTED)
@@ -231,17 +231,21 @@ def of_tasks(loops: Loops, one: Moment) -> Array:
         p = loops.p._replace(path=(loops.p.path[0], Vector(duals[n:])))
         return list(states(loops.tasks(with_states(one.flown, duals[:n]), one.k, p)[0])[0])
 
-    return slopes(loops, one.k, n + r, names, made)
+    found = side.slopes(one.k * loops.h, names, n + r, made)
+    side.moved(found[:, :n])
+    return found
 
 
-def of_step(loops: Loops, one: Moment) -> Array:
+def of_step(loops: Loops, one: Moment, side: Side) -> Array:
     """The slopes of the integrator's step by state, (states, states)."""
     values, names = states(one.after)
 
     def made(seeds: Seeds) -> list[Number]:
         return list(states(loops.step(with_states(one.after, seeds.seeded(values, 0)), one.k))[0])
 
-    return slopes(loops, one.k, len(values), names, made)
+    found = side.slopes(one.k * loops.h, names, len(values), made)
+    side.moved(found)
+    return found
 
 
 def acting(loops: Loops, one: Moment) -> Array:
@@ -253,30 +257,5 @@ def acting(loops: Loops, one: Moment) -> Array:
 
     found = np.zeros((len(names), m))
     held = [place for place, name in enumerate(names) if name.startswith("held")]
-    found[held] = slopes(loops, one.k, m, [names[place] for place in held], made)
+    found[held] = Side().slopes(one.k * loops.h, [names[place] for place in held], m, made)
     return found
-
-
-def slopes(loops: Loops, k: int, count: int, names: Sequence[str], made: Callable[[Seeds], Sequence[Number]]) -> Array:
-    """Slopes of a function of `count` seeds, which must agree on both sides of every edge. Raises NotLinearError."""
-    seeds = Seeds(count, 1.0)
-    values, found = checked(made, seeds, names)
-    if not seeds.edges:
-        return found
-    others, other = checked(made, Seeds(count, -1.0), names)
-    for a, b, what in ((values, others, "jumps"), (found, other, "is not differentiable")):
-        if apart(a, b) > SAME:
-            raise NotLinearError(f"the loop {what} at t = {k * loops.h:g} s, on the boundary at {' or '.join(seeds.edges)}")
-    return found
-
-
-def checked(made: Callable[[Seeds], Sequence[Number]], seeds: Seeds, names: Sequence[str]) -> tuple[Array, Array]:
-    """Values and slopes. Raises NotLinearError where a slope does not exist."""
-    try:
-        values, found, lost = slopes_of(made(seeds), seeds.count)
-    except NotDifferentiableError as error:
-        raise NotLinearError(str(error)) from None
-    for name, place in zip(names, lost, strict=True):
-        if place:
-            raise NotLinearError(f"{name} has no derivative: {place}")
-    return values, found

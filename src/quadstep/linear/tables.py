@@ -1,6 +1,7 @@
 """An analysis as tables for people: dB, degrees, milliseconds."""
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from quadstep.linear.analysis import Analysis
@@ -16,6 +17,11 @@ METHOD = (
     "One loop is opened at a time, between the controller's command and the rotors. Margins say how far that command can be "
     "scaled, shifted in phase or delayed before the sampled loop becomes unstable. S and T are the largest sensitivity and "
     "complementary sensitivity."
+)
+
+BENT = (
+    "The loop bends at rest: its slopes differ from side to side. The margins are the worst of several sides, each as if the "
+    "loop stayed there; it bends at one or more of these places"
 )
 
 SHOWN = 10
@@ -88,7 +94,7 @@ def pole_rows(poles: list[Pole], most: int | None = SHOWN) -> list[list[str]]:
             f"{pole.damping:.3f}",
             f"{pole.frequency:.4g}",
             str(count),
-            ", ".join(states[:NAMED]) + (", ..." if len(states) > NAMED else ""),
+            first(states),
         ]
         for pole, count, states in grouped(poles)[:most]
     ]
@@ -102,11 +108,18 @@ def sentences(found: Analysis) -> list[str]:
     slowest = f"The slowest mode has a time constant of {number(found.poles[0].time_constant, '.3g')} s."
     still = dict.fromkeys(name for pole in found.poles if not pole.real and not pole.imaginary for name in pole.states)
     if still:
-        slowest = f"A mode neither grows nor decays: {', '.join(still)} keep any value given."
+        slowest = f"A mode neither grows nor decays: {first(still)} keep any value given."
     sampled = (
         f"Sampled: {len(period.names)} states, every loop at its own rate, with a common period of {1e3 * period.length:g} ms."
     )
-    return [grade.sentence, slowest, sampled]
+    bent = [f"{BENT} ({', '.join(found.bends)})."] if found.bends else []
+    return [grade.sentence, slowest, sampled, *bent]
+
+
+def first(names: Iterable[str]) -> str:
+    """The first of many names."""
+    every = list(names)
+    return ", ".join(every[:NAMED]) + (f" and {len(every) - NAMED} more" if len(every) > NAMED else "")
 
 
 def step_rows(steps: list[Step]) -> list[list[str]]:

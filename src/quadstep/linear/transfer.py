@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from quadstep.linear.modes import scales
 from quadstep.linear.reduced import Reduced
 from quadstep.linear.states import Array
 
@@ -28,15 +29,30 @@ ALIKE = 1e-5
 FEW = 20
 """Most samples of the law in a period for which all values at a frequency are computed; of more, single ones are followed."""
 
+SLOW, TERMS, EXACT = 0.4, 40, 1e-9
+"""Least factor of a mode that counts by itself, terms of the series of the others, and the largest relative error of both."""
+
 NEWTON, CLOSE = 12, 1e-13
 """Steps of inverse iteration, and the largest change of the value by the last, relative to 1."""
+
+
+class Modal(NamedTuple):
+    """(z - A)^-1 on the unit circle as a sum over modes, and of what is gone within a few periods as a power series in 1 / z.
+
+    factors, right, left: of the modes, left right = 1. rest: projects on all others, whose factors are smaller than `SLOW`.
+    """
+
+    factors: Complex
+    right: Complex
+    left: Complex
+    rest: Array
 
 
 class Opened(NamedTuple):
     """The channels, each to be opened. a: map of a period of the closed loop, shape (n, n). b: from what is added to a command
     during each tick, shape (channels, n, ticks); c: to the command at each sample of the law, shape (channels, samples, n); d:
     straight through, shape (channels, samples, ticks). held: b and d from what is added to each sample of the law, which is
-    held. due: ticks at which the law samples. step: of the integrator [s].
+    held. due: ticks at which the law samples. step: of the integrator [s]. modal: of a, where that is exact enough.
     """
 
     a: Array
@@ -46,6 +62,7 @@ class Opened(NamedTuple):
     held: tuple[Array, Array]
     due: tuple[int, ...]
     step: float
+    modal: Modal | None
 
     @property
     def ticks(self) -> int:
@@ -95,7 +112,48 @@ def opened(loop: Reduced) -> Opened:
         added[:, k] -= tick.acting
     c, d = np.array(rows).transpose(1, 0, 2), np.array(through).transpose(1, 0, 2)
     b, held = added.transpose(2, 0, 1), hold(due, ticks)
-    return Opened(whole, b, c, d, (b @ held, d @ held), tuple(due), period.step)
+    return Opened(whole, b, c, d, (b @ held, d @ held), tuple(due), period.step, modal(whole))
+
+
+def modal(a: Array) -> Modal | None:
+    """The modes of a map, in balanced coordinates and back; None where they are too close to one another, or too many."""
+    units = scales(a)
+    balanced = a * units / units[:, None]
+    factors, right = np.linalg.eig(balanced)
+    others, left = np.linalg.eig(balanced.T)
+    slow, same = np.abs(factors) >= SLOW, np.abs(others) >= SLOW
+    if slow.sum() != same.sum():
+        return None
+    right, left = right[:, slow], left[:, same].T
+    try:
+        left = np.linalg.solve(left @ right, left)
+    except np.linalg.LinAlgError:
+        return None
+    rest = np.eye(len(a)) - (right @ left).real
+    found = Modal(
+        complex_(factors[slow]), complex_(units[:, None] * right), complex_(left / units), rest * units[:, None] / units
+    )
+    for z in np.exp(1j * np.array([1e-2, 0.3, 1.7, 3.1])):
+        exact = np.linalg.solve(z * np.eye(len(a)) - balanced, np.eye(len(a)))
+        tried = np.einsum("im,m,mj->ij", right, 1.0 / (z - found.factors), left) + series(balanced, rest, z)
+        if not np.abs(tried - exact).max() <= EXACT * np.abs(exact).max():
+            return None
+    return found
+
+
+def complex_(values: Array | Complex) -> Complex:
+    """The same as complex numbers."""
+    made: Complex = values.astype(np.complex128)
+    return made
+
+
+def series(a: Array, rest: Array, z: complex) -> Complex:
+    """The part of (z - A)^-1 that is gone soon."""
+    total, power = np.zeros(a.shape, dtype=complex), rest
+    for k in range(TERMS):
+        total += power * z ** -(k + 1.0)
+        power = a @ power
+    return total
 
 
 def frequencies(loop: Reduced) -> Array:
@@ -128,9 +186,22 @@ def transfer(one: Opened, omega: Array, onto: Array | Complex | None = None) -> 
     inputs, unit = b.shape[2], np.eye(len(one.a))
     columns = b.transpose(1, 0, 2).reshape(len(one.a), channels * inputs)
     made: Complex = np.empty((len(omega), channels, samples, inputs), dtype=complex)
-    for i, point in enumerate(np.exp(1j * np.asarray(omega) * one.length)):
-        moved = np.linalg.solve(point * unit - one.a, columns).reshape(-1, channels, inputs).transpose(1, 0, 2)
-        made[i] = one.c @ moved + d
+    points = np.exp(1j * np.asarray(omega) * one.length)
+    if one.modal is None:
+        for i, point in enumerate(points):
+            moved = np.linalg.solve(point * unit - one.a, columns).reshape(-1, channels, inputs).transpose(1, 0, 2)
+            made[i] = one.c @ moved + d
+        return made
+    made[:] = d
+    felt, driven = one.c @ one.modal.right, one.modal.left @ b
+    made += np.einsum("csm,fm,cmi->fcsi", felt, 1.0 / (points[:, None] - one.modal.factors), driven, optimize=True)
+    left_over = one.modal.rest @ b
+    for k in range(TERMS):
+        part = one.c @ left_over
+        made += points[:, None, None, None] ** -(k + 1.0) * part
+        if np.abs(part).max() < 1e-16 * np.abs(d).max(initial=1.0):
+            break
+        left_over = one.a @ left_over
     return made
 
 

@@ -34,16 +34,20 @@ class NotDifferentiableError(Exception):
 class Seeds:
     """State shared by the duals of one differentiation.
 
-    count: of directions. side: +1.0 or -1.0, to which side of an edge the state is moved. edges: places of comparisons that
+    count: of directions. side: +1.0 or -1.0, to which side of an edge the state is moved; or
+    way: by how much along each direction. edges: places of comparisons that
     were decided so.
     """
 
-    def __init__(self, count: int, side: float) -> None:
+    def __init__(self, count: int, side: float, way: Slopes | None = None) -> None:
         self.count = count
+        self.edges: dict[str, None] = {}
+        if way is not None:
+            self.aside = way
+            return
         spread = np.array([place * 0.6180339887498949 % 1.0 + 0.5 for place in range(1, count + 1)])  # no two balance
         spread[1::2] *= -1.0
         self.aside = side * spread
-        self.edges: dict[str, None] = {}
 
     def seeded(self, values: Sequence[float], first: int) -> list[Number]:
         """Duals of these values, the i-th along direction first + i."""
@@ -190,7 +194,9 @@ class Duals:
         return Dual(value, x.slopes * (value * (1.0 - value)), x.seeds, x.lost)
 
     def log(self, x: Dual) -> Dual:
-        return Dual(FLOATS.log(x.value), x.slopes / x.value if x.value else x.slopes, x.seeds, x.lost)
+        if x.value == 0.0:
+            return Dual(FLOATS.log(0.0), np.zeros_like(x.slopes), x.seeds, x.lost or f"a logarithm of zero ({place()})")
+        return Dual(FLOATS.log(x.value), x.slopes / x.value, x.seeds, x.lost)
 
     def sqrt(self, x: Dual) -> Dual:
         value = FLOATS.sqrt(x.value)
@@ -198,6 +204,22 @@ class Duals:
             return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
         broken = x.lost or f"a square root or norm at zero ({place()})"
         return Dual(value, np.zeros_like(x.slopes), x.seeds, broken)
+
+    def length(self, square: Dual, entries: Sequence[Dual | float]) -> Dual:
+        """The root of a sum of squares: at its tip an edge, with the slope towards the side that the state is moved to."""
+        if square.value > CLOSE * CLOSE:
+            return self.sqrt(square)
+        known = [one for one in entries if isinstance(one, Dual)]
+        ways = np.array([one.slopes for one in known])
+        moved = ways @ square.seeds.aside
+        size = float(np.sqrt(moved @ moved))
+        lost = next((one.lost for one in known if one.lost), None)
+        if size > CLOSE:
+            square.seeds.edges[place()] = None
+            return Dual(FLOATS.sqrt(square.value), moved @ ways / size, square.seeds, lost)
+        if ways.any():
+            lost = lost or f"a norm at zero ({place()})"
+        return Dual(FLOATS.sqrt(square.value), np.zeros_like(square.slopes), square.seeds, lost)
 
     def atan2(self, y: Dual | float, x: Dual | float) -> Dual:
         rise, run = value_of(y), value_of(x)

@@ -6,7 +6,7 @@ A new kind of number needs a class attribute `functions` with the methods of `Fu
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import reduce
 from typing import Protocol, TypeAlias, TypeVar, cast
 
@@ -321,6 +321,13 @@ def sinc(x: Number) -> Number:
         return result
     small = absolute(x) < 1e-4
     return where(small, 1.0 - x * x / 6.0, sin(x) / where(small, 1.0, x))
+
+
+def length(square: Number, entries: Sequence[Number]) -> Number:
+    """The root of the sum of squares of `entries`, given that sum; a kind of number may know better."""
+    own = getattr(functions_of(square), "length", None)
+    result: Number = own(square, entries) if own is not None else sqrt(square)
+    return result
 
 
 def entry(index: Number, size: int) -> Number:

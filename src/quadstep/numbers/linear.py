@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar, overload
 
-from quadstep.numbers.functions import Number, functions_of, sqrt
+from quadstep.numbers.functions import Number, functions_of, length
 
 Summand = TypeVar("Summand", float, "Vector", "Matrix")
 
@@ -92,7 +92,7 @@ class Vector:
 
     def norm(self) -> Number:
         """Euclidean length."""
-        return sqrt(self @ self)
+        return length(self @ self, self.entries)
 
 
 class Matrix:
@@ -164,7 +164,8 @@ class Matrix:
 
     def norm(self) -> Number:
         """Frobenius norm."""
-        return sqrt(total(entry * entry for row in self.rows for entry in row))
+        entries = [entry for row in self.rows for entry in row]
+        return length(total(entry * entry for entry in entries), entries)
 
 
 def vector(*entries: Number) -> Vector:
