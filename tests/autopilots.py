@@ -23,6 +23,12 @@ control_period = {period}
 """
 """A mission that a fake autopilot can fly."""
 
+ABOVE = 0.1
+"""Metres from where it stands to where a fake autopilot hovers."""
+
+BOOT = 0.3
+"""Seconds of its own time that a fake autopilot lets the vehicle stand before it starts the motors."""
+
 PULSES = struct.Struct("<HHI16H")
 
 
@@ -63,7 +69,7 @@ class Hover:
         from quadstep.airframe.allocation import allocate
         from quadstep.numbers import Vector
 
-        self.height = down if self.height is None else self.height
+        self.height = down - ABOVE if self.height is None else self.height
         w, x, y, z = attitude
         turn = [2.0 * x, 2.0 * y, 2.0 * z] if w > 0 else [-2.0 * x, -2.0 * y, -2.0 * z]
         torque = [j * (-80.0 * e - 16.0 * r) for j, e, r in zip(self.inertia, turn, rates, strict=True)]
@@ -78,13 +84,13 @@ class FakeArduPilot(threading.Thread):
     def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
         super().__init__(daemon=True)
         self.port, self.hover, self.silent_after, self.garbage = port, hover, silent_after, garbage
-        self.seen = []
+        self.seen, self.still = [], True
         self.stop = threading.Event()
 
     def run(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
             link.settimeout(0.2)
-            outputs = [0.5] * 4
+            outputs = [0.0] * 4
             count = 0
             while not self.stop.is_set() and len(self.seen) < self.silent_after:
                 pulses = [round(1000 + 1000 * one) for one in outputs] + [1000] * 12
@@ -95,7 +101,14 @@ class FakeArduPilot(threading.Thread):
                 except (TimeoutError, OSError):
                     continue
                 count += 1
+                if self.seen and state["timestamp"] <= self.seen[-1]["timestamp"]:
+                    self.seen.clear()  # "Detected physics reset": the next flight
+                    self.hover.height = None
                 self.seen.append(state)
+                outputs = [0.0] * 4
+                if state["timestamp"] < BOOT:
+                    self.still &= state["velocity"] == [0.0] * 3 and abs(state["imu"]["accel_body"][2] + 9.80665) < 1e-9
+                    continue
                 gyro, q = state["imu"]["gyro"], state["quaternion"]
                 outputs = self.hover.outputs(q, gyro, state["position"][2], state["velocity"][2])
 
@@ -109,7 +122,7 @@ class FakePx4(threading.Thread):
     def __init__(self, port, hover, silent_after=math.inf, garbage=False, flights=1):
         super().__init__(daemon=True)
         self.port, self.hover, self.silent_after, self.garbage, self.flights = port, hover, silent_after, garbage, flights
-        self.seen, self.fixes = [], []
+        self.seen, self.fixes, self.still = [], [], True
         self.stop = threading.Event()
 
     def run(self):
@@ -127,7 +140,7 @@ class FakePx4(threading.Thread):
                 return
             mav = common.MAVLink(None, srcSystem=1, srcComponent=1)
             mav.robust_parsing = True
-            turned, last = [0.0, 0.0, 0.0], None
+            turned, last, first = [0.0, 0.0, 0.0], None, None
             while not self.stop.is_set():
                 try:
                     data = link.recv(4096)
@@ -144,12 +157,19 @@ class FakePx4(threading.Thread):
                     if len(self.seen) >= self.silent_after:
                         self.stop.wait(30.0)
                         return
+                    if last is not None and message.time_usec <= last:
+                        continue  # its clock stands still, and it answers nothing
                     since = 0.0 if last is None else 1e-6 * (message.time_usec - last)
                     last = message.time_usec
+                    first = last if first is None else first
                     rates = [message.xgyro, message.ygyro, message.zgyro]
                     turned = [angle + since * rate for angle, rate in zip(turned, rates, strict=True)]
                     attitude = (1.0, *(0.5 * angle for angle in turned))
-                    outputs = self.hover.outputs(attitude, rates, -message.pressure_alt, 0.0)
+                    outputs = [0.0] * 4
+                    if last - first < 1e6 * BOOT:
+                        self.still &= rates == [0.0] * 3 and abs(message.zacc + 9.80665) < 1e-5
+                    else:
+                        outputs = self.hover.outputs(attitude, rates, -message.pressure_alt, 0.0)
                     answer = mav.hil_actuator_controls_encode(message.time_usec, outputs + [0.0] * 12, 128, 1)
                     link.sendall(answer.pack(mav))
 

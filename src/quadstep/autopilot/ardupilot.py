@@ -28,6 +28,8 @@ LOW, HIGH = 1000.0, 2000.0
 class ArduPilot:
     """A link to ArduPilot. Raises UserError where the port is in use."""
 
+    period = 0.001
+
     def __init__(self, where: Address, first_wait: float = FIRST_WAIT, wait: float = WAIT) -> None:
         self.where, self.first_wait, self.wait = where, first_wait, wait
         self.peer: tuple[str, int] | None = None
@@ -50,7 +52,7 @@ class ArduPilot:
 
     def exchange(self, sample: Sample) -> list[float]:
         at, turning = (*sample.position, *sample.attitude, *sample.velocity), (*sample.rates, *sample.force)
-        assert self.peer
+        assert self.peer, "meet() knows it"
         self.socket.sendto((STATE % (sample.time, *turning, *at)).encode(), self.peer)
         self._hear(self.wait)
         return [(pulse - LOW) / (HIGH - LOW) for pulse in self.pulses]

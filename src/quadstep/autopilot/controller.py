@@ -11,7 +11,7 @@ from pydantic import AfterValidator
 from quadstep.autopilot import ardupilot, px4
 from quadstep.autopilot.address import Address, address
 from quadstep.autopilot.ardupilot import ArduPilot
-from quadstep.autopilot.link import Link, Piloted, sample_of
+from quadstep.autopilot.link import FIRST_WAIT, Link, Piloted, sample_of
 from quadstep.autopilot.px4 import Px4
 from quadstep.control.commands import RotorSpeeds
 from quadstep.control.controller import Controller, Measured
@@ -27,9 +27,9 @@ from quadstep.numbers.registered import raise_pending, register
 
 
 class Kind(NamedTuple):
-    """An autopilot that is spoken to. link: connects to it; port: where it is expected."""
+    """An autopilot that is spoken to. link: waits for it somewhere, so long [s]; port: where it is expected."""
 
-    link: Callable[[Address], Link]
+    link: Callable[[Address, float], Link]
     port: int
 
 
@@ -38,10 +38,13 @@ AUTOPILOTS = tuple(KINDS)
 
 
 class PilotedGains(NamedTuple):
-    """handle: of the connection. fastest: the rotors' speed at full output [rad/s]."""
+    """handle: of the connection. fastest: the rotors' speed at full output [rad/s]. lift: the weight over the largest thrust
+    of one rotor.
+    """
 
     handle: Number
     fastest: Number
+    lift: Number
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,9 @@ class PilotedLaw(Opaque[PilotedGains, RotorSpeeds]):
         return RotorSpeeds(Vector(gains.fastest * share for share in shares)), memory
 
     def before_flight(self, measured: Measured, gains: PilotedGains) -> None:
-        """Connect, and wait until the autopilot is ready. Raises UserError where none comes."""
-        CONNECTIONS[int(gains.handle)].begin(sample_of([float(one) for one in sensed(0.0, measured)]), self.rotors)
+        """Connect, and wait until the autopilot takes off. Raises UserError where none comes, or it does not."""
+        first = sample_of([float(one) for one in sensed(0.0, measured)])
+        CONNECTIONS[int(gains.handle)].begin(first, self.rotors, float(gains.lift))
 
     def landed(self, gains: PilotedGains) -> None:
         """Hang up; raises what the connection raised."""
@@ -97,10 +101,16 @@ CONNECTIONS: dict[int, Piloted] = {}
 @cache
 def connection(autopilot: str, where: Address) -> int:
     """The handle of the connection to an autopilot, the same for all flights."""
-    piloted = Piloted(lambda: KINDS[autopilot].link(where))
+    piloted = Piloted(lambda wait: KINDS[autopilot].link(where, wait))
     handle = register(piloted)
     CONNECTIONS[handle] = piloted
     return handle
+
+
+def watch(told: Callable[[str], None], first_wait: float = FIRST_WAIT) -> None:
+    """Who is told what the connections wait for, and how long they wait for an autopilot to appear [s]."""
+    for one in CONNECTIONS.values():
+        one.told, one.first_wait = told, first_wait
 
 
 def checked_address(text: str) -> str:
@@ -126,4 +136,5 @@ class AutopilotSection(ControllerSection):
         """The law, and where its autopilot is."""
         model = vehicle.model()
         handle = connection(self.type, address(self.connect, KINDS[self.type].port))
-        return BuiltController(PilotedLaw(model.rotors), PilotedGains(float(handle), model.fastest))
+        lift = model.mass * model.gravity / (model.per_speed * model.fastest * model.fastest)
+        return BuiltController(PilotedLaw(model.rotors), PilotedGains(float(handle), model.fastest, lift))

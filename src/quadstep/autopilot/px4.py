@@ -27,8 +27,16 @@ EVERYTHING = 0x1FFF
 GPS_EVERY = 0.1
 """Seconds from one HIL_GPS to the next."""
 
-STILL_EVERY = 0.004
-"""Seconds from one sample to the next while PX4 starts."""
+PRESSURE_NOISE, FIELD_NOISE, WARMTH_NOISE = 0.01, 0.0005, 0.01
+"""Largest of sensors that are never still [hPa, gauss, deg C]: PX4 calls one that repeats its value stale."""
+
+
+def shake(count: int, stream: int) -> float:
+    """Noise from -1 to 1, the same in every flight: the fractional parts of multiples of irrational numbers."""
+    return 2.0 * ((count * IRRATIONALS[stream]) % 1.0) - 1.0
+
+
+IRRATIONALS = tuple(math.sqrt(one) for one in (2.0, 3.0, 5.0, 7.0, 11.0))
 
 
 class Message(Protocol):
@@ -42,6 +50,8 @@ class Message(Protocol):
 class Px4:
     """A link to PX4. Raises UserError where the port is in use, and where pymavlink is not installed."""
 
+    period = 0.004
+
     def __init__(self, where: Address, first_wait: float = FIRST_WAIT, wait: float = WAIT) -> None:
         common = optional("flying under PX4", "pymavlink.dialects.v20.common")
         self.where, self.first_wait, self.wait = where, first_wait, wait
@@ -50,6 +60,7 @@ class Px4:
         self.peer: socket.socket | None = None
         self.gps_at = -math.inf
         self.behind = 0.0
+        self.count = 0
         self.server = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self.server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -76,11 +87,12 @@ class Px4:
             raise UserError(f"no PX4 connected to {self.where} in {self.first_wait:g} s; start its simulation") from None
         self.server.close()  # whoever connects while this flight lasts is refused, and not kept for after it
         self.peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for number in range(round(self.first_wait / STILL_EVERY)):
-            self.behind = number * STILL_EVERY
+        for number in range(round(self.first_wait / self.period)):
+            self.behind = number * self.period
             try:
                 self._tell(sample)
                 if self._hear(0.02) is not None:
+                    self.behind += self.period  # a time stamp is never repeated: PX4's clock would stand still
                     return
             except Lost as error:
                 raise UserError(f"{error} before the flight") from None
@@ -99,8 +111,11 @@ class Px4:
         north, east, down = sample.position
         height = HEIGHT - down
         pressure = 1013.25 * (1.0 - 2.25577e-5 * height) ** 5.25588  # hPa, of the standard atmosphere
-        field = sample.into_body(FIELD)
-        self.mav.hil_sensor_send(time, *sample.force, *sample.rates, *field, pressure, 0.0, height, 15.0, EVERYTHING)
+        self.count += 1
+        shaken = [shake(self.count, stream) for stream in range(5)]
+        field = [one + FIELD_NOISE * by for one, by in zip(sample.into_body(FIELD), shaken, strict=False)]
+        pressure, warmth = pressure + PRESSURE_NOISE * shaken[3], 15.0 + WARMTH_NOISE * shaken[4]
+        self.mav.hil_sensor_send(time, *sample.force, *sample.rates, *field, pressure, 0.0, height, warmth, EVERYTHING)
         if time * 1e-6 - self.gps_at >= GPS_EVERY:
             self.gps_at = time * 1e-6
             latitude = LATITUDE + north / METRES_A_DEGREE

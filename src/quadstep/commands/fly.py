@@ -1,5 +1,6 @@
 """`quadstep fly`."""
 
+import math
 import os
 import time
 from pathlib import Path
@@ -63,6 +64,9 @@ def fly(
             show_default=False,
         ),
     ] = None,
+    connect_timeout: Annotated[
+        float, typer.Option(metavar="SECONDS", help="With --autopilot: how long to wait for it to connect.")
+    ] = 60.0,
     as_json: JsonOption = False,
     junit: JunitOption = None,
     figures: FiguresOption = ON_SCREEN,
@@ -79,6 +83,8 @@ def fly(
     started = time.perf_counter()
     if connect is not None and autopilot is None:
         raise UserError("--connect: requires --autopilot")
+    if not 0.0 < connect_timeout < math.inf:
+        raise UserError(f"--connect-timeout {connect_timeout:g}: should be a time above 0 s")
     required, drawn_on = [parsed(text) for text in require or []], sheet(figures, width, style)
     if junit:
         check_junit(junit)
@@ -86,15 +92,14 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
-        from quadstep.mission.fly import fly_mission
+        from quadstep.mission.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
             shown.doing(stage)
             shown.to(done, total)
 
-        result = fly_mission(
-            mission, folder, engine, overwrite, told, flight, required, results, drawn_on, autopilot, connect or ""
-        )
+        piloting = Piloting(autopilot, connect or "", connect_timeout, complain) if autopilot is not None else None
+        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on, piloting)
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:

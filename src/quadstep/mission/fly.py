@@ -10,7 +10,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from quadstep import __version__
-from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection
+from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection, watch
+from quadstep.autopilot.link import FIRST_WAIT
+from quadstep.autopilot.matching import MATCHING, Matching
 from quadstep.control.backstepping import BacksteppingMemory
 from quadstep.control.completed_backstepping import CompletedMemory
 from quadstep.control.hedged_backstepping import HedgedBacksteppingMemory
@@ -31,6 +33,7 @@ from quadstep.mission.kinds import REAL, kind
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.report import write_report
 from quadstep.mission.schema import Mission
+from quadstep.plants.multirotor import Multirotor
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
@@ -38,8 +41,21 @@ from quadstep.report.tables import write_log
 
 REPORT = "report.html"
 
+UNKNOWN_PATH = "Errors are from the mission's path, which the autopilot flies only if somebody sends it."
+
 Told: TypeAlias = Callable[[str, int, int], None]
 """Told a stage of the work, how much of it is done, and how much there is."""
+
+
+class Piloting(NamedTuple):
+    """Who flies instead of the controller. connect: where it is listened for. first_wait: for how long [s]. said: of what the
+    user should know before.
+    """
+
+    autopilot: str
+    connect: str = ""
+    first_wait: float = FIRST_WAIT
+    said: Callable[[str], None] = lambda _: None
 
 
 class Summary(NamedTuple):
@@ -82,24 +98,38 @@ def fly_mission(
     required: Sequence[Requirement] = (),
     results: Path | None = None,
     sheet: Sheet | None = None,
-    autopilot: str | None = None,
-    connect: str = "",
+    piloting: Piloting | None = None,
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
-    flown. sheet: what the figures are drawn on. autopilot, connect: which one flies it instead of its controller, and where
-    it is listened for. Raises UserError, also for a requirement of a metric that no such flight has.
+    flown. sheet: what the figures are drawn on. piloting: an autopilot instead of its controller. Raises UserError, also for a
+    requirement of a metric that no such flight has.
     """
     mission, plan, beside = planned(path, flight, results)
-    if autopilot is not None:
-        mission = under(autopilot, connect, mission)
+    if piloting is not None:
+        mission = under(piloting, mission)
         plan = plan_mission(mission, path)
+    found = matching(mission, plan)
+    if found is not None:
+        said = piloting.said if piloting else Piloting("").said
+        said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
+        watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
     return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
 
 
-def under(autopilot: str, connect: str, mission: Mission) -> Mission:
+def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
+    """What the autopilot that flies a mission must be told of its vehicle; None where none flies it."""
+    if not isinstance(mission.controller, AutopilotSection):
+        return None
+    plant = plan.loop.plant
+    assert isinstance(plant, Multirotor)
+    return MATCHING[mission.controller.type](plan.parameters, plant.geometry)
+
+
+def under(piloting: Piloting, mission: Mission) -> Mission:
     """The mission with an autopilot in its controller's place. Raises UserError."""
+    autopilot, connect = piloting.autopilot, piloting.connect
     if not isinstance(mission, kind(REAL)):
         raise UserError("--autopilot: needs a mission for a real vehicle (docs/vehicles.md)")
     if autopilot not in AUTOPILOTS:
@@ -129,7 +159,11 @@ def fly_planned(
     judged = [judge(one, scalars(metrics), diverged) for one in required]
     summary = summarise(mission.name, log, metrics, warnings, judged, why)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
-    return summary._replace(ending=f"{lost}. The log up to that point is kept.") if lost else summary
+    if lost:
+        return summary._replace(ending=f"{lost}. The log up to that point is kept.")
+    if isinstance(mission.controller, AutopilotSection):
+        return summary._replace(ending=f"{summary.ending} {UNKNOWN_PATH}")
+    return summary
 
 
 def write_results(
@@ -155,6 +189,9 @@ def write_results(
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
+    found_parameters = matching(mission, plan)
+    if found_parameters is not None:
+        (out / found_parameters.file).write_text(found_parameters.text(), encoding="utf-8")
     told("writing the page", 0, 1)
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
@@ -181,8 +218,6 @@ def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:
         over += more
         told("flying", over, steps)
 
-    if plan.loop.controller.one_at_a_time:
-        told("waiting for the autopilot", 0, 1)
     told("compiling" if engine is Engine.LANES else "flying", 0, 1 if engine is Engine.LANES else steps)
     return fly(plan, engine, progress)
 

@@ -167,12 +167,13 @@ class MultirotorMission(Mission):
         return [*self.vehicle.warnings(), *event_warnings(self.events, places), *self.wind.warnings()]
 
     def begin(self, vehicle: BuiltAirframe, wanted: Reference) -> AirframeState:
-        """The state at t = 0."""
+        """The state at t = 0: at rest under an autopilot, which takes off."""
+        moving = wanted.velocity if not self.controller.controller.one_at_a_time else Vector((0.0, 0.0, 0.0))
         start, weight = self.start, vehicle.airframe.mass * vehicle.airframe.gravity
         hover, _, _ = allocate(vehicle.geometry, vehicle.allocation, weight, Vector((0.0, 0.0, 0.0)))
         return AirframeState(
             position=Vector(start.position) if start.position else wanted.position,
-            velocity=Vector(start.velocity) if start.velocity else wanted.velocity,
+            velocity=Vector(start.velocity) if start.velocity else moving,
             attitude=from_yaw_pitch_roll(Vector(start.attitude or (wanted.yaw, 0.0, 0.0))),
             rates=Vector(start.rates),
             speeds=hover if start.hovering else Vector(vehicle.airframe.rotor.slowest for _ in hover),
