@@ -11,11 +11,12 @@ PIP := -m pip --disable-pip-version-check
 # The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup reproduce test challenge fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
+.PHONY: help setup reproduce test thorough durations challenge fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests; some: make test TESTS='tests/test_cli.py -x'"
+	@echo "make thorough   run the cases that make test leaves out: all of every product of laws, vehicles, terminals, processors"
 	@echo "make challenge  search for flights, files and data that contradict a verdict: SECONDS=3600, SEED=7, ONLY='tubes'"
 	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
@@ -71,6 +72,12 @@ reproduce: $(CORE)
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(TESTS)
+
+thorough: $(READY)
+	$(BIN)/python -m pytest -n 2 --dist worksteal --thorough -m thorough $(TESTS)
+
+durations: $(READY)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --record-durations $(TESTS)
 
 SECONDS ?= 300
 

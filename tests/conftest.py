@@ -1,9 +1,11 @@
 """Fixtures of many files; and what was skipped, why, and how to have it run, as a table at the end of a run."""
 
-from collections import Counter
+from collections import Counter, defaultdict
+from pathlib import Path
 
 import pytest
 
+from tests import durations
 from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
@@ -18,14 +20,31 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--complete", action="store_true", help="fail if a test was skipped, unless for want of what no one can install"
     )
+    parser.addoption("--thorough", action="store_true", help="run the cases of products that an ordinary run leaves out")
+    parser.addoption("--record-durations", action="store_true", help="measure what tests cost (tests/durations.py)")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with many slow tests come first, so that no worker is alone with one at the end. Cases of the learned policy need
-    its weights, also in tests of all controllers.
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("record_durations"):
+        config.pluginmanager.register(durations.Recorder())
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Tests recorded as slow are marked. The dearest files come first, so that no worker is alone with one at the end. Cases
+    of the learned policy need its weights, also in tests of all controllers.
     """
-    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
-    items.sort(key=lambda item: -slow[item.path])
+    if not config.getoption("thorough"):
+        left_out = [item for item in items if item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+    seconds = durations.recorded()
+    cost: defaultdict[Path, float] = defaultdict(float)
+    for item in items:
+        one = seconds.get(durations.function(item.nodeid))
+        if one is not None:
+            item.add_marker(pytest.mark.slow)
+        cost[item.path] += one or 0.0
+    items.sort(key=lambda item: -cost[item.path])
     for item in items:
         parameters = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
         said = [getattr(one, "name", one) for one in parameters]

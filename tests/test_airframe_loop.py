@@ -48,16 +48,21 @@ def worst(log, other, within):
     return {name: value for name, value in zip(log.columns, off, strict=True) if not value <= within}
 
 
-def flown(*quick):
-    """Every controller, some with the estimator too, which none knows of; all but `quick` only where slow tests run."""
+def flown(*usual, alone=False):
+    """Every controller, some with the estimator too, which none knows of. An ordinary run has those in `usual` and, if
+    `alone`, every controller without the estimator.
+    """
     kinds = [(name, estimator) for name in CONTROLLERS for estimator in ((False, True) if name in ESTIMATED else (False,))]
     return pytest.mark.parametrize(
         ("controller", "estimator"),
-        [pytest.param(*kind, marks=() if kind in quick else pytest.mark.slow) for kind in kinds],
+        [
+            pytest.param(name, on, marks=() if (name, on) in usual or (alone and not on) else pytest.mark.thorough)
+            for name, on in kinds
+        ],
     )
 
 
-@flown(("rotation-backstepping", False), ("backstepping", False), ("geometric", True), ("indi", True), ("flatness", False))
+@flown(("geometric", True), ("indi", True), alone=True)
 def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, estimator):
     one = everything(controller, estimator)
     floats = on_floats(one)
@@ -73,7 +78,7 @@ def test_lanes_and_arrays_fly_what_floats_fly_with_everything_on(controller, est
     assert not np.array_equal(arrays[0].rows, arrays[1].rows)
 
 
-@flown(("rotation-backstepping", False))
+@flown(("rotation-backstepping", False), ("backstepping", True), ("mpc", False), ("state-space-backstepping", False))
 def test_single_precision_stays_near_double(controller, estimator):
     one = everything(controller, estimator)
     assert worst(on_lanes([one], double=False)[0], on_lanes([one])[0], NEAR.get(controller, 1e-5)) == {}

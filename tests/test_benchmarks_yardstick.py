@@ -81,8 +81,10 @@ def shortened(one: FlightPlan, varying: tuple[str, ...], double: bool) -> Sweep:
     return Sweep(loop, ticks, one.start, one.parameters, places(one.start, one.parameters, varying), double)
 
 
-@pytest.mark.parametrize("fused", [False, True])
-@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize(
+    ("double", "fused"),
+    [(True, False), (False, True), *(pytest.param(one, one, marks=pytest.mark.thorough) for one in (True, False))],
+)
 @pytest.mark.parametrize("case", CASES)
 def test_the_c_flies_the_same_flights(case: str, double: bool, fused: bool, tmp_path: Path) -> None:
     source, one, sweep, values = CASES[case](double)

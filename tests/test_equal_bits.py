@@ -35,6 +35,9 @@ def numpy_features():
 
 OTHER_NUMPY = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": " ".join(numpy_features())}
 MACHINES = {cpu: {"QUADSTEP_CPU": cpu} for cpu in kernel.WIDTHS} | {"other NumPy and BLAS": OTHER_NUMPY}
+USUAL = ("nehalem", "skylake-avx512", "other NumPy and BLAS")
+"""In an ordinary run: the narrowest vectors with none of the newer instructions, and the widest with all of them."""
+
 X86 = kernel.host().features.find("+sse2") >= 0
 
 
@@ -61,8 +64,9 @@ def native(digests):
     return digests()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.parametrize(
+    "machine", [pytest.param(name, marks=() if name in USUAL else pytest.mark.thorough) for name in MACHINES]
+)
 def test_flights_campaigns_and_functions_are_the_same_bytes_on_another_processor(machine, digests, native):
     if "QUADSTEP_CPU" in MACHINES[machine] and not X86:
         without(PROCESSOR, f"this one is no x86-64, so none of {machine} is run")

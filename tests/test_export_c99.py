@@ -68,9 +68,18 @@ def test_every_law_gives_the_bits_of_python(tmp_path, name, precise):
     check_bits(tmp_path, mission({"type": kind}).plan(), precise, 80, ends)
 
 
+OTHERS = [kind for kind in names(Measured) if kind not in (*REAL, *LOOPED)]
+
+
 @needs(C_COMPILER)
-@pytest.mark.parametrize("precise", [False, True], ids=["f32", "f64"])
-@pytest.mark.parametrize("kind", [kind for kind in names(Measured) if kind not in (*REAL, *LOOPED)])
+@pytest.mark.parametrize(
+    ("kind", "precise"),
+    [
+        pytest.param(kind, precise, marks=() if precise == place % 2 else pytest.mark.thorough)
+        for place, kind in enumerate(OTHERS)
+        for precise in (False, True)
+    ],
+)
 def test_every_other_law_of_real_vehicles_gives_the_bits_of_python(tmp_path, kind, precise):
     """With each compiler once, and every level in one of the four ways."""
     levels = {"gcc": ("-O1",), "clang": ("-O3",)} if precise else {"gcc": ("-O2",), "clang": ("-O0",)}

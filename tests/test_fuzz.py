@@ -1,4 +1,6 @@
-"""5,000 spoilt files are read, or refused with one clean line (`make fuzz`: 100,000); the judge knows the other verdicts."""
+"""Spoilt files are read, or refused with one clean line: 1,500 of them, 5,000 in `make thorough`, 100,000 in `make fuzz`; the
+judge knows the other verdicts.
+"""
 
 import os
 import warnings
@@ -9,13 +11,11 @@ from quadstep.errors import UserError
 from tests.fuzz.judge import judge
 from tests.fuzz.run import KINDS, SHARES, some
 
-CASES = 5000
 
-
-@pytest.mark.slow
+@pytest.mark.parametrize("cases", [1500, pytest.param(5000, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("kind", SHARES)
-def test_whatever_a_file_holds_it_is_read_or_refused_with_one_clean_line(kind):
-    found = some(kind, 0, round(CASES * SHARES[kind]))
+def test_whatever_a_file_holds_it_is_read_or_refused_with_one_clean_line(kind, cases):
+    found = some(kind, 0, round(cases * SHARES[kind]))
     assert not found.failures
     assert min(found.outcomes["accepted"], found.outcomes["refused"]) > 0
 

@@ -72,7 +72,9 @@ COMMANDS = {
 }
 """What each command is tried with."""
 
-SLOW = {"campaign", "compare", "identify", "prove", "reproduce"}
+DEAR = {"campaign", "compare", "identify", "prove", "reproduce", "tune"}
+"""An ordinary run has them in one terminal."""
+
 WIDTHS = (80, 200)
 
 SAID = {
@@ -150,7 +152,9 @@ def test_in_a_terminal_of_80_columns(folder, name):
     assert SAID[name] in "\n".join(shown.lines)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in COMMANDS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.thorough) if name in DEAR else name for name in COMMANDS]
+)
 def test_in_a_wide_and_dumb_terminal_of_ascii_without_colours(folder, name):
     shown = in_terminal(*COMMANDS[name], cwd=folder, columns=200, **ASCII, TERM="dumb", NO_COLOR="1")
     assert shown.code == 0, shown.text

@@ -1,0 +1,25 @@
+"""Tests are marked slow by what was measured."""
+
+import json
+from types import SimpleNamespace
+
+from tests import durations
+
+
+def test_every_test_recorded_as_slow_exists():
+    folder = durations.PLACE.parent
+    for name in durations.recorded():
+        path, *_, function = name.split("::")
+        assert f"def {function}(" in (folder / path.removeprefix("tests/")).read_text(encoding="utf-8"), name
+
+
+def test_the_slowest_case_counts_and_quick_tests_are_left_out(tmp_path, monkeypatch):
+    monkeypatch.setattr(durations, "PLACE", tmp_path / "durations.json")
+    durations.write({"t.py::kept": 2.0, "t.py::now_quick": 3.0})
+    recorder = durations.Recorder()
+    for nodeid, seconds in (("t.py::a[1]", 0.7), ("t.py::a[2]", 0.6), ("t.py::b", 0.4), ("t.py::now_quick", 0.1)):
+        recorder.pytest_runtest_logreport(
+            SimpleNamespace(when="call", nodeid=nodeid, user_properties=[(durations.PROPERTY, seconds)])
+        )
+    recorder.pytest_sessionfinish(SimpleNamespace(config=SimpleNamespace()))
+    assert json.loads(durations.PLACE.read_text(encoding="utf-8")) == {"t.py::a": 0.7, "t.py::kept": 2.0}
