@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, NoReturn
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from quadstep import __version__
 from quadstep.campaign.cluster_connection import connected, cores, first_line
 from quadstep.campaign.flown import Flyer, Progress
 from quadstep.campaign.schema import Campaign
@@ -25,6 +24,7 @@ from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
 from quadstep.flight.sweep import Sweep, Swept
 from quadstep.results.code import code_digest
+from quadstep.version import __version__
 
 SPAN = 16_384
 """Most flights of one task: some seconds of work, two megabytes of results."""

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from quadstep import __version__
 from quadstep.campaign import draws
 from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.schema import Campaign
@@ -17,6 +16,7 @@ from quadstep.errors import UserError
 from quadstep.flight.kernel import host
 from quadstep.results.code import code_digest
 from quadstep.results.sealed import read_sealed
+from quadstep.version import __version__
 
 MANIFEST = "campaign.json"
 FLIGHTS = "flights"

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.campaign import until
 from quadstep.campaign.copies import alike
 from quadstep.campaign.engine import CampaignEngine
@@ -12,6 +11,7 @@ from quadstep.campaign.summary import as_json
 from quadstep.exit_codes import UNMET
 from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
+from quadstep.version import __version__
 
 
 def verdict(

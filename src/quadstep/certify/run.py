@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep import __version__
 from quadstep.certify.arrays import Array, lengths
 from quadstep.certify.certificate import Certificate, certify_plan
 from quadstep.certify.record import record, table
@@ -19,6 +18,7 @@ from quadstep.report.panel import LOG, SIGNED_LOG, Panel
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
+from quadstep.version import __version__
 
 
 class CertifiedFlight(NamedTuple):

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 
-from quadstep import __version__
 from quadstep.commands.options import (
     EngineOption,
     FiguresOption,
@@ -27,6 +26,7 @@ from quadstep.report.sheet import ON_SCREEN, SCREEN, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import complain, say, say_whole
 from quadstep.terminal.tables import show_table
+from quadstep.version import __version__
 
 
 def fly(

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.comparison import tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.report.units import counted
+from quadstep.version import __version__
 
 
 def markdown(found: Comparison, drawn: Mapping[str, Path]) -> str:

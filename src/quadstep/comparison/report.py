@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.comparison import linear, tables, words
 from quadstep.comparison.found import Comparison
 from quadstep.comparison.ghosts import ghosts
@@ -16,6 +15,7 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
+from quadstep.version import __version__
 
 REPORT, PAGE, SUMMARY = "report.html", "page.html", "results.md"
 

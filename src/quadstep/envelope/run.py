@@ -5,7 +5,6 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.store import parquet
 from quadstep.envelope.axes import Axis, shown
@@ -17,6 +16,7 @@ from quadstep.envelope.report import write_report
 from quadstep.envelope.request import Request
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
+from quadstep.version import __version__
 
 DATA, PICTURE, REPORT = "envelope.parquet", "envelope", "report.html"
 

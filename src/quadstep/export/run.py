@@ -6,7 +6,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import __version__
 from quadstep.c99.interface import Exported
 from quadstep.c99.subject import exported
 from quadstep.errors import UserError
@@ -20,6 +19,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.numbers import Table, flatten
 from quadstep.report.publish import fingerprint, publishing, write_json
+from quadstep.version import __version__
 
 MANIFEST = "export.json"
 """The file that identifies an export."""

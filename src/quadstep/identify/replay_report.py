@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from quadstep import __version__
 from quadstep.analysis.statistics import Estimate
 from quadstep.identify import beside_page
 from quadstep.identify.beside_page import drawn_in, flight_picture
@@ -22,6 +21,7 @@ from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
 from quadstep.report.units import after, counted, handy, interval, number, percent, quantity
+from quadstep.version import __version__
 
 REPORT = "report.html"
 AHEAD = 50

@@ -9,9 +9,9 @@ import xml.etree.ElementTree as ET
 from datetime import UTC, datetime
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.atomic import write_beside
 from quadstep.judging.verdict import Verdict, scalars
+from quadstep.version import __version__
 
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 cannot hold, not even escaped."""

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.linear import tables, worst
 from quadstep.linear.along import along
@@ -19,6 +18,7 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
+from quadstep.version import __version__
 
 REPORT = "report.html"
 

@@ -9,7 +9,6 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from quadstep import __version__
 from quadstep.autopilot.controller import AUTOPILOTS, AutopilotSection, watch
 from quadstep.autopilot.link import FIRST_WAIT
 from quadstep.autopilot.matching import MATCHING, Matching
@@ -38,6 +37,7 @@ from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_log
+from quadstep.version import __version__
 
 REPORT = "report.html"
 

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep import __version__
 from quadstep.atomic import write_beside
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown, refuse_out_of_range
+from quadstep.version import __version__
 
 FORMAT = "quadstep tube 3"
 LARGEST = 2**28

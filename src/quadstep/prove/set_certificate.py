@@ -6,13 +6,13 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import __version__
 from quadstep.atomic import write_beside
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.prove.certificate import LARGE, SMALL, read_unknown, table, written
 from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown
+from quadstep.version import __version__
 
 FORMAT = "quadstep set 2"
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from quadstep import __version__
 from quadstep.atomic import WRITING
 from quadstep.campaign import draws
 from quadstep.campaign.manifest import OTHERS, cannot_continue, identity, machine
@@ -17,6 +16,7 @@ from quadstep.errors import UserError
 from quadstep.rare.done import Done
 from quadstep.results.folder import Folder, names_in
 from quadstep.results.sealed import read_sealed, sealed
+from quadstep.version import __version__
 
 MANIFEST = "rare.json"
 

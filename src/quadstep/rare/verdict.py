@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.analysis.statistics import Estimate
 from quadstep.exit_codes import UNMET
 from quadstep.judging.verdict import Case, Verdict
 from quadstep.rare.report import REPORT
 from quadstep.rare.run import Found
 from quadstep.rare.summary import as_json
+from quadstep.version import __version__
 
 
 def verdict(found: Found, file: Path, least: float | None) -> Verdict:

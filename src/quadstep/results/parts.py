@@ -10,11 +10,11 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from quadstep import __version__
 from quadstep.errors import UserError
 from quadstep.files import FLIGHTS as ANY_PART
 from quadstep.results.code import code_digest
 from quadstep.results.folder import RUNNING, Folder, opened
+from quadstep.version import __version__
 
 FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
 """Folders of results, and of what a search has flown so far."""

@@ -6,7 +6,6 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import cast
 
-from quadstep import __version__
 from quadstep.flight.engine import Engine
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.page.paper import write_paper_page
@@ -21,6 +20,7 @@ from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
 from quadstep.study.study import Logs, Study, completed, fly_study, plan_study
+from quadstep.version import __version__
 
 NAME = "The paper's simulation study"
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import __version__
 from quadstep.report import page
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, publishing, write_json
@@ -21,6 +20,7 @@ from quadstep.theory.comparison import (
     summarise,
 )
 from quadstep.theory.map import draw_map
+from quadstep.version import __version__
 
 NAME = "The completed controller"
 GRID = ("K_r2[N m s]", "Lambda2[1/s]", "t_f[s]", "scale[-]", "nets", "law", "rmse[m]", "ended[s]")

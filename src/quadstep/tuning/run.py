@@ -10,7 +10,6 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from quadstep import __version__
 from quadstep.analysis.statistics import Estimate
 from quadstep.campaign.schema import strings
 from quadstep.errors import UserError
@@ -26,6 +25,7 @@ from quadstep.tuning.search import Candidate, Found, Search, check_budget
 from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
 from quadstep.user_code.places import place, sources
+from quadstep.version import __version__
 
 TUNED, HISTORY, PICTURE, REPORT = "tuned.toml", "history.csv", "convergence", "report.html"
 TABLE = "table.tex"
