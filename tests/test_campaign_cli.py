@@ -118,7 +118,7 @@ def test_other_mistakes_on_the_command_line(tmp_path):
     refused(fly(path, tmp_path / "out", "--engine", "steam"), "steam")
     refused(fly(path, tmp_path / "out", "--fast"), "--fast")
     refused(quadstep("campaign"), "CAMPAIGN.toml")
-    refused(fly(tmp_path / "none.toml", tmp_path / "out"), "none.toml", "No such file")
+    refused(fly(tmp_path / "none.toml", tmp_path / "out"), "none.toml", "file not found")
     refused(fly(tmp_path, tmp_path / "out"), tmp_path, "it is a folder")
     assert not (tmp_path / "out").exists()
 
@@ -181,7 +181,7 @@ MISSIONS = {
     "missing": ("", ["mission", "missing"]),
     "a number": ("mission = 5", ["mission"]),
     "an empty name": ('mission = ""', ["cannot be read"]),
-    "a file that is not there": ('mission = "none.toml"', ["none.toml", "No such file"]),
+    "a file that is not there": ('mission = "none.toml"', ["none.toml", "file not found"]),
     "a folder": ('mission = "."', ["cannot be read"]),
     "itself": ('mission = "camp.toml"', ["camp.toml", "looks like a campaign, not a mission"]),
     "no TOML": ('mission = "bad.toml"', ["bad.toml", "not valid TOML"]),

@@ -82,8 +82,8 @@ def test_a_wrong_command_line_is_one_line_and_exit_code_2(case):
         (["replay", "a.csv"], "--vehicle: missing; it is needed (see quadstep replay --help)"),
         (["completion"], "shell: missing; it is needed; allowed: bash, zsh, fish (see quadstep completion --help)"),
         (["fly", "a b", "it's"], '"it\'s": not expected; the command takes no further argument (see quadstep fly --help)'),
-        (["flu"], "no such command: 'flu'; fly may be meant (see quadstep --help)"),
-        (["it's"], 'no such command: "it\'s" (see quadstep --help)'),
+        (["flu"], "unknown command 'flu'. Did you mean fly? (see quadstep --help)"),
+        (["it's"], 'unknown command "it\'s" (see quadstep --help)'),
         (["fly", "m.toml", "--out"], "--out: missing its value (see quadstep --help)"),
         (["fly", "m.toml", "--json=3"], "--json: takes no value (see quadstep --help)"),
     ],
@@ -122,7 +122,7 @@ def test_a_mission_that_cannot_be_read_is_one_line(tmp_path, name):
     (tmp_path / "folder").mkdir()
     run = quadstep("fly", tmp_path / name)
     assert run.refused
-    assert "cannot be read" in run.err
+    assert "cannot be read" in run.err or "file not found" in run.err
 
 
 def test_a_mission_with_a_flawed_recording_names_mission_file_and_line(tmp_path):
@@ -167,7 +167,7 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
     run = quadstep_process("fly", "nowhere.toml", cwd=tmp_path)
     assert run.returncode == 2
     assert run.stdout == ""
-    assert run.stderr == "quadstep: error: nowhere.toml: cannot be read: No such file or directory\n"
+    assert run.stderr == "quadstep: error: nowhere.toml: file not found\n"
     assert quadstep_process("--version").stdout.startswith(f"quadstep {__version__}\n")
     assert list(Path(tmp_path).iterdir()) == []
 
@@ -189,8 +189,8 @@ def test_a_process_of_its_own_says_the_same(tmp_path):
         (("serve", "--port", "x"), "error: --port: should be a whole number from 0 to 65535, not 'x' (see"),
         (("study", "region", "--force", "-1"), "error: --force: should be at least 0, not '-1' (see"),
         (("fly", "--version"), "error: --version: is an option of quadstep alone: quadstep --version (see"),
-        (("fly", "mission.toml", "--overwrit"), "error: no such option: '--overwrit'; --overwrite may be meant (see"),
-        (("fly", "mission.toml", "--sped"), "error: no such option: '--sped' (see"),
+        (("fly", "mission.toml", "--overwrit"), "error: unknown option '--overwrit'. Did you mean --overwrite? (see"),
+        (("fly", "mission.toml", "--sped"), "error: unknown option '--sped' (see"),
         (("vehicle", "fit", "sheet.toml", "--out", "a" * 300 + ".toml"), "cannot be written: File name too long"),
         (("linear", "examples/figure_eight.toml", "--controllers", "pid,nope"), "or your own FILE.py:NAME"),
         (("new", "mission.toml", "--vehicle", "x500", "--controller", "nope"), "or your own FILE.py:NAME"),

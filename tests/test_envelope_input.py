@@ -115,7 +115,7 @@ def test_both_axes_are_needed(tmp_path):
 
 
 def test_files_that_are_none(tmp_path):
-    refused(envelope(tmp_path, file=tmp_path / "none.toml"), "none.toml", "cannot be read")
+    refused(envelope(tmp_path, file=tmp_path / "none.toml"), "none.toml", "file not found")
     refused(envelope(tmp_path, file=mission(tmp_path, "x = [")), "mission.toml", "not valid TOML")
     refused(envelope(tmp_path, file=mission(tmp_path, "flights = 3")), "mission.toml: flights", "unknown key")
 

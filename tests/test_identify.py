@@ -344,7 +344,7 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
     taken.write_text("mine = 1\n")
     for arguments, said in (
         (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
-        (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "cannot be read"),
+        (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "file not found"),
         (
             ("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--controller", "no"),
             "error: --controller: 'no' is",

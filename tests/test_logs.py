@@ -91,7 +91,7 @@ def test_broken_logs_are_refused_in_a_line_that_says_where(folder, flight):
         for mapping in (None, str(folder / "map.toml")):
             with pytest.raises(UserError, match="is empty"):
                 read_log(folder / "empty.csv", mapping)
-    with pytest.raises(UserError, match="this kind of log is not known"):
+    with pytest.raises(UserError, match="unsupported log format"):
         read_log(folder / "log.txt")
 
 

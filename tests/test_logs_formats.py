@@ -69,7 +69,7 @@ def test_mcap(tmp_path, flight, motors):
     with pytest.raises(UserError, match="give --mapping"):
         read_log(tmp_path / "a.mcap")
     (tmp_path / "b.mcap").write_bytes(b"")
-    for path, said in ((tmp_path / "b.mcap", "is empty"), (tmp_path / "none.mcap", "cannot be read: No such file")):
+    for path, said in ((tmp_path / "b.mcap", "is empty"), (tmp_path / "none.mcap", "file not found")):
         for mapping in (None, str(tmp_path / "map.toml")):
             with pytest.raises(UserError, match=said):
                 read_log(path, mapping)

@@ -204,7 +204,7 @@ def test_a_very_long_value_is_cut(tmp_path):
 
 
 def test_a_missing_mission_file_is_named(tmp_path):
-    with pytest.raises(UserError, match=r"nowhere\.toml: cannot be read: No such file"):
+    with pytest.raises(UserError, match=r"nowhere\.toml: file not found"):
         read_mission(tmp_path / "nowhere.toml")
 
 
@@ -250,6 +250,6 @@ def test_weights_of_other_nets_are_refused(tmp_path, changed):
 
 
 def test_missing_weights_and_a_folder_for_weights_are_refused(tmp_path):
-    assert "w.json: cannot be read: No such file" in refusal(tmp_path, WARM)
+    assert "w.json: file not found" in refusal(tmp_path, WARM)
     (tmp_path / "w.json").mkdir()
     assert "it is a folder" in refusal(tmp_path, WARM)

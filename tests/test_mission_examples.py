@@ -76,7 +76,7 @@ def test_without_the_real_recording_the_error_says_where_it_was_looked_for():
     path = EXAMPLES / f"{RECORDED}.toml"
     missing = path.parent / read_mission(path).path.file
     if not missing.exists():  # a user may have put it there, as the example says
-        with pytest.raises(UserError, match=rf"path\.file: {re.escape(str(missing))}: .*No such file"):
+        with pytest.raises(UserError, match=rf"path\.file: {re.escape(str(missing))}: .*file not found"):
             plan(RECORDED)
 
 

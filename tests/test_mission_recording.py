@@ -174,7 +174,7 @@ def test_a_wide_file_is_listed_in_one_short_line(tmp_path):
 
 
 def test_a_missing_file_and_a_folder_are_named(tmp_path):
-    with pytest.raises(UserError, match=r"path\.csv: .*No such file"):
+    with pytest.raises(UserError, match=r"path\.csv: .*file not found"):
         read_recording(tmp_path / "path.csv", COLUMNS, 1.0)
     with pytest.raises(UserError, match="it is a folder; a recording must be a regular file"):
         read_recording(tmp_path, COLUMNS, 1.0)

@@ -33,7 +33,7 @@ preset = "research-2.6kg"
 """
 
 WRONG_PATHS = {
-    "no such file": ('type = "nowhere.py:Loop"', "", "nowhere.py: cannot be read: No such file or directory"),
+    "no such file": ('type = "nowhere.py:Loop"', "", "nowhere.py: file not found"),
     "no such name": ('type = "own.py:Loop"', "class Other: pass", "has no 'Loop'; it defines Other"),
     "no path": ('type = "own.py:Loop"', "class Loop: pass", "path: type: own.py:Loop: should be a subclass of .*DeclaredPath"),
     "abstract": (

@@ -141,7 +141,7 @@ def test_a_vehicle_in_a_python_file_is_the_same_as_in_toml():
         ("nowhere.py:RACER", "nowhere.py"),
         (
             "racer",
-            "preset 'racer' is not known; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE",
+            "unknown preset 'racer'; allowed: crazyflie, hummingbird, paper, research-2.6kg, x500, or your own FILE",
         ),
     ],
 )

@@ -109,7 +109,7 @@ def test_the_list_names_every_result_and_escapes_it(port):
     assert status == 200
     assert "A &lt;b&gt;bold&lt;/b&gt; name &amp; more" in text
     assert "<b>bold" not in text
-    assert "completed at 1 s" in text
+    assert "flew 1 s" in text
     assert 'href="/files/report/report.html"' in text
     assert "/.hidden" not in text
     assert "secret" not in text
@@ -405,7 +405,7 @@ def test_an_address_that_is_none_is_answered(port, line, capfd):
 def test_two_flights_are_compared_number_by_number_and_flown_in_one_page(port, root):
     status, _, text = get(port, "/compare?a=first%20flight&b=report")
     assert status == 200
-    assert "position_rmse[m]" in text
+    assert "position RMSE" in text
     assert "only their numbers can be compared" in text
     assert "<b>bold" not in text
     status, _, text = get(port, "/both?a=first%20flight&b=first%20flight")
@@ -423,6 +423,45 @@ def test_of_two_the_closer_one_is_named(tmp_path):
     text = answer(tmp_path, "/compare?a=far&b=near").text
     assert "near is 3.0 times closer to its path than far." in text
     assert "10.0\u00a0mm" in text
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        (
+            {},
+            {"mission": {"path": {"type": "step"}}},
+            "a and b fly different paths, so their errors do not say which is better.",
+        ),
+        ({"mission": {"vehicle": 1}}, {}, "a and b fly different vehicles, so their errors do not say which is better."),
+        ({"ended[s]": 6.0}, {}, "a and b fly different durations, so their errors do not say which is better."),
+        ({"outcome": "crashed"}, {}, "a was lost, so the errors are not compared."),
+    ],
+)
+def test_flights_that_differ_in_more_than_their_error_are_not_ranked(tmp_path, first, second, said):
+    for name, content in (("a", first), ("b", second)):
+        rmse = 0.01 if name == "a" else 0.03
+        numbers = {"position_rmse[m]": rmse, "outcome": "completed", "ended[s]": 5.0, "mission": {}}
+        spoilt(tmp_path / name, name=name, **{**numbers, **content})
+    text = answer(tmp_path, "/compare?a=a&b=b").text
+    assert said in text
+    assert "times closer" not in text
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ({"grade": "as asked", "outcome": "completed", "ended[s]": 5.0}, ["✓</span> as asked", "flew 5 s"]),
+        (
+            {"grade": "flew, but", "grade_reasons": ["it tilted to 139°"], "outcome": "completed", "ended[s]": 5.0},
+            ["!</span> flew, but", "flew 5 s, but it tilted to 139°"],
+        ),
+        ({"grade": "as asked", "outcome": "crashed", "ended[s]": 5.0}, ["✕</span> lost", "lost at 5 s: it hit the ground"]),
+    ],
+)
+def test_a_card_marks_the_grade_of_its_flight(tmp_path, content, says):
+    spoilt(tmp_path / "one", name="one", **content)
+    assert all(words in answer(tmp_path, "/").text for words in says)
 
 
 def test_a_card_says_what_its_report_answers(tmp_path):

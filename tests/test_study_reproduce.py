@@ -19,7 +19,7 @@ from tests.terminals import in_terminal
 
 CSV = ["case1.csv", "case2.csv", "case3_adaptive.csv", "case3_nested.csv"]
 FIGURES = [f"fig{number:02d}" for number in range(3, 13)]
-VERDICTS = {"holds", "fails", "cannot be decided from the text"}
+VERDICTS = {"holds", "fails", "undecidable from the paper"}
 
 
 @pytest.fixture(scope="module")

@@ -75,7 +75,7 @@ def test_gains_that_are_no_better_are_called_so(tmp_path, monkeypatch):
     monkeypatch.setattr(Ground, "fly", unlucky)
     done = tune(written(tmp_path, WINDY + SOFT), tmp_path / "out", 200)
     assert done.code == 0
-    assert "WORSE on unseen seeds: do not use them" in done.out
+    assert "WORSE on flights they were not tuned on: do not use them" in done.out
 
 
 def test_a_search_that_finds_nothing_keeps_the_file(tmp_path, monkeypatch):
@@ -313,4 +313,4 @@ def test_the_examples_can_be_tuned(tmp_path, name):
     text = path.read_text(encoding="utf-8").replace("seeds = 16", "seeds = 4\nunseen = 20")
     done = tune(written(tmp_path, text), tmp_path / "out", 260)
     assert done.code == 0
-    assert "The tuned gains are better on unseen seeds." in done.out
+    assert "The tuned gains are better on flights they were not tuned on." in done.out

@@ -177,7 +177,7 @@ def test_poor_gains_in_the_wind_become_better_on_unseen_seeds(tmp_path):
     assert rmse.name == "position_rmse[m]"
     assert rmse.tuned.high < 0.6 * rmse.present.low
     assert rmse.difference.high < 0.0
-    assert done.compared.verdict == "The tuned gains are better on unseen seeds."
+    assert done.compared.verdict == "The tuned gains are better on flights they were not tuned on."
     assert tuned(tmp_path / "out")["controller"]["k_x"][0] == done.values["controller.k_x.0"]
 
 

@@ -255,7 +255,7 @@ def test_the_air_sensors_and_events_of_the_document_are_read():
     text, _ = document()
     block = next(block for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL) if block.startswith("seed"))
     content = tomllib.loads(block)
-    assert WindSection.model_validate(content["wind"]).build().turbulence.airspeed == 8.5
+    assert WindSection.model_validate(content["wind"]).build().turbulence.airspeed == 0.0  # that of the mean wind
     sensors = SensorsSection.model_validate(content["sensors"])
     assert (sensors.build(0.002, 0.002, 9.81).suite.delay, sensors.build(0.002, 0.002, 9.81).fix_steps) == (2, 5)
     assert all(key in block for key in SensorsSection.model_fields)

@@ -106,7 +106,7 @@ def options(
     ] = False,
     no_user_code: Annotated[bool, typer.Option(OWN_CODE, help="Run no Python file or module that a mission names.")] = False,
     traceback: Annotated[
-        bool, typer.Option(TRACEBACK, help="Where a Python file of yours fails, print the whole traceback.")
+        bool, typer.Option(TRACEBACK, help="Print the full traceback when your own Python code fails.")
     ] = False,
 ) -> None:
     """Options of every command."""

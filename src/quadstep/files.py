@@ -49,7 +49,9 @@ def opened(path: Path, kind: Kind, links: bool = True, folder: int | None = None
         check(path, found, kind)  # before it is opened: to open some devices is to use them
         file: io.BufferedReader = io.BufferedReader(io.FileIO(os.open(name, flags, dir_fd=folder)))
     except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
+        missing = isinstance(error, FileNotFoundError)
+        why = "file not found" if missing else f"cannot be read: {error.strerror or error}"
+        raise UserError(f"{path}: {why}") from None
     except ValueError:  # NUL and halves of surrogate pairs
         raise UserError(f"{path}: cannot be read: no file can have this name") from None
     try:

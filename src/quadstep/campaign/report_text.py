@@ -30,18 +30,25 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
     if summary.copies:
-        answer = f"{units.percent(good)} of {summary.flights} flights succeed. {COPIES.format(summary.flights)}"
+        answer = f"{succeeded(summary)}. {COPIES.format(summary.flights)}"
         return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
-    answer = f"{units.percent(good)} of {summary.flights} flights succeed; the 95 % interval is {within(low, high)}."
+    answer = f"{succeeded(summary)}; the 95 % interval is {within(low, high)}."
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         share, one = list(spread.quantiles.items())[-1]
-        what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g} % of completed flights: {words} below"
+        what = f"median {words}" if share == QUANTILES[0] else f"{100.0 * share:g}th percentile of {words}"
         span = page.Span("", one.low, one.value, one.high, 0.0, 1.3 * one.high)
         interval = f"95 %: {units.interval(*one, unit)}" if one.bounded else FEW
         facts.append(page.Fact(what, units.estimate(*one, unit), interval, span))
     return page.summary(answer, facts, figures)
+
+
+def succeeded(summary: Summary) -> str:
+    """How many flights did."""
+    if summary.success.value == 1.0:
+        return f"All {summary.flights} flights succeeded"
+    return f"{units.percent(summary.success.value)} of {summary.flights} flights succeeded"
 
 
 def alone(spread: Spread) -> page.Fact:
@@ -159,7 +166,8 @@ def ranking(
             line = f"No single key explains a share of {name} that differs significantly from zero."
         if clear and not campaign.file.correlated:
             together = min(1.0, sum(one.value for one in shares.values()))
-            line += f" All keys individually: {100.0 * together:.3g} %; the rest is due to interactions and noise."
+            line += f" Together the keys explain {100.0 * together:.3g} % on their own;"
+            line += " the rest is due to interactions and noise."
         if pair and pair.share.low > 0.0:
             line += (
                 f" {pair.keys[0]} and {pair.keys[1]} together explain {percent(pair.share)} % more than each does alone"

@@ -18,7 +18,7 @@ def write_report(path: Path, c: Certificate, name: str, verdict: str, figure: st
     body = [
         page.summary(answer(c), facts(c), [shown]),
         page.heading("Measured values and bounds", "measured"),
-        *([page.paragraph(f"Verdict: {verdict}.")] if kind(c) == "diverged" else []),  # which the answer does not repeat
+        page.paragraph(f"Verdict: {verdict}."),
         page.table(("", "measured", "bound"), table(c)),
         page.note("Symbols follow the paper; as there, r mixes m/s and rad/s. All numbers, with units: certificate.json."),
     ]

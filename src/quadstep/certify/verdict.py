@@ -39,12 +39,21 @@ def after(c: Certificate) -> str:
     return f"{came}, left it again at {time[left[0]]:.4g} s up to {most:.4g} and {last}"
 
 
+ANSWERS = {
+    "conditions broken": "This flight breaks conditions that the proof of Theorem 5.1 needs, so it says nothing of it",
+    "untested": "This flight neither confirms nor refutes Theorem 5.1: its conditions hold, and the error never left the ball "
+    "outside which L should fall",
+    "sign consistent": "This flight agrees with Theorem 5.1: its conditions hold, and L fell at every sample where it should",
+    "contradicted": "This flight contradicts the proof of Theorem 5.1: its conditions hold, yet L rose where it should fall",
+}
+"""What a verdict means, by its kind."""
+
+
 def answer(c: Certificate) -> str:
     """What a reader wants to know first, in a sentence; everything else is in the verdict."""
     if kind(c) != "diverged":
-        said = verdict(c)
-        return f"{said[0].upper()}{said[1:]}."
-    ended, found = f"The flight diverged and ended at {c.ended:.4g} s", c.conditions.broken()
+        return f"{ANSWERS[kind(c)]}."
+    ended, found = f"The flight was lost at {c.ended:.4g} s", c.conditions.broken()
     if not c.conditions.printed_hold:
         return f"{ended}; the conditions of Theorem 5.1 do not hold."
     if not found:

@@ -55,7 +55,7 @@ def campaign(
     width: WidthOption = None,
     style: StyleOption = SCREEN,
 ) -> None:
-    """Fly a mission many times, varying what the file says; how often, and how well, does it succeed?
+    """Monte Carlo: fly a mission many times with random variations; how often, and how well, does it succeed?
 
     Writes flights/*.parquet as they finish, campaign.json and report.html; --rare writes rare.json and report.html.
 

@@ -16,7 +16,7 @@ HELP = "; --help lists what a command takes"
 WORDED = (
     (r"Missing (?:argument|option) '(.*?)'\.(?: Choose from: *(.*))?", "{0}: missing; it is needed", "; allowed: {1}"),
     (r"Got unexpected extra argument\(?s?\)? \((.*)\)", "{0!r:.60}: not expected; the command takes no further argument", ""),
-    (r"No such command ['\"](.*)['\"]\.(?: Did you mean (.*)\?)?", "no such command: {0!r:.60}", "; {1} may be meant"),
+    (r"No such command ['\"](.*)['\"]\.(?: Did you mean (.*)\?)?", "unknown command {0!r:.60}", ". Did you mean {1}?"),
     (r"Option '(.*)' requires an argument\.", "{0}: missing its value", ""),
     (r"Option '(.*)' does not take a value\.", "{0}: takes no value", ""),
 )
@@ -74,7 +74,7 @@ def unknown(option: str, possible: Sequence[str]) -> str:
     if option == "--version":
         return "--version: is an option of quadstep alone: quadstep --version"
     near = get_close_matches(option, possible, cutoff=ALIKE)
-    return f"no such option: {option!r:.60}" + (f"; {' or '.join(near)} may be meant" if near else "")
+    return f"unknown option {option!r:.60}" + (f". Did you mean {' or '.join(near)}?" if near else "")
 
 
 def refuse_empty(arguments: Sequence[str]) -> None:

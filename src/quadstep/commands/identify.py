@@ -46,7 +46,7 @@ def identify(
 ) -> None:
     """Fit a vehicle to logs of its flights: thrust, torque, lag, delay, inertia, drag, with an interval for each number.
 
-    The mass is that of --vehicle, or --mass: a flight cannot tell it.
+    Logs cannot reveal the mass; it comes from --vehicle or --mass.
     """
     from quadstep.atomic import refuse_other, write_beside
     from quadstep.identify.report import write as write_report
@@ -64,7 +64,7 @@ def identify(
     begun = time.monotonic()
     check_names(logs)
     section = vehicle_of(vehicle)
-    source = f"--mass {mass:g}; a flight cannot tell it" if mass else f"that of {vehicle}; a flight cannot tell it"
+    source = f"--mass {mass:g}; a flight cannot reveal it" if mass else f"that of {vehicle}; a flight cannot reveal it"
     if mass:
         section = section.model_copy(update={"mass": mass})
     flights = [read_log(log, mapping) for log in logs]

@@ -16,14 +16,14 @@ def serve_setpoints(
     ],
     connect: Annotated[
         str,
-        typer.Option(metavar="ADDRESS", help="Where the vehicle is, as pymavlink names it, such as udpin:127.0.0.1:14540."),
+        typer.Option(metavar="ADDRESS", help="Vehicle address, in pymavlink's form, such as udpin:127.0.0.1:14540."),
     ] = "udpin:127.0.0.1:14540",
     kind: Annotated[str, typer.Option(help="Content of a setpoint: position, attitude or rates.")] = "position",
     rate: Annotated[float, typer.Option(help="Setpoints per second, 2 to 200.")] = 50.0,
 ) -> None:
     """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
 
-    Exit code 2: bad input, or no vehicle was heard.
+    Exit code 2: bad input, or no vehicle responded.
     """
     from quadstep.autopilot.setpoints import Kind, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission

@@ -31,7 +31,7 @@ def compare_missions(paths: Sequence[Path], folder: Path, seeds: int, how: How) 
 def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finished:
     """The comparison, its parts kept by the run."""
     found_cells: list[Cell] = []
-    names = unique([path.stem for path in paths])
+    names = names_of(paths)
     places = dict(zip(names, paths, strict=True))
     for name, path in places.items():
         try:
@@ -81,6 +81,21 @@ def cell_of(name: str, path: Path, seeds: int) -> Cell:
 def as_flown(cell: Cell, path: Path) -> Entrant:
     """Who takes part with the mission of a cell, from this file."""
     return Entrant("", cell.controller, cell.campaign.defaults["controller"], f"as in {path}", cell.law)
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """What the missions are called: by their own names, or by their files' where a name is missing or not its own."""
+    own = [name_in(path) for path in paths]
+    return own if all(own) and len(set(own)) == len(own) else unique([path.stem for path in paths])
+
+
+def name_in(path: Path) -> str:
+    """The name that a mission file states; empty where it states none, or cannot be read."""
+    try:
+        name = read_toml(path).get("name")
+    except UserError:
+        return ""
+    return name if isinstance(name, str) else ""
 
 
 def unique(names: Sequence[str]) -> list[str]:

@@ -68,7 +68,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
     body += [page.listing(others), page.paragraph(f"{words.METHOD} {words.searches(found)} {words.tests(found)}")]
     body += [page.heading("Limitations", "limits"), page.listing(found.limitations)] if found.limitations else []
     if links:
-        body.append(page.links(links, "The best controllers in the same gust, one shown as a ghost:"))
+        body.append(page.links(links, "See the best two fly the same gust:"))
     else:
         body += [page.paragraph(f"There is no page of flights: {missing}.")]
     for vehicle in drawn:

@@ -209,9 +209,9 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
             other = pair.second if pair.first == best else pair.first
             (open_ if pair.winner is None else beaten if pair.winner == best else better).append(other)
     if beaten:
-        text += f"; decided against {'all others' if len(beaten) == len(results) - 1 > 1 else listed(beaten)}"
+        text += f"; significantly better than {'all others' if len(beaten) == len(results) - 1 > 1 else listed(beaten)}"
     if open_:
-        text += f"; not decided against {listed(open_)}"
+        text += f"; not significantly better than {listed(open_)}"
     if better:
         text += (
             f"; flight by flight {listed(better)} is better"

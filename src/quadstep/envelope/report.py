@@ -48,11 +48,12 @@ def write_report(path: Path, found: Envelope, figure: str) -> None:
 
 def answer(found: Envelope) -> str:
     """How much of the map can be flown, in a sentence."""
-    asked, parts = (
-        found.asked,
-        [f"{units.percent(one.flyable / one.cells)}{f' with {one.name}' if one.name else ''}" for one in found.panels],
-    )
-    return f"In the map over {asked.x.key} and {asked.y.key}, {', '.join(parts)} is flyable."
+    asked = found.asked
+    over = f"combination{'' if max(one.cells for one in found.panels) == 1 else 's'} of {asked.x.key} and {asked.y.key}"
+    if all(one.flyable == one.cells for one in found.panels):
+        return f"Every one of the {found.panels[0].cells} {over} can be flown, so the limit lies outside this map."
+    parts = [f"{one.flyable} of {one.cells}{f' with {one.name}' if one.name else ''}" for one in found.panels]
+    return f"Of the {over}, {', '.join(parts)} can be flown."
 
 
 def caption(found: Envelope) -> str:

@@ -263,5 +263,5 @@ def told_numbers(
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
         if one.logarithmic and error > UNSURE:
-            kept[one.key] = "the flights do not determine it"
+            kept[one.key] = "not identifiable from these flights"
     return fitted, kept

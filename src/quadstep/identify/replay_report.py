@@ -103,7 +103,7 @@ def sections(
     """The body of the report; draws the figures into a folder."""
     compared = found.predictions[0].compared
     draw_errors(folder / "errors", compared, found.period, sheet)
-    caption = "Mean error of predictions over how far ahead they are, beside two guesses that need no model"
+    caption = "Mean prediction error against horizon, with two model-free baselines"
     glance = [page.figure(folder / "errors", caption)]
     flown = [drawn_in(folder, *flight_picture(one, place), sheet) for place, one in enumerate(found.flown)]
     estimated = [drawn_in(folder, *estimate_picture(one, place), sheet) for place, one in enumerate(found.estimates)]

@@ -307,7 +307,7 @@ def clocks(flight: FlightRecord, sure: Flags) -> list[Finding]:
         if seen:
             late, jitter = (float(np.mean([one[place] for one in seen])) for place in (0, 1))
             when = f"{1e3 * abs(late):.0f} ms {'after' if late > 0 else 'before'} the rates"
-            text = f"the attitude comes {when}, give or take {1e3 * jitter:.0f} ms"
+            text = f"the attitude comes {when} ± {1e3 * jitter:.0f} ms"
             found.append(Finding(abs(late) > 0.1, text))
     if "setpoint" in flight.channels and "position" in flight.channels:
         for axis in (0, 1):
@@ -327,7 +327,7 @@ def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
         spread = np.nanstd(flight.channel("rates")[sure], axis=0)
         for axis, name in enumerate(("roll", "pitch", "yaw")):
             if spread[axis] < 0.1:
-                found.append(Finding(False, f"{name} is hardly excited ({spread[axis]:.2g} rad/s): expect wide intervals"))
+                found.append(Finding(False, f"{name} is barely excited ({spread[axis]:.2g} rad/s), so its intervals are wide"))
     if "velocity" in flight.channels:
         speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
         if speed < 0.3:

@@ -25,7 +25,7 @@ def read_log(path: Path, mapping: str | None = None) -> FlightRecord:
     if kind in USUAL:
         return read_many(path, [read_mapping(mapping)] if mapping else [load_mapping(name) for name in USUAL[kind]])
     if kind != ".csv":
-        raise UserError(f"{path}: this kind of log is not known; allowed: .csv, {', '.join(USUAL)}")
+        raise UserError(f"{path}: unsupported log format; allowed: .csv, {', '.join(USUAL)}")
     return read_table(path, read_mapping(mapping) if mapping else found_mapping(path))
 
 

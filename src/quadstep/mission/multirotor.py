@@ -121,7 +121,7 @@ class MultirotorMission(Mission):
             full = float(vehicle.allocation.most) * len(vehicle.geometry.mounts)
             metrics["largest_thrust_share"] = float(rotor_thrusts(log).sum(axis=1).max()) / full
         share = cast(float, metrics.get("saturated_share", 0.0))
-        return metrics, [f"the rotor limits reduced the command in {100 * share:.3g} % of the log rows"] if share else []
+        return metrics, [f"the rotors were saturated {100 * share:.3g} % of the time"] if share else []
 
     def build(self, path: BuiltPath) -> Built:
         vehicle, simulation = self.modelled, self.simulation

@@ -50,7 +50,7 @@ def preset_table(name: object, folder: Path = Path()) -> dict[str, object]:
         return tomllib.loads(packaged.read_text(encoding="utf-8"))
     own = own_place(name, VEHICLES)
     if own is None:
-        raise ValueError(f"preset {name!r:.60} is not known; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME")
+        raise ValueError(f"unknown preset {name!r:.60}; allowed: {', '.join(preset_names())}, or your own FILE.py:NAME")
     try:
         thing = load(own, folder)
         table = plain(thing() if callable(thing) else thing)

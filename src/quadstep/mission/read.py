@@ -21,7 +21,7 @@ def read_mission(path: Path | str) -> Mission:
     'figure-eight'
     >>> read_mission("nowhere.toml")
     Traceback (most recent call last):
-    quadstep.errors.UserError: nowhere.toml: cannot be read: No such file or directory
+    quadstep.errors.UserError: nowhere.toml: file not found
     """
     path = Path(path)
     return check_mission(read_toml(path), str(path), path.parent)

@@ -59,8 +59,19 @@ def best(result: Result) -> str:
 def picture(result: Result) -> str:
     """Its thumbnail."""
     if result.picture is None:
-        return f"<span>{escape(result.kind)}</span>"
+        return "<span>no picture</span>"
     return f'<img loading="lazy" alt="" src="{escape(address(result, result.picture))}">'
+
+
+MARKS = {"as asked": ("good", "✓"), "flew, but": ("fair", "!"), "lost": ("bad", "✕")}
+
+
+def mark(result: Result) -> str:
+    """The grade of a flight."""
+    if result.grade not in MARKS:
+        return ""
+    kind, sign = MARKS[result.grade]
+    return f' <b class="{kind}"><span aria-hidden="true">{sign}</span> {escape(result.grade)}</b>'
 
 
 def card(result: Result) -> str:
@@ -76,14 +87,14 @@ def card(result: Result) -> str:
         said.append(f"RMSE {units.quantity(result.rmse, 'm')}")
     data = {
         "name": result.name, "place": place, "kind": result.kind, "changed": f"{result.changed:.0f}",
-        "rmse": "" if result.rmse is None else f"{result.rmse!r}",
+        "grade": result.grade, "rmse": "" if result.rmse is None else f"{result.rmse!r}",
     }  # fmt: skip
     attributes = " ".join(f'data-{key}="{escape(value)}"' for key, value in data.items())
     href = escape(best(result))
     return (
         f'<li {attributes}><a class="thumb" href="{href}" tabindex="-1" aria-hidden="true">{picture(result)}</a>'
         '<div class="card">'
-        f'<span class="kind">{escape(result.kind)}</span><h2><a href="{href}">{escape(result.name)}</a></h2>'
+        f'<span class="kind">{escape(result.kind)}{mark(result)}</span><h2><a href="{href}">{escape(result.name)}</a></h2>'
         f'<p>{", ".join(said)}</p><p>{escape(place)} · {written}</p><div class="files">{links}</div>'
         f'<label><input type="checkbox" value="{escape(place)}"> compare</label></div></li>\n'
     )

@@ -28,9 +28,9 @@ def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metri
         f"</figcaption></figure>"
         for one, name in zip(results, names, strict=True)
     )
-    rows = [[key, *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
+    rows = [[words(key), *row(key, first.get(key), second.get(key))] for key in dict.fromkeys([*first, *second])][:MOST_ROWS]
     body = [
-        page.summary(answer(names, first, second), facts(names, first, second)),
+        page.summary(unlike(names, *contents) or answer(names, first, second), facts(names, first, second)),
         f'<div class="two">{shown}</div>',
     ]
     if all("flight.csv" in one.files for one in results):
@@ -45,6 +45,23 @@ def compared_page(results: tuple[Result, Result], contents: tuple[Metrics, Metri
     return page.page_text(
         f"{names[0]} and {names[1]}", [*body, page.links([("/", "All results")])], "Comparison of two", STYLE
     )
+
+
+def unlike(names: list[str], first: Metrics, second: Metrics) -> str:
+    """Why the errors of two flights say nothing of which is better; empty where they may be compared."""
+    if not all("outcome" in one for one in (first, second)):
+        return ""
+    lost = [name for name, one in zip(names, (first, second), strict=True) if one.get("outcome", "completed") != "completed"]
+    if lost:
+        return f"{' and '.join(lost)} {'was' if len(lost) == 1 else 'were'} lost, so the errors are not compared."
+    missions = [one.get("mission") for one in (first, second)]
+    sides = [one if isinstance(one, dict) else {} for one in missions]
+    different = [part for part in ("path", "vehicle") if sides[0].get(part) != sides[1].get(part)]
+    different += [] if first.get("ended[s]") == second.get("ended[s]") or "path" in different else ["duration"]
+    if not different:
+        return ""
+    things = " and ".join(f"{part}s" for part in different)
+    return f"{names[0]} and {names[1]} fly different {things}, so their errors do not say which is better."
 
 
 def numbers(content: Metrics) -> dict[str, float]:
@@ -79,6 +96,11 @@ def facts(names: list[str], first: dict[str, float], second: dict[str, float]) -
 def value(one: float, unit: str) -> str:
     """A number as people write it; a count as it is."""
     return f"{one:.0f}" if unit == "-" and one.is_integer() and abs(one) < 1e9 else units.quantity(one, unit, 4)
+
+
+def words(key: str) -> str:
+    """`position x RMSE` of `position.x.rmse[m]`."""
+    return units.metric(key)[0].replace(".", " ")
 
 
 def row(key: str, first: float | None, second: float | None) -> list[str]:

@@ -135,7 +135,7 @@ def event_controls(events: Events) -> list[Control]:
     """What rotors keep that fail, and the mass of payloads."""
     faults = [
         control(
-            f"fault_{place + 1}", f"rotor {round(float(fault.rotor)) + 1} keeps", "-",
+            f"fault_{place + 1}", f"thrust left in rotor {round(float(fault.rotor)) + 1}", "-",
             one(fault.efficiency, parameter(f"events.faults.{place}.efficiency")), (0.0, 1.0),
             f"Share of its thrust, from {float(fault.start):g} s on.", bounds=(0.0, 1.0),
         )
@@ -239,7 +239,7 @@ def disturbance_controls(mission: LagrangeMission, disturbance: object) -> list[
         return number_sliders(disturbance, "disturbance")
     weight = mission.vehicle.mass * mission.vehicle.gravity
     times = one(disturbance.scale, parameter("disturbance.scale"))
-    hint = "1 is the paper's, which is hardly excited in its own cases."
+    hint = "1 is the paper's, which hardly acts in its own cases."
     force, torque = each(disturbance.force, AXES, "disturbance.force"), each(disturbance.torque, ANGLES, "disturbance.torque")
     return [
         control("disturbance", "disturbance (Eq. 67), times", "-", times, (0.0, 10.0), hint),

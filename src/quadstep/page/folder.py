@@ -17,7 +17,8 @@ from quadstep import files
 from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.log import FlightLog
+from quadstep.flight.log import REASONS, FlightLog
+from quadstep.judging.grade import Grade
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
 
@@ -44,7 +45,7 @@ class Result(NamedTuple):
 
     place: below the folder that is served. says: how the flight ended, or what the report answers. changed: when its newest
     file was written, seconds since 1970. files: names of what can be opened, the best first. kind: what it is of. picture: a
-    PNG of it, from there. rmse: of the position [m].
+    PNG of it, from there. rmse: of the position [m]. grade: of a flight, as in `quadstep.judging.grade`; empty if not known.
     """
 
     place: Path
@@ -55,6 +56,7 @@ class Result(NamedTuple):
     kind: str = "Report"
     picture: str | None = None
     rmse: float | None = None
+    grade: str = ""
 
 
 KINDS = {
@@ -116,11 +118,12 @@ def result_in(root: Path, folder: Path) -> Result | None:
     name = content.get("name")
     title = name if isinstance(name, str) else begins.title or folder.name
     kind = begins.kind or next((kind for name, kind in KINDS.items() if name in found), "Report")
+    title = folder.name if title == kind else title  # which tells it from no other
     rmse = content.get("position_rmse[m]")
     known_rmse = float(rmse) if isinstance(rmse, int | float) and 0.0 <= rmse < LARGEST_NUMBER else None
     return Result(
         folder.relative_to(root), title, ending(content) or begins.answer, max(found[name] for name in shown), tuple(shown),
-        kind, picture(folder, found), known_rmse,
+        kind, picture(folder, found), known_rmse, grade(content),
     )  # fmt: skip
 
 
@@ -137,9 +140,22 @@ def picture(folder: Path, found: Iterable[str]) -> str | None:
 def ending(content: dict[str, object]) -> str:
     """How a flight ended, from its metrics.json, as far as that says so."""
     time, outcome = (content.get(key) for key in ("ended[s]", "outcome"))
-    if isinstance(outcome, str) and isinstance(time, int | float):
-        return f"{outcome.replace('_', ' ')} at {time:g} s"
-    return ""
+    if not isinstance(outcome, str) or not isinstance(time, int | float):
+        return ""
+    if grade(content) == Grade.LOST:
+        known = outcome.upper() in Outcome.__members__
+        return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
+    reasons = content.get("grade_reasons")
+    but = " and ".join(one for one in reasons if isinstance(one, str)) if isinstance(reasons, list) else ""
+    return f"flew {time:g} s{f', but {but}' if but else ''}"
+
+
+def grade(content: dict[str, object]) -> str:
+    """Of a flight, as far as its metrics.json says; one that ended early is lost, whoever wrote it."""
+    stated, outcome = content.get("grade"), content.get("outcome")
+    if isinstance(outcome, str) and outcome != Outcome.COMPLETED.name.lower():
+        return Grade.LOST
+    return stated if isinstance(stated, str) and stated in {*Grade} else ""
 
 
 def opening(report: Path) -> Opening:

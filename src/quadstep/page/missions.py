@@ -16,7 +16,7 @@ from quadstep.page.identity import identity
 from quadstep.page.model import Link
 from quadstep.page.story import Story
 
-GROUP, WALK = "Missions", "Of the walk"
+GROUP, WALK = "Missions", "From the guided walk"
 
 
 def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, story: Story | None = None) -> str:

@@ -22,16 +22,17 @@ from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, further_flights, m
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.study import Study, StudyPlans, fly_study, plan_study
 
-TITLE = "The paper, flown"
+TITLE = "Das, Lewis and Subbarao (2009), re-flown"
 INTRO = (
     "Das, Lewis, Subbarao: Backstepping Approach for Controlling a Quadrotor Using Lagrange Form Dynamics (2009). Its "
-    "flights, flown live by the same laws as in the package: move a slider and watch."
+    "flights, simulated live by the package's own control laws: move a slider and watch."
 )
 CASES, VARIANTS, STRESS = "The paper's cases", "Without nets", "Stress flights"
 VERDICTS = {Verdict.HOLDS: "holds", Verdict.FAILS: "fails", Verdict.UNDECIDED: "open"}
 
 NOTES = {
-    "case1": "To (20, 5, 10) m in 40 s. The disturbance never exceeds 0.0003 N: raise it, or shorten t_f, to test the nets.",
+    "case1": "To (20, 5, 10) m in 40 s. The disturbance stays below 0.0003 N, too little to test the nets: raise it, or "
+    "shorten t_f.",
     "case2": "Only x moves; y, z and roll should stay unaffected.",
     "case2-y": "Only y moves.",
     "case2-z": "Only z moves.",

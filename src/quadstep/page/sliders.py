@@ -53,7 +53,7 @@ def net_sliders(declarations: Mapping[str, object], gains: object, section: Cont
     for name in (name for name, start in declarations.items() if isinstance(start, LearningStart)):
         never = parameter(f"gains.{name}", 0.0, 1, math.inf)
         found += [
-            from_zero("nets_start", "nets switch on at", "s", one(nets.start, parameter(f"gains.{name}")), 20.0),
+            from_zero("nets_start", "start of the nets", "s", one(nets.start, parameter(f"gains.{name}")), 20.0),
             Control(
                 "nets", "nets", "-", NETS, "Switches both nets off.", "toggle", "linear", 0, 1, 0, 1, 1,
                 (Component("", float(nets.enabled), (never,)),),

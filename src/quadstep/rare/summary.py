@@ -38,7 +38,7 @@ class Crude(NamedTuple):
     @property
     def said(self) -> str:
         """In words."""
-        each = f", looking for one of {self.kinds} kinds of failure each" if self.kinds > 1 else ""
+        each = f", each flight tested for one of {self.kinds} kinds of failure" if self.kinds > 1 else ""
         return (
             f"{self.failures:,} of {self.flights:,} failed{each}: a probability of {self.rate.value:.3g}, "
             f"{self.rate.low:.3g} to {self.rate.high:.3g} with {100 * (1 - DOUBT):g} % confidence"

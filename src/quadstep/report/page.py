@@ -96,8 +96,20 @@ def links(places: Iterable[tuple[str, str]], before: str = "") -> str:
     return f'{said}<ul class="screen">{"".join(items)}</ul>'
 
 
+BLANK = frozenset(("", "-", "–"))
+
+
+def without_blank(header: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[Sequence[str], Sequence[Sequence[Cell]]]:
+    """A table without the columns, after the first, in which no row has anything."""
+    if any(len(row) != len(header) for row in rows):
+        return header, rows
+    kept = [i for i in range(len(header)) if i == 0 or not all(row[i] in BLANK for row in rows)]
+    return [header[i] for i in kept], [[row[i] for i in kept] for row in rows]
+
+
 def table(header: Sequence[str], rows: Iterable[Sequence[Cell]], set_as: Callable[[str], str] = rich) -> str:
-    """A table of text, its names set as `paragraph` does; a header of empty names is left out."""
+    """A table of text, its names set as `paragraph` does; a header of empty names and blank columns are left out."""
+    header, rows = without_blank(header, list(rows))
 
     def cell(content: Cell) -> str:
         if isinstance(content, Span):

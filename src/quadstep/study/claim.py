@@ -10,7 +10,7 @@ class Verdict(StrEnum):
 
     HOLDS = "holds"
     FAILS = "fails"
-    UNDECIDED = "cannot be decided from the text"
+    UNDECIDED = "undecidable from the paper"
 
 
 class Claim(NamedTuple):

@@ -21,9 +21,9 @@ def by_start(study: Study, ours: Callable[[Metrics], ArrayLike], smaller: bool =
             continue
         adaptive = study.starts[where, "adaptive"]
         if not completed(adaptive):
-            answer = f"adaptive diverged at {adaptive['ended[s]']:g} s ({adaptive['outcome']})"
+            answer = f"adaptive was lost at {adaptive['ended[s]']:g} s ({adaptive['outcome']})"
         elif not completed(nested):
-            answer = f"nested diverged at {nested['ended[s]']:g} s ({nested['outcome']})"
+            answer = f"nested was lost at {nested['ended[s]']:g} s ({nested['outcome']})"
         else:
             a, b = np.atleast_1d(ours(adaptive)), np.atleast_1d(ours(nested))
             answer = "equal" if np.all(a == b) else "yes" if np.all(a <= b if smaller else a >= b) else "no"
@@ -42,7 +42,7 @@ def dependence(table: dict[str, str]) -> str:
     counts = {answer: list(table.values()).count(answer) for answer in ("yes", "no", "equal")}
     lost = len(table) - sum(counts.values())
     shown = ", ".join(f"{count} {answer}" for answer, count in counts.items() if count)
-    return f"; over {len(table)} starts and gain sets: {shown}" + (f", {lost} with a divergence" if lost else "")
+    return f"; in {len(table)} variations: {shown}" + (f", a controller lost in {lost}" if lost else "")
 
 
 def altitude(study: Study) -> Claim:

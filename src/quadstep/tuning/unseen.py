@@ -58,9 +58,8 @@ def compare(judge: Judge, present: Flown, tuned: Flown, changed: bool = True) ->
     first, second = (aggregated(judge, one[flown.completed]) for one, flown in zip(costs, (present, tuned), strict=True))
     objective = Row(OBJECTIVE, first, second, aggregated(judge, costs[1][both], costs[0][both]))
     rows = [row(name, present, tuned, both) for name in judge.reported]
-    verdict = (
-        judged(success, objective, count == 1).format(where=" on unseen seeds" if count > 1 else "") if changed else UNCHANGED
-    )
+    where = " on flights they were not tuned on" if count > 1 else ""
+    verdict = judged(success, objective, count == 1).format(where=where) if changed else UNCHANGED
     return Compared(count, (shares[0], shares[1]), success, objective, rows, verdict)
 
 
