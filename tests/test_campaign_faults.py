@@ -1,6 +1,7 @@
 """A campaign that is killed, interrupted, short of disk or not alone: one line, flights are kept, and it can be resumed."""
 
 import ctypes
+import gc
 import os
 import random
 import re
@@ -10,10 +11,15 @@ import signal
 import subprocess
 import sys
 import time
+from threading import Event, Thread
+from types import SimpleNamespace
+from weakref import ref
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from quadstep.flight.sweep import Sweep
 from tests.campaigns import (
     MASS,
     SHORT,
@@ -26,6 +32,7 @@ from tests.campaigns import (
     manifest,
     refused,
     rows,
+    soon,
     started,
     written,
 )  # fmt: skip
@@ -125,6 +132,38 @@ def test_an_interrupted_campaign_says_so_in_one_line_and_goes_on(whole, tmp_path
     assert not leftovers(out)
     assert fly(path, out, "--resume").code == 0
     assert flights(out) == flights(straight)
+
+
+def test_ctrl_c_while_a_thread_starts_leaves_it_the_memory_that_it_writes_to(monkeypatch):
+    """Nobody waits for that thread; with its buffers gone it once wrote over what the allocator kept there, which aborts."""
+    start, zeros, made, over, alive = Thread.start, np.zeros, [], Event(), []
+
+    def zeros_noted(*shape, **more):
+        found = zeros(*shape, **more)
+        made.append(ref(found))
+        return found
+
+    def fly(*_):
+        over.wait(10.0)
+        alive.append(made[0]() is not None)
+
+    monkeypatch.setattr(Thread, "start", lambda self: (start(self), interrupted()))
+    monkeypatch.setattr("quadstep.flight.sweep.np.zeros", zeros_noted)
+    sweep, one = object.__new__(Sweep), np.ones((1, 8))
+    sweep.width, sweep.row_count, sweep.number, sweep.ticks = 8, 2, np.float64, SimpleNamespace(last=10, step=0.1)
+    sweep.every = sweep.constants = sweep.tables = one
+    sweep.rows, sweep.columns = lambda values: values, lambda *_: one
+    sweep.portions, sweep.kernel = lambda _: iter([(0, 8)]), SimpleNamespace(fly=fly)
+    with pytest.raises(KeyboardInterrupt):
+        sweep.fly(zeros((8, 1)), threads=1)
+    gc.collect()
+    over.set()
+    assert soon(lambda: alive)
+    assert alive == [True]
+
+
+def interrupted():
+    raise KeyboardInterrupt
 
 
 # A disk that is full

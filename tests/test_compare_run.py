@@ -21,7 +21,7 @@ from quadstep.flight.engines import fly
 from quadstep.results.folder import RUNNING
 from quadstep.results.parts import parts_in
 from tests.campaigns import soon
-from tests.commands import LINE, heeding_interrupts, quadstep, write
+from tests.commands import LINE, files, heeding_interrupts, quadstep, write
 from tests.patience import PATIENCE
 from tests.studies import BODY, HEAD, OPTIONAL, SMALL, SMALLEST, TUNING, here, metrics, rows, study, written
 
@@ -152,7 +152,14 @@ def test_margins_and_costs_are_there(done):
     assert [one["controller"] for one in found["margins"]] == ["soft", "firm", "PID"]
     assert "m/s" in found["margins"][0]["half"]
     report = (out / "report.html").read_text(encoding="utf-8")
-    for text in ("flights per gain", "ns per sample", "Margins", "Pairwise comparison", "page.html#flight=", "far too soft"):
+    for text in (
+        "flights per gain",
+        "instructions (Cortex-M4F)",
+        "Margins",
+        "Pairwise comparison",
+        "page.html#flight=",
+        "far too soft",
+    ):
         assert text in report
     tuned = next(one for one in found["controllers"] if one["controller"] == "PID")["tuned"]
     assert tuned["flights"] <= 4500
@@ -233,6 +240,28 @@ def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
     result = quadstep("compare", file, "--out", out)
     assert result.refused
     assert f"{damaged}: was changed" in result.err
+
+
+@pytest.mark.slow
+def test_an_interrupted_comparison_gives_the_same_bytes_but_for_what_is_measured(tmp_path, monkeypatch):
+    file = written(tmp_path, SMALLEST)
+    assert quadstep("compare", file, "--out", tmp_path / "whole").code == 0
+    with monkeypatch.context() as patch:
+        patch.setattr("quadstep.comparison.run.linearised", interrupted)
+        assert quadstep("compare", file, "--out", tmp_path / "out").code == 130
+    assert quadstep("compare", file, "--out", tmp_path / "out").code == 0
+    whole, resumed = (
+        {name: content for name, content in files(tmp_path / name_of).items() if name != "times.csv" and "costs/" not in name}
+        for name_of in ("whole", "out")
+    )
+    assert len(whole) > 10
+    assert resumed == whole
+    assert rows(tmp_path / "out", "times.csv")[0].keys() == {"vehicle", "controller", "nanoseconds_per_sample"}
+
+
+def interrupted(*_):
+    """Ctrl-C."""
+    raise KeyboardInterrupt
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """`quadstep campaign`: from file to folder."""
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -9,6 +10,7 @@ import pyarrow as pa
 
 from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.flown import Flyer, Progress
+from quadstep.campaign.manifest import read_manifest
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import Summary, as_json, summarise
@@ -45,7 +47,7 @@ def fly_campaign(
     count = flights or campaign.flights
     campaign.check_count(count)
     fly = engine_for(campaign, engine)
-    with opened(folder, campaign, count, engine, resume, overwrite) as store:
+    with interruptible(folder), opened(folder, campaign, count, engine, resume, overwrite) as store:
         missing = store.missing
         over = store.flights - sum(chunk.past - chunk.first for chunk in missing)
 
@@ -62,15 +64,22 @@ def fly_campaign(
             summary = summarise(store, campaign.varies)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
-            raise interrupted(store) from None
+            store.save()  # names every file: the last one may just have been written
+            raise
     return Finished(campaign, summary, folder)
 
 
-def interrupted(store: Store) -> InterruptedRun:
-    """The message after Ctrl-C, once the manifest names every file: the last one may just have been written."""
-    store.save()
-    kept, wanted = len(store.present), store.count
-    return InterruptedRun(f"{kept} of {wanted} files of flights are kept in {store.folder}; continue with --resume")
+@contextlib.contextmanager
+def interruptible(folder: Path) -> Iterator[None]:
+    """A block in which Ctrl-C says what is kept in the folder of a campaign. Raises InterruptedRun."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        found = read_manifest(folder)
+        if found is None:
+            raise
+        kept, wanted = len(found["chunks"]), -(-found["flights"] // found["chunk"])
+        raise InterruptedRun(f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume") from None
 
 
 Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]

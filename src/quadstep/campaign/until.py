@@ -18,7 +18,7 @@ from quadstep.campaign.distributions import Grid, Sobol
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.campaign.flown import SUCCESS
 from quadstep.campaign.manifest import read_manifest
-from quadstep.campaign.run import Finished, engine_for, finish, interrupted
+from quadstep.campaign.run import Finished, engine_for, finish, interruptible
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Store, opened
 from quadstep.campaign.summary import summarise
@@ -126,7 +126,7 @@ def fly_until(
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[Seen] = []
-    with opened(folder, campaign, begun, engine, resume, overwrite) as store:
+    with interruptible(folder), opened(folder, campaign, begun, engine, resume, overwrite) as store:
         try:
             for place, look in enumerate(looks(target)):
                 if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
@@ -152,7 +152,8 @@ def fly_until(
             summary = summarise(store, campaign.varies)
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
-            raise interrupted(store) from None
+            store.save()
+            raise
     return Decided(Finished(campaign, summary, folder), target, tuple(seen))
 
 

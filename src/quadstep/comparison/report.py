@@ -101,10 +101,9 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
         page.paragraph(
             "All tuned gains were found with the same flights, objective and budget, and evaluated on other flights. "
             "Gains "
-            "derived from the vehicle use the nominal vehicle, whatever a scenario changes. The time is that of the "
-            "law alone, "
-            "as scalar code on one core of this machine. Instructions are those of the exported law's worst sample, all its "
-            "loops due, in f32. " + " ".join(words.uncounted(found))
+            "derived from the vehicle use the nominal vehicle, whatever a scenario changes. Instructions are those of the "
+            f"exported law's worst sample, all its loops due, in f32; {tables.TIMES} has the time of each law alone, as "
+            "scalar code on one core of this machine. " + " ".join(words.uncounted(found))
         ),
         page.table(tables.WHO_HEADER, tables.who_rows(found)),
         page.paragraph("Other differences between the controllers; everything else is the same for all:"),

@@ -65,11 +65,13 @@ def pair_rows(found: Comparison) -> Iterator[Row]:
 
 
 def write_tables(out: Path, found: Comparison) -> None:
-    """cells.csv, cells.parquet, pairs.csv, pairs.parquet and table.tex."""
+    """cells.csv, cells.parquet, pairs.csv, pairs.parquet, table.tex, and times.csv: what is measured, never twice the same."""
     for name, rows in (("cells", list(cell_rows(found))), ("pairs", list(pair_rows(found)))):
         if rows:
             write_csv(out / f"{name}.csv", list(rows[0]), (list(row.values()) for row in rows))
             (out / f"{name}.parquet").write_bytes(parquet(pa.Table.from_pylist(rows)))
+    times = [(*controller, one.nanoseconds) for controller, one in found.costs.items()]
+    write_csv(out / TIMES, ("vehicle", "controller", "nanoseconds_per_sample"), times)
     (out / "table.tex").write_text(latex_tables(found), encoding="utf-8")
 
 
@@ -138,6 +140,7 @@ def effort_rows(found: Comparison, vehicle: str) -> list[list[str]]:
     ]
 
 
+TIMES = "times.csv"
 EFFORT_HEADER = ("situation", "controller", "energy [J]", "rotor activity [N/s]", "rotors saturated")
 WHO_HEADER = (
     "vehicle",
@@ -146,7 +149,6 @@ WHO_HEADER = (
     "tuned",
     "flights",
     "flights per gain",
-    "ns per sample",
     f"instructions ({BOARD})",
     "memory [B]",
     "numbers [B]",
@@ -163,11 +165,10 @@ def who_rows(found: Comparison) -> list[list[str]]:
         tuned = [NOTHING] * 3
         if trained:
             tuned = [str(trained.tuned), str(trained.flights), f"{trained.flights / trained.tuned:.0f}"]
-        costs = [NOTHING] * 4
+        costs = [NOTHING] * 3
         if cost:
-            time = f"{cost.nanoseconds:.0f}" if math.isfinite(cost.nanoseconds) else "a Python function"
             instructions = NOTHING if cost.instructions is None else str(cost.instructions)
-            costs = [time, instructions, str(cost.memory), str(cost.numbers)]
+            costs = [instructions, str(cost.memory), str(cost.numbers)]
         rows.append([one.vehicle or NOTHING, one.name, one.origin, *tuned, *costs])
     return rows
 

@@ -140,10 +140,11 @@ class Sweep(Batch):
         flights, length = len(rows), -(-len(rows) // self.width) * self.width
         results = np.zeros((self.row_count, length), dtype=self.number)
         columns = self.columns(rows, length)
-        addresses = [buffer.ctypes.data for buffer in (self.every, self.constants, columns, self.tables, results)]
+        buffers = self.every, self.constants, columns, self.tables, results
 
         def run(first: int, past: int) -> int:
-            self.kernel.fly(first, past, length, self.ticks.last, self.ticks.step, *addresses)
+            # keeps the buffers: Ctrl-C while a thread starts leaves one that nobody waits for, and it still writes to them
+            self.kernel.fly(first, past, length, self.ticks.last, self.ticks.step, *(one.ctypes.data for one in buffers))
             return min(past, flights) - first
 
         count = threads or os.cpu_count() or 1

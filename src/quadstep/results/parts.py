@@ -10,10 +10,12 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from quadstep.documents import parse_json
 from quadstep.errors import UserError
 from quadstep.files import FLIGHTS as ANY_PART
 from quadstep.results.code import code_digest
 from quadstep.results.folder import RUNNING, Folder, opened
+from quadstep.results.sealed import sealed
 from quadstep.version import __version__
 
 FLIGHTS, GAINS, MARGINS, LINEAR, COSTS, JOURNALS = "flights", "gains", "margins", "linear", "costs", "journals"
@@ -43,12 +45,14 @@ class Parts:
         if name is None:
             return None
         content = self.folder.read(name, ANY_PART)
-        if Path(name).name != file_name(kind, key, content):
+        whole = content == sealed(parse_json(content, name)) if kind == COSTS else name.endswith(file_name(kind, key, content))
+        if not whole:
             raise changed(self.folder.path / name)
         return content
 
     def add(self, kind: str, key: str, content: bytes) -> None:
         """Keep a part, in place of an earlier one. Raises UserError where the disk does not take it."""
+        content = sealed(json.loads(content)) if kind == COSTS else content
         name = f"{RUNNING}/{kind}/{file_name(kind, key, content)}"
         try:
             self.folder.write(name, content)
@@ -70,8 +74,9 @@ class Parts:
 
 
 def file_name(kind: str, key: str, content: bytes) -> str:
-    """Of a part: what decides it, and what it holds."""
-    return f"{key}-{hashlib.sha256(content).hexdigest()[:16]}.{ENDINGS[kind]}"
+    """Of a part: what decides it, and what it holds; times differ whenever they are measured, so names do not tell them."""
+    digest = "measured" if kind == COSTS else hashlib.sha256(content).hexdigest()[:16]
+    return f"{key}-{digest}.{ENDINGS[kind]}"
 
 
 def changed(path: Path) -> UserError:
