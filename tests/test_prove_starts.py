@@ -2,12 +2,15 @@
 
 import itertools
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from quadstep.documents import parse_toml
-from quadstep.mission.read import check_mission, plan_mission
+from quadstep.mission.read import check_mission, plan_mission, read_mission
+from quadstep.numbers import vector
 from quadstep.prove.certificate import read_certificate
 from quadstep.prove.sampled import Sampled
 from quadstep.prove.set_certificate import read_set
@@ -197,3 +200,42 @@ def test_a_start_that_is_none_is_one_line(tmp_path, option):
         run = quadstep("prove", write(tmp_path, SET), option, value)
         assert run.refused
         assert f"{option}: should be from 0 to" in run.err
+
+
+QUAD = Path(__file__).parent.parent / "examples" / "twelve_states.toml"
+
+
+def test_the_twelve_states_of_the_benchmark_meet_its_demands(tmp_path):
+    starts = {"start": 0.4, "start_velocity": 0.4}
+    run = quadstep("prove", QUAD, "--start", 0.4, "--start-velocity", 0.4, "--out", tmp_path / "proof.json")
+    assert (run.code, run.err) == (0, "")
+    assert "under a start within 400 mm and 0.4 m/s of the mission's on each axis" in " ".join(run.out.split())
+    found = read_certificate(tmp_path / "proof.json")
+    assert len(found.states) == 12
+    z, box = found.flown[:-1, 2], np.repeat(found.boxes[:, 2], found.block)
+    later = np.arange(len(z)) * 0.005 >= 1.0
+    assert np.max(z + box) < 1.4
+    assert np.min((z - box)[later]) > 0.9
+    assert 0.98 < z[-1] - box[-1] < z[-1] + box[-1] < 1.02
+    loop, most = Sampled(plan_mission(read_mission(QUAD), QUAD)), []
+    for shares in CORNERS[::7]:
+        off = flown(loop, begun(loop, Unknown(**starts), shares), len(z))[:-1] - found.flown[:-1]
+        most.append(np.abs(off[:, 2] / box).max())
+    assert 0.9 < max(most) <= 1.0
+
+
+def test_the_twelve_states_move_as_a_rigid_body_does():
+    plan = plan_mission(read_mission(QUAD), QUAD)
+    parts = [vector(0.1, -0.2, 0.3), vector(0.5, -0.4, 0.2), vector(0.3, -0.5, 1.2), vector(0.7, -0.6, 0.9)]
+    push = vector(15.0, 0.1, -0.2)
+    position, velocity, attitude, rates = plan.loop.plant.rate(plan.parameters, type(plan.start)(*parts), push, None, 0.0)
+    v, w, (roll, pitch, yaw) = np.array([*parts[1]]), np.array([*parts[3]]), parts[2]
+    turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    world = turn.apply(v)
+    assert np.allclose([*position], [world[0], world[1], -world[2]], atol=1e-14)
+    force = turn.inv().apply([0.0, 0.0, 9.81]) - [0.0, 0.0, 15.0 / 1.4]
+    assert np.allclose([*velocity], force - np.cross(w, v), atol=1e-14)
+    inertia = np.diag([0.054, 0.054, 0.104])
+    assert np.allclose([*rates], np.linalg.solve(inertia, [0.1, -0.2, 0.0] - np.cross(w, inertia @ w)), atol=1e-14)
+    later = turn * Rotation.from_rotvec(1e-6 * w)
+    assert np.allclose([*attitude], (later.as_euler("ZYX")[::-1] - [roll, pitch, yaw]) / 1e-6, atol=1e-5)
