@@ -61,19 +61,18 @@ def test_a_manifest_with_a_changed_bit_or_digit_is_refused(tmp_path):
 # Parts of comparisons
 
 
-def test_a_part_with_a_changed_bit_is_refused_by_its_name(tmp_path):
+@pytest.mark.parametrize("kind", ["gains", "costs"])
+def test_a_part_with_a_changed_bit_is_refused_by_its_name(tmp_path, kind):
     with pytest.raises(RuntimeError), parts_in(tmp_path) as one:
-        one.add("costs", "key", json.dumps(CONTENT).encode())
-        (path,) = tmp_path.glob(".writing-kept/costs/*")
+        one.add(kind, "key", json.dumps(CONTENT).encode())
+        (path,) = tmp_path.glob(f".writing-kept/{kind}/*")
         whole = path.read_bytes()
         for spoilt in (*flipped(whole), *(text.encode() for text in other_digits(whole.decode()))):
             path.write_bytes(spoilt)
             with pytest.raises(UserError, match=re.escape(f"{path}: was changed")):
-                one.read("costs", "key")
+                one.read(kind, "key")
         path.write_bytes(whole)
-        path.rename(path.with_stem(f"{path.stem[:-1]}g"))
-        with pytest.raises(UserError, match="was changed"):
-            one.read("costs", "key")
+        assert json.loads(one.read(kind, "key")).items() >= CONTENT.items()
         raise RuntimeError
 
 

@@ -45,8 +45,7 @@ class Parts:
         if name is None:
             return None
         content = self.folder.read(name, ANY_PART)
-        whole = content == sealed(parse_json(content, name)) if kind == COSTS else name.endswith(file_name(kind, key, content))
-        if not whole:
+        if not is_whole(name, kind, key, content):
             raise changed(self.folder.path / name)
         return content
 
@@ -77,6 +76,16 @@ def file_name(kind: str, key: str, content: bytes) -> str:
     """Of a part: what decides it, and what it holds; times differ whenever they are measured, so names do not tell them."""
     digest = "measured" if kind == COSTS else hashlib.sha256(content).hexdigest()[:16]
     return f"{key}-{digest}.{ENDINGS[kind]}"
+
+
+def is_whole(name: str, kind: str, key: str, content: bytes) -> bool:
+    """Whether a part of this name holds what was written."""
+    if kind != COSTS:
+        return Path(name).name == file_name(kind, key, content)
+    with contextlib.suppress(UserError):
+        found = parse_json(content, name)
+        return isinstance(found, dict) and sealed(found) == content
+    return False
 
 
 def changed(path: Path) -> UserError:
