@@ -18,7 +18,7 @@ from benchmarks.flights import seconds
 from quadstep.flight.engines import fly
 from quadstep.mission.read import read_mission
 from quadstep.page.missions import fly_missions
-from quadstep.page.paper import fly_paper
+from quadstep.study.page import fly_paper
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASE_1 = EXAMPLES / "case1.toml"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from quadstep import __version__
+from quadstep.mission import lagrange
 from tests.commands import ISSUE_COLUMNS, LINE, columns, files, quadstep, quadstep_process, strict_json, without_figures, write
 
 NAME = "[red]x[/red] $\\alpha$ <script>alert(1)</script> & {curly} %s :rocket:"
@@ -136,6 +137,14 @@ def test_the_folder_is_named_after_the_mission_if_none_is_given(tmp_path, monkey
     write(tmp_path, LINE, "around.toml")
     assert quadstep("fly", "around.toml").code == 0
     assert (tmp_path / "out" / "around" / "flight.csv").is_file()
+
+
+def test_metrics_are_computed_once(tmp_path, monkeypatch, no_figures):
+    computed, compute = [], lagrange.flight_metrics
+    monkeypatch.setattr(lagrange, "flight_metrics", lambda log, **more: computed.append(log) or compute(log, **more))
+    assert quadstep("fly", write(tmp_path, LINE), "--out", tmp_path / "out").code == 0
+    assert len(computed) == 1
+    assert (tmp_path / "out" / "page.html").exists()
 
 
 def test_a_flight_without_nets_writes_no_weights(tmp_path, no_figures):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from quadstep.campaign.normal import probability
+from quadstep.campaign.rare import Method
 from quadstep.rare.cross_entropy import cross_entropy
 from quadstep.rare.done import Done
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import FIRST, Points, Random
 from quadstep.rare.replicate import LEAST, beyond
-from quadstep.rare.section import Method
 from quadstep.rare.subset import subset_simulation
 from quadstep.rare.summary import Crude, Estimate, interval, summarise
 

@@ -16,6 +16,23 @@ is always there.
 """
 
 
+PICTURE = Path(__file__).parent.parent / "docs" / "architecture.md"
+
+UPWARDS = {
+    "control.planar_linearisation": {"plants.planar"},
+    "control.planar_pd": {"plants.planar"},
+    "control.registry": {"plants.planar"},
+    "flight.engines": {"c99.flown", "c99.subject"},
+    "metrics.effort": {"flight.own_metric"},
+    "metrics.of_log": {"flight.log"},
+    "metrics.quantities": {"flight.log"},
+    "mission.fly": {"autopilot.controller", "autopilot.link", "autopilot.matching", "campaign.replay", "page.missions"},
+    "mission.own_controller": {"autopilot.controller"},
+    "mission.tune": {"campaign.distributions", "campaign.keys"},
+}
+"""Imports of rooms that are not below the module's own: each to be removed, none to be added."""
+
+
 class Import(NamedTuple):
     """inner: whether it stands in a function."""
 
@@ -131,6 +148,47 @@ def test_no_modules_import_one_another_in_a_circle_not_even_inside_functions():
         for name, tree in MODULES.items()
     }
     assert circle(graph) == []
+
+
+def room(module: str) -> str:
+    """The folder or single file of the package that a module belongs to."""
+    return f"{module}.".split(".")[1]
+
+
+def floors() -> dict[str, int]:
+    """The floor of every room in the picture, the ground first."""
+    lines = PICTURE.read_text(encoding="utf-8").partition("```text\n")[2].partition("```")[0].splitlines()
+    rooms = [(floor, name) for floor, line in enumerate(lines) for name in line.partition("   ")[0].split(", ")]
+    assert len({name for _, name in rooms}) == len(rooms), "a room is on two floors"
+    return {name: floor for floor, name in rooms}
+
+
+def upwards(graph: dict[str, list[str]], floor: dict[str, int]) -> dict[str, set[str]]:
+    """For every module what it imports of rooms that are not below its own. floor: of each room."""
+    found = {
+        name: {one for one in used if room(one) != room(name) and floor[room(one)] >= floor[room(name)]}
+        for name, used in graph.items()
+    }
+    return {name: used for name, used in found.items() if used}
+
+
+def test_an_import_upwards_or_across_is_found():
+    floor = {"low": 0, "here": 1, "beside": 1, "high": 2}
+    graph = {"q.here.a": ["q.low", "q.here.b", "q.beside.c", "q.high"], "q.high": ["q.low", "q.here.a"]}
+    assert upwards(graph, floor) == {"q.here.a": {"q.beside.c", "q.high"}}
+
+
+def test_rooms_import_only_what_is_below_them_in_the_picture():
+    graph = {
+        name: [one.module for one in imports(tree) if one.module in MODULES and one.module != "quadstep"]
+        for name, tree in MODULES.items()
+        if name != "quadstep"
+    }
+    floor = floors()
+    assert {room(name) for name in graph} == set(floor), "the rooms of docs/architecture.md are those of the package"
+    found = upwards(graph, floor)
+    inside = {name.removeprefix("quadstep."): {one.removeprefix("quadstep.") for one in used} for name, used in found.items()}
+    assert inside == UPWARDS, "imports against the order of docs/architecture.md, or exceptions that are none any more"
 
 
 def test_any_and_imports_inside_functions_become_fewer():

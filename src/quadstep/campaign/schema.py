@@ -13,6 +13,7 @@ from quadstep import files
 from quadstep.campaign.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.keys import parts
+from quadstep.campaign.rare import RareSection
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import bare
@@ -21,7 +22,6 @@ from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
 from quadstep.mission.looks import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
-from quadstep.rare.section import RareSection
 from quadstep.user_code.installed import all_installed
 from quadstep.user_code.places import digest, place
 

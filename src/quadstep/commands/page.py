@@ -54,7 +54,7 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
         from quadstep.page.missions import fly_missions
 
         return fly_missions(missions, engine, walk)
-    from quadstep.page.paper import fly_paper
+    from quadstep.study.page import fly_paper
 
     return fly_paper(engine, walk)
 

@@ -25,7 +25,7 @@ from quadstep.errors import UserError
 from quadstep.files import LOG as JOURNAL
 from quadstep.linear.analysis import limits
 from quadstep.linear.metrics import margin_metrics
-from quadstep.linear.names import MARGINS
+from quadstep.metrics.margins import MARGINS
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Constraint, Range

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.airframe.geometry import Effects
+from quadstep.airframe.observer import Observer
 from quadstep.errors import UserError
 from quadstep.identify.averages import Block, Told, blocks
 from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, averaged, parts, spread, with_values
@@ -20,7 +21,7 @@ from quadstep.identify.parameters import (
     point_of,
     values_at,
 )
-from quadstep.identify.predictor import Observer, Predictor, PredictorParameters
+from quadstep.identify.predictor import Predictor, PredictorParameters
 from quadstep.identify.problem import Problem
 from quadstep.identify.search import Prior, Weights, cost, curvature, search
 from quadstep.identify.starts import Starts, laid_out, setpoint_of, starts_at, usable

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.identify.predictor import Curve, Observer, PredictorParameters, Rows
+from quadstep.airframe.observer import Observer
+from quadstep.identify.predictor import Curve, PredictorParameters, Rows
 from quadstep.logs.flight import Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 
 from pydantic import ValidationError
 
+from quadstep.airframe.observer import Observer
 from quadstep.errors import UserError
 from quadstep.identify.fit import Fitted, Identified
 from quadstep.identify.parameters import leaves_of
-from quadstep.identify.predictor import Observer
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.check import describe
 from quadstep.mission.vehicle_list import numbers

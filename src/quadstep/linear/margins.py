@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.linear.delay import delay_margin
-from quadstep.linear.names import LEAST_GAIN, LEAST_PHASE
 from quadstep.linear.states import Array
 from quadstep.linear.transfer import Complex, Opened, heard_at, loci_near
+from quadstep.metrics.margins import LEAST_GAIN, LEAST_PHASE
 
 FAINT = 1e-3
 """Smaller loop gains are ignored: gain margins of more than 60 dB count as infinite."""

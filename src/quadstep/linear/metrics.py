@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from quadstep.linear.analysis import Analysis, least, studied
 from quadstep.linear.margins import Margins
-from quadstep.linear.names import LESS_IS_BETTER, MARGINS, UNITS
+from quadstep.metrics.margins import LESS_IS_BETTER, MARGINS, UNITS
 from quadstep.mission.schema import Mission
 
 MOST = {"gain_margin_up": 60.0, "gain_margin_down": 60.0, "phase_margin": math.pi, "delay_margin": 10.0, "disk_margin": 2.0}

@@ -12,11 +12,11 @@ from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
+from quadstep.airframe.observer import Observer
 from quadstep.airframe.plant import Airframe
 from quadstep.airframe.residual import INPUTS, OUTPUTS, Residual
 from quadstep.airframe.rotor import Rotor
 from quadstep.control.model import MARGIN, Model
-from quadstep.identify.predictor import Observer
 from quadstep.mission.fields import (
     Coefficient,
     Finite,

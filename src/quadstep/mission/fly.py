@@ -150,7 +150,7 @@ def fly_planned(
     sheet: Sheet | None,
 ) -> Summary:
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
-    required = named(required, metric_names(mission, plan))
+    required = named(required, metric_names(mission, plan)) if required else []
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
@@ -181,8 +181,8 @@ def write_results(
     """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
     ended early, if known.
     """
-    metrics, found = mission.flight_metrics(log)
-    warnings = (*plan.warnings, *found)
+    measured = mission.flight_metrics(log)
+    metrics, warnings = measured[0], (*plan.warnings, *measured[1])
     (out / "figures").mkdir()
     jobs = mission.figures(log) if len(log.rows) > 1 else []
     drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
@@ -195,7 +195,7 @@ def write_results(
     told("writing the page", 0, 1)
     from quadstep.page.missions import write_mission_page  # noqa: PLC0415 (0.1 s, while processes draw)
 
-    write_mission_page(out / "page.html", mission, plan, log, beside)
+    write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
     write_json(
         out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, "mission": json.loads(mission.model_dump_json())}

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from quadstep.linear.names import DELAYS, LEAST_GAIN, LEAST_PHASE
+from quadstep.metrics.margins import DELAYS, LEAST_GAIN, LEAST_PHASE
 from quadstep.mission.fields import NonNegative, Quantity, Section
 
 

@@ -24,8 +24,8 @@ from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import NotFiniteError, try_out
 from quadstep.guidance.reference import Reference
-from quadstep.linear.names import MARGINS, UNITS, is_margin
 from quadstep.metrics.effort import EFFORT
+from quadstep.metrics.margins import MARGINS, UNITS, is_margin
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection

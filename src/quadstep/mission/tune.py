@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from quadstep.campaign.distributions import Together, Varied
 from quadstep.campaign.keys import dotted
 from quadstep.errors import UserError
-from quadstep.linear.names import MARGINS, is_margin
+from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.check import Checked, check
 from quadstep.mission.fields import Finite, Positive, Quantity, Section
 from quadstep.numbers import exp, log

@@ -8,6 +8,7 @@ from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
+from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.schema import Mission
 from quadstep.page.build import Walk, build_page
@@ -45,10 +46,14 @@ def with_walk(flown: Sequence[Flown], story: Story, engine: Engine) -> tuple[lis
     return [*flown, *own], Walk(story, {path: one.id for path, one in zip(story.missions, own, strict=True)})
 
 
-def write_mission_page(path: Path, mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path) -> None:
-    """The page of one flight beside its results; none where the package was installed without the front end."""
+def write_mission_page(
+    path: Path, mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, measured: tuple[Metrics, list[str]]
+) -> None:
+    """The page of one flight beside its results; none where the package was installed without the front end. measured: what
+    the mission's `flight_metrics` gave for the log.
+    """
     with contextlib.suppress(UserError):
-        path.write_text(missions_page([flown_mission(mission, plan, log, folder)]), encoding="utf-8")
+        path.write_text(missions_page([flown_mission(mission, plan, log, folder, measured=measured)]), encoding="utf-8")
 
 
 def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
@@ -57,8 +62,13 @@ def missions_page(flown: Sequence[Flown], links: Sequence[Link] = ()) -> str:
     return build_page(title, "", flown, links=links)
 
 
-def flown_mission(mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = ()) -> Flown:
-    """A mission as the page takes it. folder: where its files are looked up; taken: ids in use."""
-    metrics, found = mission.flight_metrics(log)
+def flown_mission(
+    mission: Mission, plan: FlightPlan, log: FlightLog, folder: Path, taken: Sequence[str] = (),
+    measured: tuple[Metrics, list[str]] | None = None,
+) -> Flown:  # fmt: skip
+    """A mission as the page takes it. folder: where its files are looked up; taken: ids in use; measured: its metrics and
+    warnings, where they are known.
+    """
+    metrics, found = measured or mission.flight_metrics(log)
     warnings = (*plan.warnings, *found)
     return Flown(identity(mission.name, taken), mission.name, GROUP, mission, plan, log, metrics, folder, warnings=warnings)

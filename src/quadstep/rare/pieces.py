@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.campaign.flown import SUCCESS
+from quadstep.campaign.rare import Method
 from quadstep.campaign.schema import Campaign
 from quadstep.rare.cross_entropy import cross_entropy
 from quadstep.rare.done import Again, Done, DoneEvent, Nearest
 from quadstep.rare.flights import Event, Failure, Flights
 from quadstep.rare.points import A_REPLICATE, Points, Random, joined
 from quadstep.rare.replicate import Replicate
-from quadstep.rare.section import Method
 from quadstep.rare.space import values
 from quadstep.rare.subset import subset_simulation
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, student_quantile
+from quadstep.campaign.rare import Method
 from quadstep.rare.done import Done, Nearest
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import Floats
-from quadstep.rare.section import Method
 
 APART = 10.0
 """Ratio of the largest to the smallest replicate above which they disagree."""

@@ -8,7 +8,6 @@ from typing import cast
 
 from quadstep.flight.engine import Engine
 from quadstep.metrics.of_log import Metrics, group, metric
-from quadstep.page.paper import write_paper_page
 from quadstep.report import page, units
 from quadstep.report.pool import drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
@@ -19,6 +18,7 @@ from quadstep.study.cases import STRESS_SCALES, STRESS_TIMES, case_1
 from quadstep.study.choices import choices
 from quadstep.study.claims import Claim, Verdict, check_claims
 from quadstep.study.figures import CAPTIONS, figure_jobs, figure_name
+from quadstep.study.page import write_paper_page
 from quadstep.study.study import Logs, Study, completed, fly_study, plan_study
 from quadstep.version import __version__
 

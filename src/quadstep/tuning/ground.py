@@ -21,7 +21,7 @@ from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.scored import bare
 from quadstep.flight.sweep import Sweep
 from quadstep.linear.metrics import margin_metrics
-from quadstep.linear.names import MARGINS
+from quadstep.metrics.margins import MARGINS
 from quadstep.mission.check import check
 from quadstep.mission.looks import MISSION, refuse_others
 from quadstep.mission.read import check_mission
