@@ -10,7 +10,7 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.guidance.reference import Reference
 from quadstep.linear.channels import commanded
 from quadstep.linear.reduced import Reduced, reduced
-from quadstep.linear.sampled import Loops, NoRestError, linearised
+from quadstep.linear.sampled import Loops, NoRestError, Period, approached, linearised
 from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, apart
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.mission.air import WindSection
@@ -26,7 +26,7 @@ from quadstep.sensing.delay import filled
 WARM = 0.1
 """Time flown before the search, so that memories of past samples are filled [s]."""
 
-MOST_STEPS, AT_REST = 12, 1e-9
+MOST_STEPS, AT_REST = 40, 1e-9
 """Most steps of Newton's method, and the largest change of a state in a period, relative to 1, that counts as rest."""
 
 
@@ -35,6 +35,9 @@ FLOWN = 5.0, 25.0
 
 MIXED = 4
 """Mixtures of all states, and their opposites, towards which a loop is linearised where it bends."""
+
+SHARES = 1.0, 0.5, 0.2, 0.05
+"""Of a step of Newton's method, tried in this order."""
 
 PATIENCE = 3
 """Steps in a row without progress after which there is taken to be no equilibrium."""
@@ -122,21 +125,21 @@ def newton(loops: Loops, flown: Flown, first: int) -> Rest:
     """The equilibrium near a state. Raises NotLinearError."""
     sizes: list[float] = []
     for _ in range(MOST_STEPS):
-        period = reduced(linearised(loops, flown, first))
-        left = residual(period)
-        size = float(np.abs(left / (1.0 + np.abs(period.period.values))).max())
+        period = reduced(approached(loops, flown, first))
+        left = residual(period.period)
+        size = largest(left, period.period.values)
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
             raise NoRestError("there is no equilibrium: a state or a derivative is no longer finite")
         if size < AT_REST:
             outcome(loops, flown, first)
+            if period.period.broken:
+                raise NoSlopeError(period.period.broken)
             return Rest(loops, flown, first, period)
         sizes.append(size)
         if len(sizes) > PATIENCE and min(sizes[-PATIENCE:]) >= min(sizes[:-PATIENCE]):
             break
         change, *_ = np.linalg.lstsq(period.map - np.eye(len(left)), -left, rcond=1e-12)
-        values = np.array(states(flown)[0])
-        values[period.places] += change
-        flown = with_states(flown, values.tolist())
+        flown = better(loops, flown, first, period, change.astype(np.float64), size)
     worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
     raise NoRestError(
         f"there is no equilibrium: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
@@ -156,12 +159,44 @@ def pieces(rest: Rest) -> tuple[Reduced, ...]:
     return tuple(found[1:])
 
 
-def residual(period: Reduced) -> Array:
+def better(loops: Loops, flown: Flown, first: int, period: Reduced, change: Array, size: float) -> Flown:
+    """After a step of Newton's method: the longest share of it after which the loop moves less than `size`, or else least."""
+    tried: list[tuple[float, Flown]] = []
+    for share in SHARES:
+        one = stepped(flown, period, share * change)
+        tried.append((moving(loops, one, first, period), one))
+        if tried[-1][0] < size:
+            return one
+    return min(tried, key=lambda pair: pair[0])[1]
+
+
+def stepped(flown: Flown, period: Reduced, change: Array) -> Flown:
+    """The loop with the states of a reduced period changed."""
+    values = np.array(states(flown)[0])
+    values[period.places] += change
+    return with_states(flown, values.tolist())
+
+
+def moving(loops: Loops, flown: Flown, first: int, period: Reduced) -> float:
+    """The largest change of a state over a period, relative to 1; infinite where it is not finite."""
+    values, after = (np.array(states(one)[0])[period.places] for one in (flown, loops.fly(flown, first, first + loops.count)))
+    size = largest(still(after - values, loops.count * loops.h), values)
+    return size if np.isfinite(size) else np.inf
+
+
+def largest(left: Array, values: Array) -> float:
+    """The largest change relative to 1."""
+    return float(np.abs(left / (1.0 + np.abs(values))).max())
+
+
+def still(left: Array, length: float) -> Array:
+    """Changes over a time [s], without those of states that keep time."""
+    return np.where(np.abs(left - length) < AT_REST, 0.0, left)
+
+
+def residual(period: Period) -> Array:
     """The change of each state over a period; zero for states that keep time."""
-    whole = period.period
-    left = whole.after - whole.values
-    left[np.abs(left - whole.length) < AT_REST] = 0.0
-    return left
+    return still(period.after - period.values, period.length)
 
 
 def outcome(loops: Loops, flown: Flown, first: int) -> None:

@@ -18,7 +18,7 @@ from quadstep.flight.loop import Numbers
 from quadstep.guidance.reference import PathLaw, Reference
 from quadstep.linear.channels import Channel, channels, commanded, moved
 from quadstep.linear.pose import Pose, pose
-from quadstep.linear.side import SAME, NotLinearError, Side, apart
+from quadstep.linear.side import SAME, NoSlopeError, NotLinearError, Side, apart
 from quadstep.linear.states import Array, Flown, states, with_states
 from quadstep.numbers import Number, Structure, Vector, flatten
 from quadstep.numbers.dual import Seeds
@@ -68,7 +68,7 @@ class Tick(NamedTuple):
 class Period(NamedTuple):
     """The ticks until all loops are due together again, from time `start` [s]. names: of the states, the channels' commands
     last. values: of the states at the start, and `after` it. pose: at the start. bends: places of the laws where the slopes on
-    both sides differ, and these are those of one side.
+    both sides differ, and these are those of one side. broken: why one does not exist, and counts as zero here.
     """
 
     ticks: tuple[Tick, ...]
@@ -80,6 +80,7 @@ class Period(NamedTuple):
     step: float
     start: float
     bends: tuple[str, ...] = ()
+    broken: str = ""
 
     @property
     def length(self) -> float:
@@ -171,6 +172,14 @@ class Moment(NamedTuple):
 
 
 def linearised(loops: Loops, flown: Flown, first: int, way: Array | None = None) -> Period:
+    """As `approached`. Raises NoSlopeError where a slope does not exist."""
+    found = approached(loops, flown, first, way)
+    if found.broken:
+        raise NoSlopeError(found.broken)
+    return found
+
+
+def approached(loops: Loops, flown: Flown, first: int, way: Array | None = None) -> Period:
     """One period from tick `first` on, a multiple of the period's. flown: once the law has run. way: a deviation of all
     states, to whose side the loop is linearised where it bends. Raises NotLinearError.
     """
@@ -193,7 +202,9 @@ def linearised(loops: Loops, flown: Flown, first: int, way: Array | None = None)
     else:
         ticks = {one.k: tick_of(loops, one, side, of_tasks(loops, one, side)) for one in moments}
     every, final = tuple(ticks[k] for k in sorted(ticks)), np.array(states(flown)[0])
-    return Period(every, tuple(names), kinds, np.array(values), final, posed, loops.h, first * loops.h, tuple(side.bends))
+    return Period(
+        every, tuple(names), kinds, np.array(values), final, posed, loops.h, first * loops.h, tuple(side.bends), side.broken
+    )
 
 
 def alike(loops: Loops, moments: list[Moment], side: Side) -> dict[int, Tick]:

@@ -195,14 +195,15 @@ class Duals:
 
     def log(self, x: Dual) -> Dual:
         if x.value == 0.0:
-            return Dual(FLOATS.log(0.0), np.zeros_like(x.slopes), x.seeds, x.lost or f"a logarithm of zero ({place()})")
+            broken = x.lost or (f"a logarithm of zero ({place()})" if x.slopes.any() else None)
+            return Dual(FLOATS.log(0.0), np.zeros_like(x.slopes), x.seeds, broken)
         return Dual(FLOATS.log(x.value), x.slopes / x.value, x.seeds, x.lost)
 
     def sqrt(self, x: Dual) -> Dual:
         value = FLOATS.sqrt(x.value)
         if value > CLOSE:
             return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
-        broken = x.lost or f"a square root or norm at zero ({place()})"
+        broken = x.lost or (f"a square root or norm at zero ({place()})" if x.slopes.any() else None)
         return Dual(value, np.zeros_like(x.slopes), x.seeds, broken)
 
     def length(self, square: Dual, entries: Sequence[Dual | float]) -> Dual:
