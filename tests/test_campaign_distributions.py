@@ -8,12 +8,11 @@ import pytest
 import scipy.special
 import scipy.stats
 
-from quadstep.campaign.distributions import Correlated
-from quadstep.campaign.inverse_normal import inverse_normal
-from quadstep.campaign.normal import probability
 from quadstep.campaign.schema import CampaignFile
 from quadstep.errors import UserError
 from quadstep.mission.check import check
+from quadstep.mission.distributions import Correlated
+from quadstep.numbers.normal import inverse_normal, probability
 from tests.campaigns import distribution, of
 from tests.flights import through_lanes
 

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from quadstep.campaign.keys import overridden, with_value
 from quadstep.campaign.schema import read_campaign
 from quadstep.errors import UserError
+from quadstep.mission.keys import overridden, with_value
 from quadstep.mission.read import check_mission
 from tests.campaigns import MASS, NOISY, SHORT, campaign, of, written
 

@@ -7,9 +7,9 @@ import signal
 import numpy as np
 import pytest
 
-from quadstep.campaign.normal import probability
 from quadstep.campaign.schema import read_campaign
 from quadstep.errors import InterruptedRun
+from quadstep.numbers.normal import probability
 from quadstep.rare import run
 from quadstep.rare.flights import Flights
 from quadstep.rare.points import FIRST, Points

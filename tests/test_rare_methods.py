@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from quadstep.campaign.normal import probability
 from quadstep.campaign.rare import Method
+from quadstep.numbers.normal import probability
 from quadstep.rare.cross_entropy import cross_entropy
 from quadstep.rare.done import Done
 from quadstep.rare.pieces import Kind

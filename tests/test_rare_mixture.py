@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from quadstep.campaign.normal import probability
+from quadstep.numbers.normal import probability
 from quadstep.rare.cross_entropy import DEFENSIVE, LAST, SLOW, Drawing, Sample, cross_entropy, highest, steered
 from quadstep.rare.mixture import Mixture, effective, fitted, fitted_with, log_standard, standard, together
 from quadstep.rare.points import Random

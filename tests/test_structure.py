@@ -28,7 +28,6 @@ UPWARDS = {
     "metrics.quantities": {"flight.log"},
     "mission.fly": {"autopilot.controller", "autopilot.link", "autopilot.matching", "campaign.replay", "page.missions"},
     "mission.own_controller": {"autopilot.controller"},
-    "mission.tune": {"campaign.distributions", "campaign.keys"},
 }
 """Imports of rooms that are not below the module's own: each to be removed, none to be added."""
 

@@ -11,7 +11,6 @@ from pydantic.fields import FieldInfo
 
 from docs.site.reference.markdown import code, plain, prose, table
 from quadstep.autopilot.controller import AutopilotSection
-from quadstep.campaign.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.campaign.schema import CampaignFile
 from quadstep.comparison.schema import StudyFile
 from quadstep.control.controller import Measured
@@ -21,6 +20,7 @@ from quadstep.logs.mapping import Mapping
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.declared import declared_kind
 from quadstep.mission.derived import ControllerSection, section_of
+from quadstep.mission.distributions import Choice, Correlated, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.mission.fields import Quantity, as_diagonal, non_negative, positive
 from quadstep.mission.lagrange import LagrangeMission
 from quadstep.mission.multirotor import MultirotorMission

@@ -6,7 +6,6 @@ The same laws draw the values: the mission is built once more, with the processo
 import numpy as np
 import pyarrow as pa
 
-from quadstep.campaign.distributions import Choice, Grid, Sobol
 from quadstep.campaign.draws import continuous, draw, shares
 from quadstep.campaign.flown import Flyer, Progress, table
 from quadstep.campaign.planner import TYPICAL, Batch, Planner
@@ -14,6 +13,7 @@ from quadstep.campaign.schema import Campaign
 from quadstep.flight.cuda import Device
 from quadstep.flight.gpu_sweep import GpuSweep
 from quadstep.flight.sweep_trace import Generate
+from quadstep.mission.distributions import Choice, Grid, Sobol
 from quadstep.numbers import Number, flatten
 from quadstep.numbers.noise import flight_key, key
 

@@ -7,8 +7,8 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.distributions import Choice, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.campaign.schema import CampaignFile
+from quadstep.mission.distributions import Choice, Grid, LogNormal, Normal, Sobol, Uniform
 from quadstep.numbers import Number, Vector
 from quadstep.numbers.noise import Key, key, uniforms
 

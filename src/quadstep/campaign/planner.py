@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.campaign.columns import corners, groups, numbers, option, same, without
-from quadstep.campaign.distributions import Grid
 from quadstep.campaign.draws import Drawn, Values, draw
 from quadstep.campaign.schema import Campaign
 from quadstep.campaign.variants import Variants
@@ -23,6 +22,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.scored import Scored, scored
+from quadstep.mission.distributions import Grid
 from quadstep.mission.read import check_mission
 from quadstep.numbers import Table, flatten, leaf_names, rebuild
 

@@ -10,15 +10,15 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, model_validator
 
 from quadstep import files
-from quadstep.campaign.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
-from quadstep.campaign.keys import parts
 from quadstep.campaign.rare import RareSection
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.flight.scored import bare
 from quadstep.mission.check import check
+from quadstep.mission.distributions import Correlated, Distribution, Grid, by_key
 from quadstep.mission.fields import Name, Positive, Quantity, Section, as_tuple
+from quadstep.mission.keys import parts
 from quadstep.mission.looks import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission

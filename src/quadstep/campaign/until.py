@@ -14,7 +14,6 @@ from typing import NamedTuple
 import pyarrow.compute as pc
 
 from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, incomplete_beta
-from quadstep.campaign.distributions import Grid, Sobol
 from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
 from quadstep.campaign.flown import SUCCESS
 from quadstep.campaign.manifest import read_manifest
@@ -23,6 +22,7 @@ from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Store, opened
 from quadstep.campaign.summary import summarise
 from quadstep.errors import UserError
+from quadstep.mission.distributions import Grid, Sobol
 from quadstep.report.sheet import Sheet
 from quadstep.terminal.screen import command
 

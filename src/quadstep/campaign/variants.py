@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from quadstep.campaign.columns import shown
 from quadstep.campaign.draws import noise_keys
-from quadstep.campaign.keys import overridden, with_value
 from quadstep.errors import UserError
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.trial import NotFiniteError
+from quadstep.mission.keys import overridden, with_value
 from quadstep.mission.read import check_mission
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Table, flatten, rebuild

@@ -9,10 +9,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from quadstep.campaign.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
-from quadstep.campaign.keys import dotted
 from quadstep.campaign.schema import CampaignFile
 from quadstep.campaign.sensitivity import Parts, parts_of
+from quadstep.mission.distributions import Choice, Correlated, Distribution, Grid, LogNormal, Normal, Sobol, Uniform
+from quadstep.mission.keys import dotted
 
 MOST_VALUES = 40
 """Most values of a key shown one by one. More numbers are divided into ranges; of more texts the rarest are merged."""

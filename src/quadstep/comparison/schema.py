@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.campaign.distributions import Together, Varied
+from quadstep.mission.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Name, Positive, Quantity, Section, as_tuple, printable
 from quadstep.mission.tune import as_constraints, as_ranges, ranges_by_key
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep import files
-from quadstep.campaign.distributions import MOST_OPTIONS, Grid
 from quadstep.campaign.planner import Planner
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of, read_campaign
 from quadstep.documents import read_toml
 from quadstep.envelope.axes import MOST_CELLS, MOST_PANELS, Axis, check_axes, number, parse_axis, shown
 from quadstep.errors import UserError
+from quadstep.mission.distributions import MOST_OPTIONS, Grid
 from quadstep.mission.read import check_mission
 
 MOST_FLIGHTS = 50_000_000

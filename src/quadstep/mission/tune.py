@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from quadstep.campaign.distributions import Together, Varied
-from quadstep.campaign.keys import dotted
 from quadstep.errors import UserError
 from quadstep.metrics.margins import MARGINS, is_margin
 from quadstep.mission.check import Checked, check
+from quadstep.mission.distributions import Together, Varied
 from quadstep.mission.fields import Finite, Positive, Quantity, Section
+from quadstep.mission.keys import dotted
 from quadstep.numbers import exp, log
 
 MOST_SEEDS = 100_000

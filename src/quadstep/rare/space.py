@@ -6,10 +6,10 @@ from typing import cast
 import numpy as np
 from scipy.special import ndtr
 
-from quadstep.campaign.distributions import Grid, Sobol
 from quadstep.campaign.draws import Drawn, Values, from_shares
 from quadstep.campaign.schema import CampaignFile
 from quadstep.errors import UserError
+from quadstep.mission.distributions import Grid, Sobol
 from quadstep.rare.points import Floats
 
 LEAST, MOST = 2.0**-1000, 1.0 - 2.0**-53

@@ -10,10 +10,10 @@ from typing import NamedTuple, cast
 
 from pydantic import BaseModel
 
-from quadstep.campaign.keys import parts, with_value
 from quadstep.control import gain as declaration
 from quadstep.control.learning import DeclaredNet
 from quadstep.errors import UserError
+from quadstep.mission.keys import parts, with_value
 from quadstep.mission.schema import Mission
 from quadstep.mission.tune import Range, TuneSection
 from quadstep.numbers import Vector

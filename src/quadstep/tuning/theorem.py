@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.keys import parts, replaced
 from quadstep.control.controller import Condition
 from quadstep.control.model import Model
 from quadstep.errors import UserError
 from quadstep.mission.derived import ControllerSection
+from quadstep.mission.keys import parts, replaced
 from quadstep.mission.schema import Mission
 from quadstep.numbers import Vector
 

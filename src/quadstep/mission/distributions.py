@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from quadstep.campaign.inverse_normal import inverse_normal
-from quadstep.campaign.keys import dotted
-from quadstep.campaign.normal import probability
 from quadstep.mission.fields import Finite, Positive, Quantity, Section, as_tuple
+from quadstep.mission.keys import dotted
 from quadstep.numbers import Number, exp, log, maximum, minimum, total
+from quadstep.numbers.normal import inverse_normal, probability
 from quadstep.numbers.solve import cholesky
 from quadstep.numbers.spaced import evenly_spaced
 
