@@ -11,13 +11,14 @@ PIP := -m pip --disable-pip-version-check
 # The environment here is the project's own: its modules are compiled once, however Python is set up elsewhere.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup reproduce test thorough durations challenge fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
+.PHONY: help setup reproduce test thorough durations challenge firmware fuzz lint types proofs bench bench-peers golden errata docs release frontend clean
 
 help:
 	@echo "make reproduce  fly the paper's study and write out/paper/"
 	@echo "make test       run all tests; some: make test TESTS='tests/test_cli.py -x'"
 	@echo "make thorough   run the cases that make test leaves out: all of every product of laws, vehicles, terminals, processors"
 	@echo "make challenge  search for flights, files and data that contradict a verdict: SECONDS=3600, SEED=7, ONLY='tubes'"
+	@echo "make firmware   build exports in your firmware trees and fly them: QUADSTEP_PX4=DIR QUADSTEP_ARDUPILOT=DIR QUADSTEP_CRAZYFLIE=DIR"
 	@echo "make fuzz       try 100,000 spoilt files: each is read, or refused with one clean line"
 	@echo "make lint types check style and types"
 	@echo "make proofs     prove the statements of docs/theory.md with Coq and Gappa; installs them (Debian, 370 MB) if need be"
@@ -83,6 +84,11 @@ SECONDS ?= 300
 
 challenge: $(READY)
 	$(BIN)/python -m tests.challenge --seconds $(SECONDS) $(if $(SEED),--seed $(SEED)) $(if $(ONLY),--only '$(ONLY)')
+
+# Trees are named by QUADSTEP_PX4, QUADSTEP_ARDUPILOT, QUADSTEP_CRAZYFLIE, in the environment or here; nothing is fetched.
+export QUADSTEP_PX4 QUADSTEP_ARDUPILOT QUADSTEP_CRAZYFLIE
+firmware: $(READY)
+	@$(BIN)/python -m tests.firmware_flights
 
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz

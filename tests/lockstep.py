@@ -33,8 +33,8 @@ def lockstep(name, folder):
         piloted = CONNECTIONS[int(plan.parameters.gains.handle)]
         connect = piloted.connect
 
-        def timed():
-            link = connect()
+        def timed(wait):
+            link = connect(wait)
             exchange = link.exchange
 
             def first(sample):

@@ -116,11 +116,17 @@ FLIGHTS = Need(
     (NANOBENCH / "B2_circle_fast_rep1.csv").is_file,
     spared=True,
 )
+CRAZYFLIE_TREE = Need(
+    "a tree of the Crazyflie firmware",
+    "name one: QUADSTEP_CRAZYFLIE=DIRECTORY (docs/firmware.md)",
+    lambda: bool(os.environ.get("QUADSTEP_CRAZYFLIE")),
+    spared=True,
+)
 
 NEEDS = (
     CHROMIUM, FIREFOX, NODE, NPM, BUILD_TOOLS, QEMU, ARM_COMPILER, PTXAS, PACKAGES, TINYMPC, POLICY, SUPERUSER, MOUNTS,
     GRAPHICS, NO_GRAPHICS, PROCESSOR, RECORDINGS, FLIGHTS, C_COMPILER, CORTEX_M, CORTEX_M_12, CPPCHECK, CMAKE,
-    SITE, BASH, ZSH, FISH,
+    SITE, BASH, ZSH, FISH, CRAZYFLIE_TREE,
 )  # fmt: skip
 
 

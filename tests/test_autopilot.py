@@ -291,20 +291,21 @@ duration = 0.5
 def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
     mission, port = write(tmp_path, ORBIT), free_port()
     vehicle, stop = listening(port)
-    run = quadstep("serve-setpoints", mission, "--connect", f"udpin:127.0.0.1:{port}", "--kind", kind, "--rate", "40")
+    where = f"udpin:127.0.0.1:{port}"
+    run = quadstep("serve-setpoints", mission, "--connect", where, "--kind", kind, "--rate", "40", "--hold", "0.25")
     stop.set()
     assert run.code == 0, run.err
     assert "arming and the change to offboard or guided mode are yours" in run.err
-    assert "Sent 21 setpoints over 0.5 s." in run.out
+    assert "Sent 31 setpoints over 0.5 s, and its last point for 0.25 s. No more will come" in " ".join(run.out.split())
     heard = []
     while (message := vehicle.recv_match(blocking=True, timeout=0.3)) is not None:
         heard.append(message)
     vehicle.close()
     wanted = "SET_POSITION_TARGET_LOCAL_NED" if kind == "position" else "SET_ATTITUDE_TARGET"
     assert {one.get_type() for one in heard} == {wanted}
-    assert len(heard) == 21
+    assert len(heard) == 31
     assert {one.target_system for one in heard} == {7}
-    first, last = heard[0], heard[-1]
+    first, last, held = heard[0], heard[20], heard[-1]
     plan = plan_mission(read_mission(mission), mission)
     if kind == "position":
         reference = plan.loop.path.reference(0.5, plan.parameters.path)
@@ -312,6 +313,9 @@ def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
         assert (last.x, last.y, last.z) == pytest.approx((x, -y, -z), abs=1e-5)
         assert last.yaw == pytest.approx(-reference.yaw, abs=1e-5)
         assert last.type_mask == 0
+        assert (held.x, held.y, held.z, held.yaw) == (last.x, last.y, last.z, last.yaw)
+        assert (held.vx, held.vy, held.vz, held.afx, held.afy, held.afz, held.yaw_rate) == (0.0,) * 7
+        assert np.hypot(last.vx, last.vy) > 0.05
     else:
         mass, gravity = plan.parameters.airframe.mass, plan.parameters.airframe.gravity
         full = 4 * plan.parameters.allocation.most
@@ -320,6 +324,7 @@ def test_a_path_is_sent_and_nothing_else(tmp_path, kind):
         assert last.thrust == pytest.approx(mass * np.linalg.norm(pull) / full, rel=1e-5)
         down = np.array(list(rotation_matrix(Vector(last.q)) @ Vector((0.0, 0.0, 1.0))))
         np.testing.assert_allclose(down, -pull / np.linalg.norm(pull), atol=1e-5)
+        assert held.thrust == pytest.approx(mass * gravity / full, rel=1e-5)
         assert first.type_mask == (7 if kind == "attitude" else 128)
 
 
@@ -330,6 +335,7 @@ def test_setpoints_refuse_bad_input(tmp_path, monkeypatch):
         (("--kind", "jerk"), "--kind jerk: is not known; allowed: position, attitude, rates"),
         (("--rate", "1"), "--rate 1: should be from 2 to 200 Hz"),
         (("--rate", "nan"), "--rate nan: should be from 2 to 200 Hz"),
+        (("--hold", "-1"), "--hold -1: should be from 0 to 3600 s"),
         (("--connect", f"udpin:127.0.0.1:{free_port()}"), "no heartbeat from a vehicle within 0.2 s"),
         (("--connect", "nonsense:"), "cannot be opened"),
         (("--connect", "udpin:::1:14540"), "--connect udpin:::1:14540: IPv6 is not supported; allowed: udpin:HOST:PORT"),

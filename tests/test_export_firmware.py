@@ -5,6 +5,7 @@ import os
 import platform
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from quadstep.export.firmware import firmware_files
 from tests.adapters import adapter, flown, numbers
 from tests.commands import quadstep, write
 from tests.exports import paper_mission, real_mission
+from tests.firmware_flights import flown_crazyflie
 from tests.firmware_trees import VARIABLES, built, tree
-from tests.needs import C_COMPILER, needs
+from tests.needs import C_COMPILER, CRAZYFLIE_TREE, needs
 
 
 @needs(C_COMPILER)
@@ -66,6 +68,20 @@ def check_crazyflie_yaw(lines):
     assert attitude == pytest.approx(angle, rel=1e-5)
     assert 0.5 * angle < rate < 2.0 * angle  # it was there for less long, and turned
     assert much < 0.0
+
+
+@needs(C_COMPILER, CRAZYFLIE_TREE)
+@pytest.mark.parametrize("law", ["pid", "geometric"])
+def test_the_crazyflie_flies_with_its_firmwares_own_code(tmp_path, law):
+    """Its headers, controllerPid and power distribution, around a body of our own."""
+    found = flown_crazyflie(tmp_path, Path(os.environ["QUADSTEP_CRAZYFLIE"]), law)
+    assert all(one.lowest > 0.85 for one in found.values())  # nothing falls, whatever is asked for
+    for name in ("absolute", "back", "again"):
+        assert found[name].away < 0.1
+    assert found["full"].yaw == pytest.approx(90.0, abs=1.0)
+    assert abs(found["turned"].yaw) == pytest.approx(180.0, abs=1.0)
+    assert found["hover"].away > 0.5  # it moves with the speed asked for
+    assert found["off"].height < found["righted"].height
 
 
 @needs(C_COMPILER)

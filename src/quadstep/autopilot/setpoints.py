@@ -26,6 +26,11 @@ HEARTBEAT_WAIT = 10.0
 SLOWEST, FASTEST = 2.0, 200.0
 """Rates of setpoints [Hz]; autopilots leave offboard flight below 2 Hz."""
 
+HOLD = 10.0
+"""Seconds for which the last point of the path is sent after it, at rest."""
+
+MOST_HOLD = 3600.0
+
 POSITION_MASK = 0x000
 """Position, velocity, acceleration, yaw and its rate are all asked."""
 
@@ -84,16 +89,24 @@ def check_rate(rate: float) -> None:
         raise UserError(f"--rate {rate:g}: should be from {SLOWEST:g} to {FASTEST:g} Hz")
 
 
+def check_hold(hold: float) -> None:
+    """Refuses a time [s] to hold that is none. Raises UserError."""
+    if not 0.0 <= hold <= MOST_HOLD:
+        raise UserError(f"--hold {hold:g}: should be from 0 to {MOST_HOLD:g} s")
+
+
 def serve(
     plan: FlightPlan,
     connect: str,
     kind: Kind,
     rate: float,
+    hold: float,
     told: Callable[[float], None],
     heard: Callable[[], None] = lambda: None,
 ) -> int:
-    """Send the path of a plan once, in its own time; the number of setpoints. told: of the time [s] after each. heard: called
-    once a vehicle was heard.
+    """Send the path of a plan once, in its own time, then its last point at rest for `hold` [s]; the number of setpoints.
+
+    told: of the time [s] after each. heard: called once a vehicle was heard.
 
     Raises UserError for an address that cannot be opened, a vehicle that is not heard, and where pymavlink is absent.
     """
@@ -118,7 +131,7 @@ def serve(
         if link.wait_heartbeat(timeout=HEARTBEAT_WAIT) is None:
             raise UserError(f"--connect {connect}: no heartbeat from a vehicle within {HEARTBEAT_WAIT:g} s")
         heard()
-        return stream(plan, link, kind, rate, told)
+        return stream(plan, link, kind, rate, hold, told)
     finally:
         link.close()
 
@@ -138,13 +151,20 @@ class Connection(Protocol):
     mav: Sender
 
 
-def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, told: Callable[[float], None]) -> int:
+def at_rest(reference: Reference) -> Reference:
+    """A reference's place and heading, without motion."""
+    still = vector(0.0, 0.0, 0.0)
+    return Reference(reference.position, still, still, reference.yaw, 0.0, still, still, 0.0)
+
+
+def stream(plan: FlightPlan, link: Connection, kind: Kind, rate: float, hold: float, told: Callable[[float], None]) -> int:
     """The setpoints, at their times."""
     duration, started, count = plan.ticks.last * plan.ticks.step, time.monotonic(), 0
-    while count / rate <= duration:
+    while count / rate <= duration + hold:
         at = count / rate
         time.sleep(max(0.0, started + at - time.monotonic()))
-        one = setpoint(plan, plan.loop.path.reference(at, plan.parameters.path))
+        reference = plan.loop.path.reference(min(at, duration), plan.parameters.path)
+        one = setpoint(plan, reference if at <= duration else at_rest(reference))
         stamp = round(1e3 * at)
         target = link.target_system, link.target_component
         if kind is Kind.POSITION:

@@ -43,6 +43,8 @@ def export(
     with bar("loading") as shown:
         request = Request(Target(target), precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
+    if done.short:
+        complain(f"warning: {mission}: {done.short}")
     for warning in done.warnings:
         complain(f"warning: {mission}: {warning}")
     for line in done.said:

@@ -9,6 +9,11 @@ from quadstep.errors import UserError
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import complain, say
 
+ENDED = (
+    "No more will come: unless its mode was changed, PX4 now leaves offboard by its failsafe (COM_OBL_RC_ACT), and ArduPilot "
+    "stops where it is (GUID_TIMEOUT)."
+)
+
 
 def serve_setpoints(
     mission: Annotated[
@@ -20,27 +25,29 @@ def serve_setpoints(
     ] = "udpin:127.0.0.1:14540",
     kind: Annotated[str, typer.Option(help="Content of a setpoint: position, attitude or rates.")] = "position",
     rate: Annotated[float, typer.Option(help="Setpoints per second, 2 to 200.")] = 50.0,
+    hold: Annotated[float, typer.Option(help="Seconds for which the last point is sent after the path, at rest.")] = 10.0,
 ) -> None:
     """Send a mission's path to a vehicle as MAVLink setpoints, in real time; never arms or changes the mode.
 
     Exit code 2: bad input, or no vehicle responded.
     """
-    from quadstep.autopilot.setpoints import Kind, check_rate, serve
+    from quadstep.autopilot.setpoints import Kind, check_hold, check_rate, serve
     from quadstep.mission.read import plan_mission, read_mission
 
     if kind not in list(Kind):
         raise UserError(f"--kind {kind}: is not known; allowed: {', '.join(Kind)}")
     check_rate(rate)
+    check_hold(hold)
     plan = plan_mission(read_mission(mission), mission)
     duration = plan.ticks.last * plan.ticks.step
     with bar("waiting for the vehicle", "s", duration) as shown:
 
         def told(at: float) -> None:
-            shown.doing("sending setpoints")
-            shown.to(round(at), round(duration))
+            shown.doing("sending setpoints" if at <= duration else "holding the last point: take over, or change the mode")
+            shown.to(round(min(at, duration)), round(duration))
 
         def heard() -> None:
             complain("This sends setpoints and nothing else: arming and the change to offboard or guided mode are yours.")
 
-        count = serve(plan, connect, Kind(kind), rate, told, heard)
-    say(f"Sent {count} setpoints over {duration:g} s.")
+        count = serve(plan, connect, Kind(kind), rate, hold, told, heard)
+    say(f"Sent {count} setpoints over {duration:g} s, and its last point for {hold:g} s. {ENDED}")

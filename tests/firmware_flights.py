@@ -1,0 +1,118 @@
+"""Exports built in real firmware trees, and flown with their code where a host can: `make firmware`.
+
+Trees are those of the variables in `tests/firmware_trees.py`; nothing is fetched.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from quadstep.c99.compiler import BITS
+from tests.adapters import STUBS, adapter
+from tests.firmware_trees import VARIABLES, built
+from tests.patience import PATIENCE
+
+LAWS = ("pid", "geometric", "rotation-backstepping")
+VEHICLES = {"crazyflie": "crazyflie", "px4": "x500", "ardupilot": "x500"}
+
+FIRMWARE = (
+    "modules/src/controller/controller_pid.c",
+    "modules/src/controller/position_controller_pid.c",
+    "modules/src/controller/attitude_pid_controller.c",
+    "modules/src/power_distribution_quadrotor.c",
+    "utils/src/pid.c",
+    "utils/src/filter.c",
+    "utils/src/num.c",
+)
+"""Of the Crazyflie's `src`, what flies beside the exported law."""
+
+CONFIGURATION = "".join(
+    f"#define CONFIG_{word} 1\n"
+    for word in ("PLATFORM_CF2", "CRAZYFLIE_21_PLUS", "ENABLE_THRUST_BAT_COMPENSATED", "CONTROLLER_OOT")
+)
+
+
+class Scenario(NamedTuple):
+    """Of `closed.c`: the height [m], the distance from the place asked for [m], the yaw [deg], the lowest height [m] and the
+    largest tilt [deg].
+    """
+
+    height: float
+    away: float
+    yaw: float
+    lowest: float
+    tilt: float
+
+
+def flown_crazyflie(folder: Path, tree: Path, law: str) -> dict[str, Scenario]:
+    """The scenarios of `closed.c` with the firmware's own sources and headers."""
+    name, _ = adapter(folder, "crazyflie", law)
+    (folder / "autoconf.h").write_text(CONFIGURATION, encoding="utf-8")
+    (folder / "closed.c").write_text((STUBS / "crazyflie/closed.c").read_text(encoding="utf-8"), encoding="utf-8")
+    sources = tree / "src"
+    places = sorted(path for path in sources.rglob("interface") if path.is_dir())
+    places += [path for place in places for path in sorted(place.rglob("*")) if path.is_dir()]
+    # the firmware's headers before the law's: one of both may be called pid.h
+    found = [f"-I{path}" for path in (folder / "config", *places, sources / "config", folder)]
+    (folder / "config").mkdir()
+    (folder / "autoconf.h").rename(folder / "config/autoconf.h")
+    objects = []
+    for number, unit in enumerate([*(sources / one for one in FIRMWARE), "closed.c", "controller_quadstep.c"]):
+        objects.append(f"{number}.o")
+        run(["gcc", "-std=gnu11", "-O1", *found, "-c", str(unit), "-o", objects[-1]], folder)
+    for unit in (f"{name}.c", f"{name}_params.c"):
+        objects.append(f"{unit}.o")
+        run(["gcc", "-std=c99", "-O1", *BITS, "-I.", "-c", unit, "-o", objects[-1]], folder)
+    run(["gcc", *objects, "-lm", "-o", "closed"], folder)
+    lines = run(["./closed"], folder).splitlines()
+    return {line.split()[0]: Scenario(*(float(one) for one in line.split()[1:])) for line in lines}
+
+
+def run(line: list[str], folder: Path) -> str:
+    """A command's output; its errors if it fails."""
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def rows(target: str, tree: Path) -> Iterator[tuple[str, str, str]]:
+    """What is tried in a tree: the target and the law, what, and the result."""
+    for law in LAWS:
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place) / "exported"
+            folder.mkdir()
+            adapter(folder, target, law, VEHICLES[target])
+            done = built(target, folder, tree)
+            said = "built" if done.returncode == 0 else f"FAILED: {(done.stderr.strip() or done.stdout).splitlines()[-1]}"
+            yield f"{target}, {law}", "built in the tree", said
+        if target == "crazyflie":
+            with tempfile.TemporaryDirectory() as place:
+                for name, one in flown_crazyflie(Path(place), tree, law).items():
+                    text = f"{one.height:.3f} m high, {one.away:.3f} m away, lowest {one.lowest:.3f} m, yaw {one.yaw:.1f} deg"
+                    yield f"{target}, {law}", f"flown on the host: {name}", text
+
+
+def main() -> int:
+    """The table; 2 where no tree is named."""
+    trees = {target: os.environ.get(variable) for target, variable in VARIABLES.items()}
+    if not any(trees.values()):
+        sys.stderr.write(f"make firmware: name your trees: {', '.join(f'{one}=DIRECTORY' for one in VARIABLES.values())}\n")
+        return 2
+    failed = False
+    for target, place in trees.items():
+        if not place:
+            sys.stdout.write(f"| {target} | - | skipped: {VARIABLES[target]} is not set |\n")
+            continue
+        for law, what, said in rows(target, Path(place).resolve()):
+            failed = failed or said.startswith("FAILED")
+            sys.stdout.write(f"| {law} | {what} | {said} |\n")
+            sys.stdout.flush()
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

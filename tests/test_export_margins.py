@@ -1,0 +1,42 @@
+"""Margins of a loop in a firmware: the gyro behind its filter, the outputs late."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from quadstep.export.margins import PATHS, in_firmware, within
+from quadstep.linear.analysis import studied
+from tests.commands import quadstep, write
+from tests.exports import real_mission
+
+
+@pytest.mark.parametrize("path", PATHS.values(), ids=PATHS)
+def test_a_gyro_is_as_far_behind_as_its_filter_makes_it(path):
+    low = signal.butter(2, 2.0 * np.pi * path.cutoff, analog=True)
+    omega = np.array([1.0, 0.1 * 2.0 * np.pi * path.cutoff])
+    phase = np.angle(signal.freqs(*low, worN=omega)[1])
+    np.testing.assert_allclose(-phase / omega, path.behind, rtol=0.02)
+
+
+def test_what_lies_between_costs_margin_and_is_said(tmp_path):
+    mission = real_mission({"type": "geometric"}, "x500")
+    alone, filtered = (studied(one).analysis for one in (mission, within(mission, PATHS["px4"])))
+    for before, after in zip(alone.margins[1:3], filtered.margins[1:3], strict=True):
+        lost = (before.phase - after.phase) / before.phase_at
+        assert 0.5 * PATHS["px4"].behind < lost < 2.0 * (PATHS["px4"].behind + PATHS["px4"].outputs)
+    said, short = in_firmware(mission, "px4")
+    assert short
+    assert said.startswith("The phase margin on PX4 is ")
+    assert "below 30°" in said
+    text = '[vehicle]\npreset = "x500"\n[path]\ntype = "step"\nend = [0.0, 0.0, 1.0]\nduration = 4.0\n'
+    run = quadstep("export", write(tmp_path, text), "--target", "px4", "--out", tmp_path / "o")
+    assert run.code == 0
+    assert "warning: " in run.err.splitlines()[0]
+    assert "on PX4" in " ".join(run.err.split())
+
+
+def test_slow_gains_are_not_warned_of():
+    slow = {"k_x": [1.5] * 3, "k_v": [2.2] * 3, "k_i": [0.2] * 3, "k_R": [60.0, 60.0, 20.0], "k_Omega": [14.0, 14.0, 8.0]}
+    mission = real_mission({"type": "geometric", **slow}, "x500")
+    said, short = in_firmware(mission, "crazyflie")
+    assert not short, said
