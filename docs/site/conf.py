@@ -13,6 +13,7 @@ extensions = ["myst_parser"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 highlight_language = "text"
+smartquotes = False  # it makes a dash of the two hyphens of an option
 suppress_warnings = ["misc.highlighting_failure"]  # a frame of a law with dots in it is no Python
 
 here = Path(__file__).parent

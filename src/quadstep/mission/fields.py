@@ -1,5 +1,6 @@
 """Kinds of values in a mission file."""
 
+import math
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Annotated
@@ -85,6 +86,15 @@ def as_pair(value: object) -> tuple[object, ...]:
     return tuple(value)
 
 
+def in_radians(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Refuses angles of more than a turn, which are meant in degrees."""
+    for value in values:
+        if abs(value) > 2.0 * math.pi:
+            radians = math.radians(value)
+            raise ValueError(f"angles are in rad, and {value:g} is more than a turn; {value:g} degrees are {radians:.4g} rad")
+    return values
+
+
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, le=MOST, allow_inf_nan=False), AfterValidator(large_enough)]
 Duration = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False), AfterValidator(long_enough)]
@@ -94,6 +104,7 @@ NonNegative = Annotated[float, Field(ge=0.0, le=MOST, allow_inf_nan=False), Afte
 
 Triple = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_triple)]
 Pair = Annotated[tuple[Finite, Finite], BeforeValidator(as_pair)]
+Angles = Annotated[Triple, AfterValidator(in_radians)]
 Diagonal = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(as_diagonal)]
 PositiveDiagonal = Annotated[Diagonal, AfterValidator(positive)]
 NonNegativeDiagonal = Annotated[Diagonal, AfterValidator(non_negative)]

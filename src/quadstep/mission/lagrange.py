@@ -14,7 +14,7 @@ from quadstep.metrics.quantities import position_errors, rotor_thrusts, share_at
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.controllers import USUAL_CONTROLLER, AnyController
 from quadstep.mission.disturbance import AnyDisturbance, DisturbanceSection
-from quadstep.mission.fields import Name, Positive, Quantity, Section, Triple
+from quadstep.mission.fields import Angles, Name, Positive, Quantity, Section, Triple
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
@@ -32,7 +32,7 @@ class StartSection(Section):
 
     position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
     velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
-    attitude: Annotated[Triple | None, Quantity("rad", "psi, theta, phi; default: the path's yaw, level")] = None
+    attitude: Annotated[Angles | None, Quantity("rad", "psi, theta, phi; default: the path's yaw, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "rates of psi, theta, phi")] = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
@@ -80,6 +80,11 @@ class LagrangeMission(Mission):
     @property
     def arm(self) -> float:
         return self.vehicle.rotors.arm
+
+    @property
+    def most_thrust(self) -> float:
+        limits = self.vehicle.rotors.limits
+        return 4.0 * limits[1] if limits else math.inf
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics, limits = flight_metrics(log, arm=self.arm), self.vehicle.rotors.limits

@@ -21,7 +21,7 @@ from quadstep.mission.airframe import AirframeSection, BuiltAirframe
 from quadstep.mission.airframe_controllers import USUAL_AIRFRAME_CONTROLLER, AnyAirframeController
 from quadstep.mission.clock import ClockSection
 from quadstep.mission.events import AnyEvent, build_events, check_events, event_warnings
-from quadstep.mission.fields import Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
+from quadstep.mission.fields import Angles, Name, NonNegative, Positive, Quantity, Section, Triple, as_tuple
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.own_metrics import OwnMetrics
 from quadstep.mission.paths import AnyPath, BuiltPath
@@ -39,7 +39,7 @@ class AirframeStart(Section):
 
     position: Annotated[Triple | None, Quantity("m", "default: the path's")] = None
     velocity: Annotated[Triple | None, Quantity("m/s", "default: the path's")] = None
-    attitude: Annotated[Triple | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
+    attitude: Annotated[Angles | None, Quantity("rad", "yaw, pitch, roll; default: the path's heading, level")] = None
     rates: Annotated[Triple, Quantity("rad/s", "rates about the body axes")] = (0.0, 0.0, 0.0)
     hovering: Annotated[bool, Quantity("", "whether rotors start at hover speed; false: at idle")] = True
 
@@ -113,6 +113,10 @@ class MultirotorMission(Mission):
     @property
     def arm(self) -> float:
         return max(math.hypot(*mount.position) for mount in self.modelled.geometry.mounts)
+
+    @property
+    def most_thrust(self) -> float:
+        return float(self.modelled.allocation.most) * len(self.modelled.geometry.mounts)
 
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         metrics = flight_metrics(log, self.score_from, arm=self.arm)

@@ -4,6 +4,7 @@ The keys of a mission depend on the plant: `Mission` has the keys that all have 
 subclasses, one per plant, add theirs; `Mission(...)` and `Mission.model_validate` return the one for the given vehicle.
 """
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -30,13 +31,14 @@ from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
 from quadstep.mission.derived import ControllerSection, Modelled, with_usual_rates
+from quadstep.mission.feasible import instants, path_warnings
 from quadstep.mission.fields import Name, Section, plain
 from quadstep.mission.kinds import kind_of
 from quadstep.mission.margins import MarginsSection
 from quadstep.mission.misplaced import of_another_plant
 from quadstep.mission.own_controller import law_named
 from quadstep.mission.own_metrics import own_metrics
-from quadstep.mission.paths import AnyPath, BuiltPath
+from quadstep.mission.paths import AnyPath, BuiltPath, OwnPathSection
 from quadstep.mission.tune import TuneSection
 from quadstep.numbers import Structure
 from quadstep.report.drawing import FigureJob
@@ -187,6 +189,19 @@ class Mission(Section):
         """From the vehicle's centre to its farthest rotor [m]; 0 if not known."""
         return 0.0
 
+    @property
+    def most_thrust(self) -> float:
+        """Of all rotors together [N]; infinite where they have no limit, or it is not known."""
+        return math.inf
+
+    def path_warnings(self, loop: Loop, parameters: Numbers, ticks: Ticks) -> list[str]:
+        """What is said of a path of the package's that the vehicle cannot fly."""
+        if isinstance(self.path, OwnPathSection):
+            return []
+        body, times = self.plant.body(parameters), instants(ticks.last * ticks.step)
+        asked = [loop.wanted(t, parameters) for t in times]
+        return path_warnings(times, asked, float(body.mass), float(body.gravity), self.most_thrust)
+
     @abstractmethod
     def build(self, path: BuiltPath) -> Built:
         """What is flown along a path. Raises UserError."""
@@ -284,7 +299,11 @@ class Mission(Section):
         if warn and self.controller.own:
             self.try_controller(loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))
-        warnings = [*self.controller.warnings(vehicle), *built.warnings()] if warn else []
+        warnings = (
+            [*self.controller.warnings(vehicle), *built.warnings(), *self.path_warnings(loop, parameters, ticks)]
+            if warn
+            else []
+        )
         return FlightPlan(loop, parameters, start, ticks, tuple(warnings))
 
     def try_plant(self, loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> None:

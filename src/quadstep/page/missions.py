@@ -1,6 +1,7 @@
 """A page of missions: each is flown once by Python, and again when a slider is moved."""
 
 import contextlib
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -37,7 +38,11 @@ def flown_files(paths: Sequence[Path], engine: Engine, group: str = GROUP, taken
         plan = plan_mission(mission, path)
         ids = [*taken, *(one.id for one in flown)]
         flown.append(flown_mission(mission, plan, fly(plan, engine), path.parent, ids)._replace(group=group))
-    return flown
+    names = Counter(one.name for one in flown)
+    return [
+        one._replace(name=f"{one.name} ({path.stem})") if names[one.name] > 1 else one
+        for one, path in zip(flown, paths, strict=True)
+    ]
 
 
 def with_walk(flown: Sequence[Flown], story: Story, engine: Engine) -> tuple[list[Flown], Walk]:
