@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from quadstep.export.margins import PATHS, in_firmware, within
 from quadstep.linear.analysis import studied
+from quadstep.linear.firmware import PATHS, in_firmware, within
 from tests.commands import quadstep, write
 from tests.exports import real_mission
 

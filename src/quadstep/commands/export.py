@@ -34,6 +34,7 @@ def export(
     The generated code is yours. Exit code 2: bad input.
     """
     from quadstep.export.run import Request, Target, export_mission
+    from quadstep.mission.read import read_mission
 
     if target not in list(Target):
         raise UserError(f"--target {target}: is not known; allowed: {', '.join(Target)}")
@@ -43,10 +44,16 @@ def export(
     with bar("loading") as shown:
         request = Request(Target(target), precision == "f64", measure, overwrite)
         done = export_mission(mission, folder, request, shown.doing)
-    if done.short:
-        complain(f"warning: {mission}: {done.short}")
+        margins, short = "", False
+        if request.target is not Target.C99:
+            from quadstep.linear.firmware import in_firmware
+
+            shown.doing("computing margins")
+            margins, short = in_firmware(read_mission(mission), target)
+    if short:
+        complain(f"warning: {mission}: {margins}")
     for warning in done.warnings:
         complain(f"warning: {mission}: {warning}")
-    for line in done.said:
+    for line in [*done.said, *([margins] if margins and not short else [])]:
         say_whole(line)
     say_whole(f"Results: {folder}")

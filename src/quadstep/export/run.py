@@ -13,7 +13,6 @@ from quadstep.export.arm import state_size
 from quadstep.export.c99 import c99_files
 from quadstep.export.datasheet import NOTHING, Facts, Measured, datasheet
 from quadstep.export.firmware import firmware_files
-from quadstep.export.margins import in_firmware
 from quadstep.export.measure import measurements
 from quadstep.files import TOML, read_bytes
 from quadstep.flight.engines import FlightPlan
@@ -45,13 +44,12 @@ class Request(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What was written. said: lines about it. warnings: of the mission. short: why its margins are too small, or empty."""
+    """What was written. said: lines about it. warnings: of the mission."""
 
     exported: Exported
     files: list[str]
     said: list[str]
     warnings: tuple[str, ...]
-    short: str = ""
 
 
 def digest(content: bytes) -> str:
@@ -91,12 +89,7 @@ def export_mission(path: Path, folder: Path, request: Request, told: Callable[[s
         write_json(
             out / MANIFEST, {"name": mission.name, "target": request.target.value, "precision": kind, **facts._asdict()}
         )
-    done = Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
-    if request.target is Target.C99:
-        return done
-    told("computing margins")
-    margins, short = in_firmware(mission, request.target)
-    return done._replace(short=margins) if short else done._replace(said=[*done.said, margins])
+    return Done(law, [*files, "datasheet.md", MANIFEST], summary(law, found), plan.warnings)
 
 
 def summary(law: Exported, found: Measured) -> list[str]:
