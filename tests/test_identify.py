@@ -62,7 +62,7 @@ def flights():
 @pytest.fixture(scope="module")
 def truth(flights):
     """The true numbers."""
-    p = numbers_of(start(), laid_out(flights).rows)
+    p = numbers_of(start(), flights)
     p = p._replace(curve=p.curve._replace(nominal=NOMINAL))
     return with_values(p, {leaf: TRUTH[key] for leaf, key in LEAVES.items()})
 
@@ -95,7 +95,7 @@ def test_the_true_numbers_predict_best(flights, truth):
 
 def test_averages_tell_thrust_tilt_and_centre_of_gravity(flights, truth):
     block = blocks(flights, TRUTH["command.delay"], TRUTH["rotor.rise_time"], 9.81)
-    begun = numbers_of(start(), laid_out(flights).rows)
+    begun = numbers_of(start(), flights)
     begun = begun._replace(curve=begun.curve._replace(nominal=NOMINAL))
     found, why = forces(block, begun, start().geometry(), speeds=False)
     assert not why
@@ -136,7 +136,7 @@ def test_what_the_commands_do_not_vary_stays_with_a_reason(flights, truth):
     block = blocks(flights, 0.013, 0.04, 9.81)
     still = block._replace(volts=np.full_like(block.volts, NOMINAL))
     _, why = forces(still, truth, start().geometry(), speeds=False)
-    assert "varies by" in why["command.voltage_exponent"]
+    assert why["command.voltage_exponent"] == "the voltage never changes, or was not logged"
 
 
 def test_intervals_hold_where_few_parts_of_flight_tell_most():
@@ -146,9 +146,9 @@ def test_intervals_hold_where_few_parts_of_flight_tell_most():
     scores, information = place * noise, place * place
     slope = scores.sum(axis=0) / information.sum()
     shifts = (scores.sum(axis=0) - scores) / (information.sum() - information) - slope
-    every = Spread(jackknife(shifts), np.full(4000, 39.0))
+    every = Spread(jackknife(shifts), np.full(4000, 39.0), np.zeros(4000))
     found = every._replace(freedom=freedom(shifts))
-    held, naive = (np.mean(np.abs(slope) < one.halves) for one in (found, every))
+    held, naive = (np.mean(np.abs(slope) < one.halves(0.0)) for one in (found, every))
     assert naive < 0.93 < held < 0.96
     assert freedom(np.ones((5, 2))) == pytest.approx([4.0, 4.0])  # nothing varies
     alike = freedom(random.normal(0.0, 1.0, (40, 4000)))
@@ -266,7 +266,7 @@ def test_numbers_that_yaw_determines_are_told_as_they_are_written(truth):
     heavier = start().model_copy(update={"inertia": tuple(2.0 * one for one in start().inertia)})
     two = ("rotor.torque_coefficient", "rotor.inertia")
     fitted = {key: Fitted(TRUTH[key], 0.9 * TRUTH[key], 1.2 * TRUTH[key], "", "made") for key in two}
-    base = with_fitted(Identified(truth, None, {}, {two[0]: "the reason"}))
+    base = with_fitted(Identified(truth, None, {}, {"command.exponent": "the reason"}))
     found = in_proportion(heavier, base._replace(fitted=base.fitted | fitted))
     written = identified_vehicle(heavier, found, "made", "given")
     factor = written.inertia[2] / heavier.inertia[2]
@@ -275,7 +275,9 @@ def test_numbers_that_yaw_determines_are_told_as_they_are_written(truth):
         assert found.fitted[key][:3] == pytest.approx([factor * one for one in fitted[key][:3]])
         assert found.fitted[key].value == pytest.approx(value, rel=1e-5)
         assert f"{value:.4g}, 95 % {found.fitted[key].low:.4g} to {found.fitted[key].high:.4g}" in written.sources[key]
-    assert written.sources[two[0]].startswith("the reason: ")
+    assert written.sources["command.exponent"] == "as it was: the reason"
+    assert as_toml(written).startswith("# Not determined by the flights that it was identified from")
+    assert written.doubts() == ["vehicle: the flights from which it was identified do not determine command.exponent"]
     assert found.fitted["inertia[0]"] == base.fitted["inertia[0]"]
 
 
@@ -343,13 +345,13 @@ def test_bad_requests_are_one_line(tmp_path, flights, truth):
     taken = tmp_path / "taken.toml"
     taken.write_text("mine = 1\n")
     for arguments, said in (
-        (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "is not known"),
+        (("replay", tmp_path / "log.csv", "--vehicle", "hexa", *mapping), "unknown preset"),
         (("replay", tmp_path / "none.csv", "--vehicle", "crazyflie", *mapping), "file not found"),
         (
             ("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--controller", "no"),
             "error: --controller: 'no' is",
         ),
-        (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "same name"),
+        (("replay", tmp_path / "log.csv", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping), "given twice"),
         (("replay", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--starts", "s.json"), "must be given together"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--out", "v.txt"), "should end in .toml"),
         (("identify", tmp_path / "log.csv", "--vehicle", "crazyflie", *mapping, "--mass", "-1"), "--mass"),

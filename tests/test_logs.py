@@ -1,5 +1,7 @@
 """Reading logs and judging them: what contradicts a mapping is named, with evidence."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from quadstep.logs.judge import judge
 from quadstep.logs.mapping import Mapping, load_mapping, mapping_names
 from quadstep.logs.read import read_log
 from quadstep.logs.signals import lag, slopes
+from tests import calm_flights
 from tests.made_flights import MAPPING, logged, start, table, write
 
 
@@ -62,6 +65,41 @@ def test_a_right_mapping_is_not_contradicted(folder):
 )  # fmt: skip
 def test_what_contradicts_a_mapping_is_named(folder, change, said):
     assert any(one.startswith(said) for one in judged(folder, MAPPING.replace(*change)))
+
+
+BARE = MAPPING.replace('rates = { columns = ["p", "q", "r"], unit = "rad/s" }\n', "").replace(
+    'velocity = { columns = ["vx", "vy", "vz"], unit = "m/s" }\n', ""
+)
+
+
+def test_an_order_of_quaternions_is_contradicted_even_where_neither_rates_nor_velocity_were_logged(folder):
+    assert judged(folder, BARE) == []
+    for order in ("xyzw", "roll-pitch-yaw"):
+        columns = '["qw", "qx", "qy", "qz"]' if order == "xyzw" else '["qx", "qy", "qz"]'
+        wrong = BARE.replace('["qw", "qx", "qy", "qz"]', columns).replace('"wxyz"', f'"{order}"')
+        assert any(one.startswith("attitude: ") for one in judged(folder, wrong)), order
+    turned = BARE.replace('["qw", "qx", "qy", "qz"], order = "wxyz"', '["qx", "qy", "qz", "qw"], order = "wxyz"')
+    assert any(one.startswith("attitude: ") for one in judged(folder, turned))
+
+
+@pytest.mark.parametrize("path", ["circle", "eight"])
+def test_a_flight_in_wind_does_not_contradict_its_attitude(path):
+    wind = {"mean": [8.0, 0.0, 0.0], "turbulence": {"intensity": "severe"}}
+    flight = calm_flights.logged("x500", path, 1, 30.0, wind=wind)
+    assert [one.text for one in judge(flight, calm_flights.start("x500").geometry()) if one.wrong] == []
+
+
+def test_commands_that_are_missing_or_slow_are_told_from_large_ones(flight):
+    slow = dataclasses.replace(
+        flight, period=0.1, time=flight.time[::10], motors=flight.motors[::10] / 1.5, lost=flight.lost[::10].copy(),
+        channels={name: values[::10] for name, values in flight.channels.items()},
+    )  # fmt: skip
+    slow.lost[40:60] = True
+    found = [one for one in judge(slow) if "motors" in one.text or "command" in one.text]
+    assert any(one.text == "20 rows without a command; left out" for one in found)
+    assert any(one.wrong and "a command every 100 ms" in one.text and "LOG_BITMASK" in one.text for one in found)
+    lost = dataclasses.replace(flight, motors=1.2 * flight.motors / flight.motors.max(), lost=np.arange(flight.rows) % 3 == 0)
+    assert any("times the full one; is `full` right?" in one.text for one in judge(lost) if one.wrong)
 
 
 def refused(folder, header, rows, text=MAPPING):

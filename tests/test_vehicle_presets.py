@@ -32,7 +32,7 @@ from tests.needs import package
 
 ROOT = Path(__file__).parent.parent
 ZERO = vector(0.0, 0.0, 0.0)
-IDENTIFIED = {"command", "imu", "prediction", "guided_prediction"}
+IDENTIFIED = {"command", "imu", "prediction", "guided_prediction", "undetermined"}
 """Tables that `quadstep identify` writes, for `quadstep replay` alone (docs/logs.md)."""
 
 EVERY = pytest.mark.parametrize("name", preset_names())

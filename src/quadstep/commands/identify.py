@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
 from quadstep.commands.options import ReplaceOption
 from quadstep.errors import UserError
 from quadstep.report.units import counted
@@ -50,9 +50,8 @@ def identify(
     """
     from quadstep.atomic import refuse_other, write_beside
     from quadstep.identify.report import write as write_report
-    from quadstep.identify.run import run
+    from quadstep.identify.run import answer, run
     from quadstep.identify.vehicle_file import as_toml
-    from quadstep.logs.read import read_log
 
     if out.suffix != ".toml":
         raise UserError(f"{out}: the name of a vehicle file should end in .toml")
@@ -62,26 +61,24 @@ def identify(
     if report:
         refuse_other(out.with_suffix(".html"), None, overwrite)
     begun = time.monotonic()
-    check_names(logs)
     section = vehicle_of(vehicle)
     source = f"--mass {mass:g}; a flight cannot reveal it" if mass else f"that of {vehicle}; a flight cannot reveal it"
     if mass:
         section = section.model_copy(update={"mass": mass})
-    flights = [read_log(log, mapping) for log in logs]
+    flights = read_logs(logs, mapping)
     check_logs(flights, section, trust)
     result = run(flights, section, source, hold_out, lambda what: complain(f"fitting: {what}"), residual)
     write_beside(out, as_toml(result.vehicle))
     if report:
         complain("drawing: the report")
         write_report(out.with_suffix(".html"), result, flights, section)
+    say(answer(result))
     rows = []
     for key, one in result.found.fitted.items():
-        reason = result.found.kept.get(key)
-        rows.append((key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, reason or one.source))
+        rows.append((key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source))
     show_table("Identified", ("key", "value", "95 % interval", "unit", "from"), rows)
     for key, reason in result.found.kept.items():
-        if key not in result.found.fitted:
-            say(f"{key} stays as in {vehicle}: {reason}")
+        say(f"{key} stays as in {vehicle}: {reason}")
     say(f"mass = {section.mass:g} kg: {source}")
     names = ", ".join(result.held_out)
     for found, knows in (

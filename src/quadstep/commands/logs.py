@@ -12,6 +12,7 @@ from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.identify.table import Compared
+    from quadstep.logs.flight import FlightRecord
     from quadstep.mission.airframe import AirframeSection
 
 LogsArgument = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of flights.", show_default=False)]
@@ -28,13 +29,22 @@ def vehicle_of(given: str) -> "AirframeSection":
     return load_preset(given) if given in preset_names() or not given.endswith(".toml") else read_vehicle(Path(given))
 
 
-def check_names(logs: Sequence[Path]) -> None:
-    """Refuses two logs of one name, which reports could not tell apart. Raises UserError."""
-    seen: dict[str, Path] = {}
-    for log in logs:
-        if log.stem in seen:
-            raise UserError(f"{log}: {seen[log.stem]} has the same name; flights are told apart by the names of their files")
-        seen[log.stem] = log
+def read_logs(logs: Sequence[Path], mapping: str | None) -> "list[FlightRecord]":
+    """Flights, named like their files, with as much of their folders as tells them apart. Raises UserError."""
+    from dataclasses import replace
+
+    from quadstep.logs.read import read_log
+
+    paths = [log.resolve() for log in logs]
+    if twice := next((log for log, path in zip(logs, paths, strict=True) if paths.count(path) > 1), None):
+        raise UserError(f"{twice}: given twice; a flight counts once")
+    stems = [path.with_suffix("") for path in paths]
+    named = [(path if stems.count(stem) > 1 else stem).parts for path, stem in zip(paths, stems, strict=True)]
+    flights = []
+    for log, one in zip(logs, named, strict=True):
+        depth = next(n for n in range(1, len(one) + 1) if sum(each[-n:] == one[-n:] for each in named) == 1)
+        flights.append(replace(read_log(log, mapping), name="/".join(one[-depth:])))
+    return flights
 
 
 def show_compared(title: str, found: "Compared") -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.logs import LogsArgument, MappingOption, check_names, show_compared, vehicle_of
+from quadstep.commands.logs import LogsArgument, MappingOption, read_logs, show_compared, vehicle_of
 from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
 from quadstep.errors import UserError
 from quadstep.report.sheet import SCREEN, USUAL, sheet
@@ -64,7 +64,6 @@ def replay(
     """
     from quadstep.identify.replayed import Asked, replayed
     from quadstep.logs.judge import judge
-    from quadstep.logs.read import read_log
     from quadstep.report.publish import files_to_replace
 
     if (starts is None) != (predictions is None):
@@ -74,14 +73,13 @@ def replay(
     if page and not controller:
         raise UserError("--page requires --controller: it compares that simulated flight with the real one")
     drawn_on = sheet(figures, width, style)
-    check_names(logs)
     chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
     if residual and not section.residual:
         raise UserError(f"--residual: {vehicle} has none; quadstep identify --residual makes one")
-    flights = [read_log(log, mapping) for log in logs]
+    flights = read_logs(logs, mapping)
     judged = [(flight.name, one) for flight in flights for one in judge(flight, section.geometry())]
-    warnings = [f"{name}: {one.text}" for name, one in judged if one.wrong]
+    warnings = [f"{name}: {one.text}" for name, one in judged if one.wrong or one.grave]
     if starts and predictions:
         write_predictions(flights, section, starts, predictions, commands_only, warnings)
         return

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quadstep.airframe.allocation import mixing
 from quadstep.airframe.geometry import Geometry
@@ -24,16 +25,32 @@ BLOCK = 0.5
 FEWEST = 12
 """Fewest blocks for an estimate."""
 
-LEAST_SPREAD = 0.004
-"""Standard deviation of a logarithm (of command, of voltage) below which its exponent cannot be estimated."""
+LEAST_SPREAD = 0.008
+"""Standard deviation of a command's logarithm below which its exponent cannot be estimated; half of it for a voltage's."""
+
+LEAST_EXPLAINED = 0.5
+"""Share of the changes of the lift that the command must explain for its exponent to be estimated."""
+
+
+MOST_TILT = 0.05
+"""Largest angle between the measured axes and those of the rotors that is a mounting's, not a steady wind's [rad]."""
+
+
+NEVER = "never changes, or was not logged"
+
+GUSTS = 0.005
+"""Standard error of the logarithm of a rotor's speed where wind blows, whose gusts lift and press."""
 
 
 class Told(NamedTuple):
-    """A parameter estimated from averages: value and standard error. clusters: number of independent parts behind it."""
+    """A parameter estimated from averages: value and standard error. clusters: number of independent parts behind it.
+    pulls: by how much errors that all pull the same way would move it.
+    """
 
     value: float
     error: float
     clusters: int
+    pulls: float = 0.0
 
 
 class Block(NamedTuple):
@@ -94,7 +111,7 @@ def blocks(flights: Sequence[FlightRecord], delay: float, lag: float, gravity: f
     for number, flight in enumerate(flights):
         count = max(2, round(BLOCK / flight.period))
         good, runs = flight.flying & flight.measured, flight.runs()
-        before = math.ceil((delay + 4.0 * lag) / flight.period) + 1
+        before = math.ceil((delay + 8.0 * lag) / flight.period) + 1
         speed, rates = flight.channel("velocity"), flight.channel("rates")
         turn, moving, turning = (between(one) for one in (matrices(flight.channel("attitude")), speed, rates))
         body = np.einsum("nij,ni->nj", turn, moving)
@@ -117,8 +134,8 @@ def clusters_of(block: Block) -> Floats:
     return block.flight if flights >= 6 else np.floor(np.arange(len(block.flight)) / 4.0)
 
 
-def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, int]:
-    """Solution, its cluster-robust standard errors (Liang and Zeger 1986), and the number of clusters."""
+def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Floats, Floats, Floats, int]:
+    """Solution, its cluster-robust standard errors (Liang and Zeger 1986), its pulls, and the number of clusters."""
     inverse = np.linalg.pinv(matrix.T @ matrix)
     solution = inverse @ (matrix.T @ wanted)
     rest = wanted - matrix @ solution
@@ -126,7 +143,7 @@ def least_squares(matrix: Floats, wanted: Floats, clusters: Floats) -> tuple[Flo
     scores = np.array([matrix[clusters == name].T @ rest[clusters == name] for name in names])
     count = len(names)
     spread = inverse @ (scores.T @ scores) @ inverse * (count / max(count - 1, 1))
-    return solution, np.sqrt(np.diag(spread)), count
+    return solution, np.sqrt(np.diag(spread)), np.abs(inverse @ (matrix * rest[:, None]).T).sum(axis=1), count
 
 
 def in_rotors_axes(block: Block, tilt: Floats) -> Block:
@@ -142,38 +159,61 @@ def hubs(block: Block, geometry: Geometry) -> Floats:
     return block.velocity[:, :, None, :] + np.cross(block.rates[:, :, None, :], places)
 
 
-def exponents(flight: Floats, commands: Floats, volts: Floats, speeds: bool) -> tuple[list[str], dict[str, str]]:
-    """The exponents that the logarithms of commands and voltages determine, and why they do not determine the others."""
+def exponents(
+    flight: NDArray[np.int64], commands: Floats, volts: Floats, lift: Floats, speeds: bool
+) -> tuple[list[str], dict[str, str]]:
+    """The exponents that logarithms of commands, voltages and lift (n,) determine, and why they do not determine the others.
+
+    Commands under feedback also answer to noise and to disturbances. Where these are most of what moves them, the slope of
+    lift on commands tells of the autopilot, not of the rotors.
+    """
+    if speeds:
+        return [], {f"command.{name}": "rotor speeds were logged, no commands" for name in ("exponent", "voltage_exponent")}
+    means = np.array([[one[flight == i].mean() for one in (commands, volts, lift)] for i in range(int(flight.max()) + 1)])
+    command, voltage, raised = (np.stack([commands, volts, lift], axis=1) - means[flight]).T
+    free: list[str] = []
     why: dict[str, str] = {}
-    free = []
-    for name, what, values in (("exponent", "command", commands), ("voltage_exponent", "voltage", volts)):
-        spread = float(np.sqrt(np.mean([values[flight == i].var() for i in np.unique(flight)])))
-        if speeds:
-            why[f"command.{name}"] = "rotor speeds were logged, no commands"
-        elif spread < LEAST_SPREAD:
-            why[f"command.{name}"] = f"the {what} varies by {100 * spread:.2g} % only within a flight"
+    for name, what, values, least in (
+        ("exponent", "command", command, LEAST_SPREAD), ("voltage_exponent", "voltage", voltage, 0.5 * LEAST_SPREAD)
+    ):  # fmt: skip
+        spread = float(np.sqrt(np.mean(values**2)))
+        if spread < least:
+            varies = f"varies by {100 * spread:.2g} % only within a flight" if spread > 1e-9 else NEVER
+            why[f"command.{name}"] = f"the {what} {varies}"
         else:
             free.append(name)
+    if "exponent" in free:
+        known = np.stack([voltage, np.ones(len(voltage))], axis=1)
+        x, y = (one - known @ np.linalg.lstsq(known, one, rcond=None)[0] for one in (command, raised))
+        explained = float(x @ y) ** 2 / max(float((x @ x) * (y @ y)), 1e-300)
+        if explained < LEAST_EXPLAINED:
+            free.remove("exponent")
+            why["command.exponent"] = f"the command explains {100 * explained:.0f} % only of how the thrust changes"
     return free, why
 
 
 def forces(
-    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10
+    block: Block, p: PredictorParameters, geometry: Geometry, speeds: bool, rounds: int = 10, wind: bool = False
 ) -> tuple[dict[str, Told], dict[str, str]]:
     """Thrust curve, tilt and drag from mean forces, all at once, in `rounds` rounds; undetermined ones with the reason.
 
     m (mean acceleration - g) = mean R ((tilt_y, -tilt_x, 1) thrust - K sum w_i v_i), thrust = k_f sum w_i^2, v_i: of a hub,
     w = speed c^a (V / V_n)^b. Thrust differs from flight to flight by more than it does within one, so each flight has a speed
     of its own, and the exponents come from variation within flights.
+
+    wind: whether a steady wind blows in each flight; then the tilt stays, as either leans the vehicle. It is assumed where the
+    tilt without it would be larger than any mounting's.
     """
     commands = np.maximum(block.commands, 1e-3)
     logs, volts = np.log(commands), np.log(block.volts / p.curve.nominal)
-    flight = np.unique(block.flight, return_inverse=True)[1]
+    flight = np.unique(block.flight, return_inverse=True)[1].astype(np.int64)
     count = int(flight.max()) + 1
     factor = float(p.airframe.rotor.thrust / p.airframe.mass)
-    free, why = exponents(flight.astype(np.float64), logs.mean(axis=(1, 2)), volts.mean(axis=1), speeds)
+    lift = np.log(np.maximum((block.gain * block.axes[..., 2].mean(axis=1)).sum(axis=1), 1e-3))
+    free, why = exponents(flight, logs.mean(axis=(1, 2)), volts.mean(axis=1), lift, speeds)
     a, b = (1.0, 0.0) if speeds else (float(p.curve.exponent), float(p.curve.voltage_exponent))
     levels = np.full(count, math.log(p.curve.speed))
+    names = [*free, "flat", "axial", *(() if wind else ("x", "y"))]
     tilt, drag = np.array([float(one) for one in p.tilt]), np.array([float(p.airframe.drag.rotor[i]) for i in (0, 2)])
     for _ in range(rounds):
         turned = in_rotors_axes(block, tilt)
@@ -190,32 +230,53 @@ def forces(
         axial = level[..., 2].mean(axis=1)
         columns = [2.0 * lifted * (flight == i)[:, None] for i in range(count)]
         columns += [{"exponent": by_command, "voltage_exponent": by_volts}[name] for name in free]
-        columns += [
-            -(thrust[..., None] * turned.axes[..., 1]).mean(axis=1),
-            (thrust[..., None] * turned.axes[..., 0]).mean(axis=1),
-        ]
         columns += [-flat, -axial]
-        rest = block.gain - (lifted - drag[0] * flat - drag[1] * axial)
+        columns += sideways(thrust, turned.axes, flight, wind)
+        rest = block.gain - unfitted(turned, p, air) - (lifted - drag[0] * flat - drag[1] * axial)
         matrix = np.stack([one.reshape(-1) for one in columns], axis=1)
-        step, errors, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
+        step, errors, pulls, clusters = least_squares(matrix, rest.reshape(-1), np.repeat(clusters_of(block), 3))
         levels += step[:count]
-        named = dict(zip([*free, "x", "y", "flat", "axial"], step[count:], strict=True))
+        named = dict(zip(names, step[count:], strict=False))
         a, b = min(max(a + named.get("exponent", 0.0), 0.3), 2.0), min(max(b + named.get("voltage_exponent", 0.0), 0.0), 3.0)
-        tilt += np.array([named["x"], named["y"]])
+        tilt += np.array([named.get("x", 0.0), named.get("y", 0.0)])
         drag += np.array([named["flat"], named["axial"]])
-    error = dict(zip([*free, "x", "y", "flat", "axial"], errors[count:], strict=True))
-    known = {f"command.{name}": Told(a if name == "exponent" else b, float(error[name]), clusters) for name in free}
+    if np.hypot(*tilt) > MOST_TILT and not wind:
+        return forces(block, p, geometry, speeds, rounds, wind=True)
+    error, pull = (dict(zip(names, map(float, some[count:]), strict=False)) for some in (errors, pulls))
+    known = {f"command.{name}": Told(a if name == "exponent" else b, error[name], clusters, pull[name]) for name in free}
     middle = float(levels.mean())
     scatter = float(levels.std(ddof=1)) / math.sqrt(count) if count > 1 else 0.0
-    own = float(np.sqrt((errors[:count] ** 2).mean() / count))
+    own = math.hypot(float(np.sqrt((errors[:count] ** 2).mean() / count)), GUSTS * wind)
     known["command.speed"] = Told(
-        math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count
-    )
-    known["imu.tilt[0]"] = Told(float(tilt[0]), float(error["x"]), clusters)
-    known["imu.tilt[1]"] = Told(float(tilt[1]), float(error["y"]), clusters)
-    known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), float(error["flat"]), clusters)
-    known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), float(error["axial"]), clusters)
+        math.exp(middle), math.exp(middle) * math.hypot(scatter, own), clusters if count < 3 else count,
+        math.exp(middle) * float(pulls[:count].mean()),
+    )  # fmt: skip
+    if wind:
+        keys = [f"{name}[{place}]" for name in ("imu.tilt", "centre_of_gravity") for place in (0, 1)]
+        why.update(dict.fromkeys(keys, "it cannot be told from the wind that blew"))
+    else:
+        known.update(
+            {f"imu.tilt[{i}]": Told(float(tilt[i]), error[name], clusters, pull[name]) for i, name in enumerate("xy")}
+        )
+    known["drag.rotor[0]"] = Told(max(float(drag[0]), 1e-12), error["flat"], clusters, pull["flat"])
+    known["drag.rotor[2]"] = Told(max(float(drag[1]), 1e-12), error["axial"], clusters, pull["axial"])
     return known, why
+
+
+def unfitted(block: Block, p: PredictorParameters, air: Floats) -> Floats:
+    """Mean accelerations by parasitic drag and translational lift, which no fit changes, in world axes (n, 3)."""
+    drag, speed = p.airframe.drag, np.linalg.norm(block.velocity, axis=-1, keepdims=True)
+    body = -speed * block.velocity * np.array([float(one) for one in drag.parasitic])
+    body[..., 2] += float(drag.translational_lift) * (air[..., 0] ** 2 + air[..., 1] ** 2).sum(axis=2)
+    found: Floats = np.einsum("nsij,nsj->nsi", block.axes, body).mean(axis=1) / float(p.airframe.mass)
+    return found
+
+
+def sideways(thrust: Floats, axes: Floats, flight: NDArray[np.int64], wind: bool) -> list[Floats]:
+    """What a tilt about x and y does to the mean forces, or a steady wind of each flight along world x and y."""
+    if wind:
+        return [np.eye(3)[axis] * (flight == i)[:, None] for i in range(int(flight.max()) + 1) for axis in (0, 1)]
+    return [sign * (thrust[..., None] * axes[..., axis]).mean(axis=1) for sign, axis in ((-1.0, 1), (1.0, 0))]
 
 
 def rotor_speeds(commands: Floats, volts: Floats, curve: Curve, measured: bool) -> Floats:
@@ -248,11 +309,11 @@ def torques(block: Block, p: PredictorParameters, geometry: Geometry, measured: 
     about_x = np.stack([thrust, nothing, -flow[:, 1], block.turning[:, 0], nothing], axis=1)
     about_y = np.stack([nothing, -thrust, flow[:, 0], nothing, block.turning[:, 1]], axis=1)
     together = clusters_of(block)
-    solution, errors, count = least_squares(
+    solution, errors, pulls, count = least_squares(
         np.concatenate([about_x, about_y]), given.T.reshape(-1), np.concatenate([together, together])
     )
     return {
-        "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count),
-        "centre_of_gravity[0]": Told(float(solution[1]), float(errors[1]), count),
-        "drag.flapping": Told(float(solution[2]), float(errors[2]), count),
+        "centre_of_gravity[1]": Told(float(solution[0]), float(errors[0]), count, float(pulls[0])),
+        "centre_of_gravity[0]": Told(float(solution[1]), float(errors[1]), count, float(pulls[1])),
+        "drag.flapping": Told(float(solution[2]), float(errors[2]), count, float(pulls[2])),
     }

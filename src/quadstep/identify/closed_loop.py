@@ -14,7 +14,7 @@ from quadstep.flight.log import FlightLog
 from quadstep.guidance.setpoints import SetpointParameters, Setpoints
 from quadstep.identify.averages import BLOCK, blocks, rotor_speeds
 from quadstep.identify.parameters import numbers_of
-from quadstep.identify.starts import laid_out, setpoint_of
+from quadstep.identify.starts import setpoint_of
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.multirotor import MultirotorMission
@@ -197,7 +197,7 @@ def later_ratio(flight: FlightRecord, vehicle: AirframeSection) -> float:
 
 def thrust_ratios(flight: FlightRecord, vehicle: AirframeSection) -> Floats:
     """(n,): thrust from the logged commands along the vehicle's own axis over the thrust needed, means of half seconds."""
-    p = numbers_of(vehicle, laid_out([flight]).rows)
+    p = numbers_of(vehicle, [flight])
     block = blocks([flight], float(p.curve.delay), float(p.airframe.rotor.rise), float(p.airframe.gravity))
     if block is None:
         return np.empty(0)

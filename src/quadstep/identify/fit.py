@@ -10,13 +10,14 @@ from quadstep.airframe.geometry import Effects
 from quadstep.airframe.observer import Observer
 from quadstep.errors import UserError
 from quadstep.identify.averages import Block, Told, blocks
-from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, averaged, parts, spread, with_values
+from quadstep.identify.intervals import AVERAGED, DYNAMIC, FROM_AVERAGES, IN_STEP, Spread, averaged, parts, spread, with_values
 from quadstep.identify.parameters import (
     ANSWERS,
     GAINS,
     GUIDANCE,
     LIMITS,
     Free,
+    leaves_of,
     numbers_of,
     point_of,
     values_at,
@@ -41,8 +42,15 @@ EFFECTS = Effects(battery=False, ground=False, gyroscopic=True, drag=True)
 VAGUE = 1.0
 """Prior standard deviation of a parameter's logarithm if only its start value is known."""
 
-UNSURE = 0.6
-"""Standard error of a logarithm above which a parameter counts as undetermined."""
+UNSURE = math.log(2.0)
+"""Half of a logarithm's interval from which on a parameter counts as undetermined."""
+
+UNSURE_SCALES = 25.0
+"""The same for other parameters, in their scales."""
+
+UNDETERMINED = "not identifiable from these flights"
+CHECKED = ("drag.rotor[2]", "drag.flapping")
+"""Parameters from predictions that averages determine too, in another way."""
 
 SURE = ("drag.rotor[0]",)
 """Parameters that averages determine so well that predictions only refine them; lag errors distort axial drag and flapping."""
@@ -183,11 +191,14 @@ def identify(
     Raises UserError where the flights are too few.
     """
     start, start_guided = (earlier.numbers, earlier.guided) if earlier else (None, None)
-    p = start or numbers_of(vehicle, laid_out(flights[:1]).rows)
+    p = start or numbers_of(vehicle, flights)
     fresh = start is None
+    if fresh and vehicle.command is None and vehicle.battery and "voltage" in flights[0].channels:
+        p = with_values(p, {"curve.voltage_exponent": 1.0})  # of a motor on a battery, until flights tell
     p, told, why, block = from_averages(flights, vehicle, p)
     if fresh and "drag.rotor[0]" in told:
         p = with_values(p, dict.fromkeys(("airframe.drag.rotor.0", "airframe.drag.rotor.1"), told["drag.rotor[0]"].value))
+    if fresh and "drag.flapping" in told:
         p = with_values(p, {"airframe.drag.flapping": max(told["drag.flapping"].value, 1e-12)})
     p = p._replace(observer=vehicle_alone(p.observer))
     free = (*DYNAMIC, *GAINS)
@@ -206,6 +217,8 @@ def identify(
     p = short.at(point)
     fitted, kept = told_numbers(flights, vehicle, p, free, prior, told, block)
     kept.update(why)
+    before = leaves_of(numbers_of(vehicle, flights))  # what is not determined is as it was
+    p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
     if not predictors:
         return Identified(p, None, fitted, kept)
     say("predictor")
@@ -240,6 +253,19 @@ def vehicle_alone(observer: Observer) -> Observer:
     return observer._replace(authority=vector(1.0, 1.0), leak=vector(0.0, 0.0), spring=0.0, path=0.0, drift=0.0, delay=0.0)
 
 
+def in_step(free: Sequence[Free], point: Floats, found: Spread, told: dict[str, Told]) -> float:
+    """The share of the pulls on predictions that are in step: as large as it takes for the axial drag that they give to be
+    that of the averages, to which it hardly matters how commands change between the rows of a log.
+    """
+    place = [one.key for one in free].index(CHECKED[0])
+    average = told.get(CHECKED[0])
+    if average is None or average.value < 2.0 * average.error:
+        return IN_STEP
+    apart = abs(float(point[place]) - math.log(average.value))
+    chance = 2.0 * math.hypot(float(found.errors[place]), average.error / average.value)
+    return min(max((apart - chance) / float(found.pulls[place]), IN_STEP), 1.0)
+
+
 def told_numbers(
     flights: Sequence[FlightRecord], vehicle: AirframeSection, p: PredictorParameters, free: Sequence[Free], prior: Prior,
     told: dict[str, Told], block: Block | None,
@@ -253,16 +279,22 @@ def told_numbers(
     here = parts(starts.flight, starts.row, period)
     there = parts(block.flight, block.row, period) if block is not None else here
     found = spread(around, prior, sure, told, here, block, there, p, vehicle.geometry(), flights[0].speeds)
+    halves = found.halves(in_step(every, point, found, told))
     fitted: dict[str, Fitted] = {}
     kept: dict[str, str] = {}
-    for one, x, value, error, half in zip(every, point, values_at(point, every), found.errors, found.halves, strict=True):
+    for one, x, value, half in zip(every, point, values_at(point, every), halves, strict=True):
         averages = one.key in FROM_AVERAGES
         if one.key.startswith("prediction.") or (averages and one.key not in told):
+            continue
+        if half > (UNSURE if one.logarithmic else UNSURE_SCALES * one.scale):
+            kept[one.key] = UNDETERMINED
+            continue
+        average = told.get(one.key)
+        if average and one.key in CHECKED and average.value < 2.0 * average.error:
+            kept[one.key] = "it is too small to be told from none"
             continue
         low, high = x - half, x + half
         ends = (math.exp(low), math.exp(min(high, 700.0))) if one.logarithmic else (max(low, one.low), min(high, one.high))
         source = EXPLAINED[one.key.partition("[")[0]] if averages else "predictions of 1 and 3 samples"
         fitted[one.key] = Fitted(value, ends[0], ends[1], one.unit, source)
-        if one.logarithmic and error > UNSURE:
-            kept[one.key] = "not identifiable from these flights"
     return fitted, kept

@@ -25,6 +25,15 @@ FLIGHTS = 6
 STRETCH = 2.0
 """Length of a stretch [s]."""
 
+IN_STEP = 0.05
+"""Least share of the pulls on an estimate that are in step: errors of model and feedback do not average out as noise does."""
+
+INEXACT = 0.05
+"""Standard error, in a parameter's scale, that averages over half a second have without any noise."""
+
+UNKNOWN_EXPONENT = 0.2
+"""Standard deviation of the logarithm of a command's exponent that flights do not determine."""
+
 FROM_AVERAGES = {
     "command.speed": "curve.speed", "command.exponent": "curve.exponent", "command.voltage_exponent": "curve.voltage_exponent",
     "imu.tilt[0]": "tilt.0", "imu.tilt[1]": "tilt.1", "centre_of_gravity[0]": "offset.0", "centre_of_gravity[1]": "offset.1",
@@ -34,16 +43,20 @@ DYNAMIC = tuple(one for one in VEHICLE if one.key not in FROM_AVERAGES)
 
 
 class Spread(NamedTuple):
-    """Standard errors on the search's scale, and the degrees of freedom behind each."""
+    """Standard errors on the search's scale, the degrees of freedom behind each, and by how much errors that all pull the same
+    way would move each estimate: the sum of the sizes of all pulls.
+    """
 
     errors: Floats
     freedom: Floats
+    pulls: Floats
 
-    @property
-    def halves(self) -> Floats:
-        """Halves of 95 % intervals."""
+    def halves(self, in_step: float) -> Floats:
+        """Halves of 95 % intervals: chance, and the pulls in step; in_step: which share of those on predictions."""
         reach = np.array([student_quantile(0.975, float(one)) for one in self.freedom])
-        return reach * self.errors
+        shares = np.full(len(self.pulls), IN_STEP)
+        shares[: -len(AVERAGED)] = in_step
+        return reach * self.errors + shares * self.pulls
 
 
 def with_values(p: PredictorParameters, values: dict[str, float]) -> PredictorParameters:
@@ -58,7 +71,7 @@ def averaged(
     """p with the parameters that averages determine; and why the others stay."""
     known, why = forces(block, p, geometry, speeds, rounds)
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in known.items() if key in FROM_AVERAGES})
-    more = torques(block, p, geometry, speeds)
+    more = torques(block, p, geometry, speeds) if "imu.tilt[0]" in known else {}
     p = with_values(p, {FROM_AVERAGES[key]: told.value for key, told in more.items() if key in FROM_AVERAGES})
     return p, {**known, **more}, why
 
@@ -134,7 +147,15 @@ def spread(
     rest = [around.hessian - around.hessians[starts == label].sum(axis=0) for label in labels]
     steps = [np.linalg.pinv(one[:many, :many]) @ score for one, score in zip(rest, scores - moved @ crossed.T, strict=True)]
     shifts = np.concatenate([steps, moved], axis=1)
+    pulls = np.concatenate([np.abs(around.gradients[:, :many] @ inverse).sum(axis=0), np.zeros(len(AVERAGED))])
+    at = {place: DYNAMIC[place] for place, _ in sure} | {many + i: one for i, one in enumerate(AVERAGED)}
+    for place, free in at.items():
+        if known := told.get(free.key):
+            pulls[place] += known.pulls / (known.value if free.logarithmic else 1.0)
     variance = jackknife(shifts) ** 2
+    variance[many:] += np.array([INEXACT * one.scale for one in AVERAGED]) ** 2
+    for place, _ in sure:
+        variance[place] += (INEXACT * DYNAMIC[place].scale) ** 2
     # vague priors, and the variation between flights if no whole flights were left out
     for place, one in deviation.items():
         if place not in [at for at, _ in sure]:
@@ -145,4 +166,7 @@ def spread(
         if more > 0.0:
             variance[many + speed] += more
             variance[:many] += more * (inverse @ crossed[:, speed]) ** 2
-    return Spread(np.sqrt(variance), freedom(shifts))
+    if "command.exponent" not in told and not speeds:
+        place = [one.key for one in AVERAGED].index("command.exponent")
+        variance[:many] += (UNKNOWN_EXPONENT * (inverse @ crossed[:, place])) ** 2
+    return Spread(np.sqrt(variance), freedom(shifts), pulls)

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep.airframe.observer import Observer
-from quadstep.identify.predictor import Curve, PredictorParameters, Rows
-from quadstep.logs.flight import Floats
+from quadstep.identify.predictor import Curve, PredictorParameters
+from quadstep.identify.starts import laid_out
+from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.numbers import Table, flatten, leaf_names, rebuild, vector
 
@@ -33,7 +34,7 @@ class Free(NamedTuple):
 
 SPEED = Free("command.speed", ("curve.speed",), "rad/s", scale=0.02)
 EXPONENT = Free("command.exponent", ("curve.exponent",), "", scale=0.02, low=0.05, high=3.0)
-VOLTAGE = Free("command.voltage_exponent", ("curve.voltage_exponent",), "", scale=0.1, low=0.05, high=3.0)
+VOLTAGE = Free("command.voltage_exponent", ("curve.voltage_exponent",), "", False, 0.1, 0.0, 3.0)
 
 VEHICLE = (
     SPEED,
@@ -107,8 +108,11 @@ USUAL_OBSERVER = Observer(
 """Defaults for a vehicle that has none of its own."""
 
 
-def numbers_of(vehicle: AirframeSection, rows: Rows) -> PredictorParameters:
-    """The numbers of a vehicle file."""
+def numbers_of(vehicle: AirframeSection, flights: Sequence[FlightRecord]) -> PredictorParameters:
+    """The numbers of a vehicle file, with the rows of its first flight.
+
+    Voltage acts where the vehicle file says so: in [command], or by effects.battery; and never where it was not logged.
+    """
     built = vehicle.build()
     airframe = built.airframe
     # the rotors can do what a log commands: only commands limit them
@@ -116,10 +120,13 @@ def numbers_of(vehicle: AirframeSection, rows: Rows) -> PredictorParameters:
     command, tilt = vehicle.command, vehicle.imu.tilt if vehicle.imu else (0.0, 0.0)
     if command is None:
         full = vehicle.battery.full if vehicle.battery else 1.0
-        curve = Curve(vehicle.rotor.fastest, 1.0, 1.0 if vehicle.battery else 1e-6, full, 0.0)
+        curve = Curve(vehicle.rotor.fastest, 1.0, float(vehicle.effects.battery), full, 0.0)
     else:
         curve = Curve(command.speed, command.exponent, command.voltage_exponent, command.nominal_voltage, command.delay)
+    if "voltage" not in flights[0].channels:
+        curve = curve._replace(voltage_exponent=0.0)
     observer = vehicle.prediction.build() if vehicle.prediction else USUAL_OBSERVER
+    rows = laid_out(flights[:1]).rows
     return PredictorParameters(
         airframe._replace(rotor=rotor), vector(0.0, 0.0, 0.0), vector(*tilt), curve, observer, rows, 0.0, 0.0
     )

@@ -11,7 +11,7 @@ from quadstep.documents import read_json
 from quadstep.errors import UserError
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.predictor import PredictorParameters
-from quadstep.identify.starts import MASKED_HISTORY, laid_out, setpoint_of
+from quadstep.identify.starts import MASKED_HISTORY, setpoint_of
 from quadstep.identify.table import predicted
 from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection
@@ -33,11 +33,15 @@ def ready(
             raise UserError(
                 f"{flight.name}: no {' and no '.join(missing)} in the log; a prediction needs the complete initial state"
             )
+        if ("voltage" in flight.channels) != ("voltage" in flights[0].channels):
+            raise UserError(
+                f"{flight.name}: the voltage was logged in some flights only; take those with it, or those without"
+            )
         if abs(flight.period - flights[0].period) > 0.02 * flights[0].period:
             raise UserError(
                 f"{flight.name}: a row every {flight.period:g} s, but {flights[0].name} has one every {flights[0].period:g} s"
             )
-    p = numbers_of(vehicle, laid_out(flights[:1]).rows)
+    p = numbers_of(vehicle, flights)
     seen = [setpoint_of(flight)[:, 3][flight.flying] for flight in flights]
     guided = bool(vehicle.guided_prediction) and not commands_only and all(len(s) and s.mean() > ENOUGH for s in seen)
     if guided and vehicle.guided_prediction:
@@ -58,7 +62,7 @@ def read_starts(path: Path, flights: Sequence[FlightRecord]) -> dict[str, NDArra
     known = {flight.name: flight for flight in flights}
     found: dict[str, NDArray[np.int64]] = {}
     for name, rows in content.items():
-        flight = known.get(name) or known.get(Path(name).stem)
+        flight = known.get(name) or known.get(str(Path(name).with_suffix("")))
         if flight is None:
             continue
         if not isinstance(rows, list) or not all(isinstance(row, int) and not isinstance(row, bool) for row in rows):
@@ -85,7 +89,7 @@ def predictions_of(
     known = {flight.name: flight for flight in flights}
     result: dict[str, object] = {}
     for name, rows in starts.items():
-        flight = known.get(name) or known[Path(name).stem]
+        flight = known.get(name) or known[str(Path(name).with_suffix(""))]
         if not len(rows):
             result[name] = {key: [] for key in "pvqw"}
             continue

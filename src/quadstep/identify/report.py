@@ -15,7 +15,7 @@ from quadstep.identify.closed_loop import fly_again, hover_ratio
 from quadstep.identify.errors import GROUPS, HORIZONS
 from quadstep.identify.fit import Identified
 from quadstep.identify.followed import Followed, followed
-from quadstep.identify.run import Run
+from quadstep.identify.run import AHEAD, Run, answer
 from quadstep.identify.table import Compared
 from quadstep.identify.vehicle_file import identified_vehicle
 from quadstep.logs.flight import FlightRecord
@@ -27,10 +27,7 @@ from quadstep.report.canvas import write as write_figure
 from quadstep.report.drawing import FigureJob
 from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
 from quadstep.report.panel import Panel
-from quadstep.report.units import counted, percent
-
-AHEAD = 10
-"""How far ahead the drawn predictions are [samples]."""
+from quadstep.report.units import percent
 
 SHOWN = 8.0
 """Longest part of a flight that is drawn [s]."""
@@ -49,7 +46,7 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     ]
     vehicle = run.vehicle if run.tested is None else identified_vehicle(start, tested, "", "")
     parts = [
-        summary(answer(run, flights), facts(run), pictures[0] if pictures else []),
+        summary(answer(run), facts(run), pictures[0] if pictures else []),
         paragraph(f"Flights: {', '.join(flight.name for flight in flights)}.", escape),
         *fitted(run.found),
         *compared(run),
@@ -67,33 +64,24 @@ def write(path: Path, run: Run, flights: Sequence[FlightRecord], start: Airframe
     write_beside(path, page_text("Identified vehicle", parts, "Identification"))
 
 
-def answer(run: Run, flights: Sequence[FlightRecord]) -> str:
-    """The result in a sentence."""
-    said = f"{len(run.found.fitted)} vehicle parameters were identified from {counted(len(flights), 'flight')}"
-    best = run.guided or run.commands
-    if best is None:
-        return f"{said}; no flight was held out to test predictions."
-    ratio = best.ratio(AHEAD, "position").value
-    others = f"the position error {AHEAD} samples ahead is {percent(ratio)} of that without a model"
-    return f"{said}; on {counted(len(run.held_out), 'flight')} held out, {others}."
-
-
 def facts(run: Run) -> list[Fact]:
-    """Errors relative to those of the baseline with constant velocity and rates."""
-    best = run.guided or run.commands
-    if best is None:
-        return []
-    more = f"of the error of the constant baseline, {AHEAD} samples ahead"
-    return [Fact(group, percent(best.ratio(AHEAD, group).value), more) for group in GROUPS]
+    """Errors relative to those of the baseline with constant velocity and rates: of each group the worse of the tables."""
+    tables = run.tables
+    found = []
+    for group in GROUPS if tables else ():
+        ratio, knows = max((one.ratio(AHEAD, group).value, knows) for knows, one in tables.items())
+        more = f"of the error of the constant baseline, {AHEAD} samples ahead, from {knows}"
+        found.append(Fact(group, percent(ratio), more))
+    return found
 
 
 def fitted(found: Identified) -> list[str]:
     """The numbers."""
     rows = [
-        (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, found.kept.get(key, one.source))
+        (key, f"{one.value:.4g}", f"{one.low:.4g} to {one.high:.4g}", one.unit, one.source)
         for key, one in found.fitted.items()
     ]
-    rows += [(key, "stays", "", "", reason) for key, reason in found.kept.items() if key not in found.fitted]
+    rows += [(key, "stays", "", "", reason) for key, reason in found.kept.items()]
     return [heading("Identified parameters", "found"), table(("number", "value", "95 % interval", "unit", "from"), rows)]
 
 
@@ -107,10 +95,9 @@ def compared(run: Run) -> list[str]:
             f'{", ".join(run.held_out)}: mean error relative to the baseline "velocity and rates stay constant".', escape
         )
     )
-    for found, knows in ((run.commands, "commands alone"), (run.guided, "commands and setpoints")):
-        if found:
-            header = (f"from {knows}, samples ahead", *GROUPS, "rates to zero rate")
-            parts.append(table(header, [ratios(found, horizon) for horizon in found.horizons]))
+    for knows, found in run.tables.items():
+        header = (f"from {knows}, samples ahead", *GROUPS, "rates to zero rate")
+        parts.append(table(header, [ratios(found, horizon) for horizon in found.horizons]))
     return parts
 
 

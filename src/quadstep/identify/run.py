@@ -7,6 +7,7 @@ import numpy as np
 
 from quadstep.airframe.residual import Residual
 from quadstep.errors import UserError
+from quadstep.identify.errors import GROUPS
 from quadstep.identify.fit import Identified, Say, identify
 from quadstep.identify.replay import ready
 from quadstep.identify.residual import trained
@@ -14,6 +15,10 @@ from quadstep.identify.table import Compared, compare
 from quadstep.identify.vehicle_file import identified_vehicle, in_proportion
 from quadstep.logs.flight import FlightRecord
 from quadstep.mission.airframe import AirframeSection, ResidualSection
+from quadstep.report.units import counted, percent
+
+AHEAD = 10
+"""Samples ahead of which the first sentence and the figures of a report speak."""
 
 HELD_OUT = 4
 """One in this many flights is held out."""
@@ -39,12 +44,43 @@ class Run(NamedTuple):
     guided_residual: Compared | None = None
 
     @property
+    def tables(self) -> dict[str, Compared]:
+        """How the fit predicts the flights held out, by what it knows; empty if there are none."""
+        several = {"commands alone": self.commands, "commands and setpoints": self.guided}
+        return {knows: one for knows, one in several.items() if one is not None}
+
+    @property
     def shares(self) -> tuple[float, ...]:
         """Mean errors with the residual over those without, on held-out flights, 10 and 50 samples ahead; empty if none."""
         pairs = ((self.commands, self.commands_residual), (self.guided, self.guided_residual))
         return tuple(
             float(np.mean(two.predicted[1:] / one.predicted[1:])) for one, two in pairs if one is not None and two is not None
         )
+
+
+def answer(run: Run) -> str:
+    """The result in a sentence: first what is worse than no model, and what the flights leave open."""
+    worse = [
+        f"{group} ({one.ratio(AHEAD, group).value:.2f} times the error, from {knows})"
+        for knows, one in run.tables.items()
+        for group in GROUPS
+        if one.ratio(AHEAD, group).value >= 1.0
+    ]
+    count, left = len(run.found.fitted), list(run.found.kept)
+    said = f"{count} of {count + len(left)} vehicle parameters were identified"
+    said += f", not {listed(left)}" if left else ""
+    if worse:
+        said = f"No better than without a model, {AHEAD} samples ahead: {listed(worse)}; {said}"
+    if run.commands is None:
+        return f"{said}; no flight was held out to test predictions."
+    ratio = percent(run.commands.ratio(AHEAD, "position").value)
+    held_out = counted(len(run.held_out), "flight")
+    return f"{said}; on {held_out} held out, the position {AHEAD} samples ahead is off by {ratio} of that without a model."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
 
 
 def run(

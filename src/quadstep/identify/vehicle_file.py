@@ -57,6 +57,7 @@ def identified_vehicle(vehicle: AirframeSection, found: Identified, description:
     content["prediction"] = observer_content(found.numbers.observer)
     if found.guided:
         content["guided_prediction"] = observer_content(found.guided)
+    content["undetermined"] = list(found.kept)
     content["sources"] = sources(vehicle, found, stretch, mass_source)
     try:
         return AirframeSection.model_validate(content)
@@ -107,11 +108,15 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
     result = dict(vehicle.sources)
     result["mass"] = mass_source
     grouped: dict[str, list[str]] = {}
-    for key, one in found.fitted.items():
+    said = {key: f"as it was: {reason}" for key, reason in found.kept.items()} | {
+        key: f"identified, {one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g} ({one.source})"
+        for key, one in found.fitted.items()
+    }
+    for key, one in said.items():
         base, _, axis = key.partition("[")
         where = {"0]": "x: ", "1]": "y: ", "2]": "z: "}.get(axis, "")
         base = "rotors" if base == "centre_of_gravity" else base
-        grouped.setdefault(base, []).append(where + interval(one, found.kept.get(key)))
+        grouped.setdefault(base, []).append(where + one)
     for key, parts in grouped.items():
         result[key] = "; ".join(parts)
     result["rotors"] = "from the centre of gravity, which lies off their middle [m] by " + result["rotors"]
@@ -130,17 +135,14 @@ def sources(vehicle: AirframeSection, found: Identified, stretch: float, mass_so
     return result
 
 
-def interval(one: Fitted, reason: str | None) -> str:
-    """A number's interval and source."""
-    numbers = f"{one.value:.4g}, 95 % {one.low:.4g} to {one.high:.4g}"
-    return f"{reason}: {numbers}" if reason else f"identified, {numbers} ({one.source})"
-
-
 def as_toml(vehicle: AirframeSection) -> str:
     """The vehicle as text of a vehicle file, units beside the numbers."""
     units = {key: quantity.unit for key, _, quantity in numbers(vehicle)}
     content = vehicle.model_dump(exclude_none=True, exclude_defaults=False)
-    lines = [f"{key} = {literal(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
+    left = ", ".join(vehicle.undetermined)
+    lines = [f"# Not determined by the flights that it was identified from, and as it was before: {left}."] if left else []
+    lines += [f"{key} = {literal(content[key])}{note(units, key)}" for key in ("description", "mass", "inertia", "gravity")]
+    lines += [f"undetermined = {literal(vehicle.undetermined)}"] if left else []
     if vehicle.rotors:
         lines += ["", "rotors = [", *(f"  {literal(mount)}," for mount in content["rotors"]), "]"]
     else:

@@ -16,10 +16,24 @@ GRAVITY = 9.80665
 CLEAR = 0.3
 """Share of a signal's variance that a regression must explain to count as evidence."""
 
+MOSTLY = 0.7
+"""The same, to count as evidence of a slope that is that of no unit."""
+
+UNEXPLAINED = 0.05
+"""The same, below which one signal has nothing to do with another that should follow it."""
+
 FACTORS = {180.0 / math.pi: "degrees where radians are expected", math.pi / 180.0: "radians where degrees are expected",
            GRAVITY: "m/s^2 where g is expected", 1.0 / GRAVITY: "g where m/s^2 is expected", 1e3: "a thousand times too large",
            1e-3: "a thousand times too small"}  # fmt: skip
 """Slopes that indicate a wrong unit."""
+
+SLOWEST = 0.03
+"""Longest time between two commands from which turning can be learned [s]."""
+
+FASTER = (
+    "log them faster (PX4: SDLOG_PROFILE, high rate; ArduPilot: LOG_BITMASK, bits 0 and 10, fast attitude and RC output, "
+    "on versions that then write RCOU faster than 10 Hz)"
+)
 
 MARGIN = 12
 """Rows on either side of an unmeasured one in which a smoothed signal is not trusted."""
@@ -31,10 +45,11 @@ AXES = "xyz"
 
 
 class Finding(NamedTuple):
-    """One line on a log. wrong: whether it contradicts the mapping."""
+    """One line on a log. wrong: whether it contradicts the mapping. grave: whether any user of the log should know it."""
 
     wrong: bool
     text: str
+    grave: bool = False
 
 
 def judge(flight: FlightRecord, geometry: Geometry | None = None) -> list[Finding]:
@@ -74,7 +89,7 @@ def flaws(flight: FlightRecord) -> list[Finding]:
     found = []
     if flight.damaged:
         places = "1 place" if flight.damaged == 1 else f"{flight.damaged} places"
-        found.append(Finding(False, f"the file is damaged in {places}; what could not be read is left out"))
+        found.append(Finding(False, f"the file is damaged in {places}; what could not be read is left out", True))
     steps = np.diff(flight.time)
     twice = int((steps < 1e-9).sum())
     gaps = steps[steps > 1.5 * flight.period]
@@ -91,9 +106,14 @@ def flaws(flight: FlightRecord) -> list[Finding]:
     if flight.lost.any():
         most = float(flight.motors.max())
         lost = int(flight.lost.sum())
-        text = f"{lost} row{'s' * (lost > 1)} with commands of up to {most:.3g} times the full one"
+        rows, above = f"{lost} row{'s' * (lost > 1)}", most > 1.0 and not flight.speeds
+        text = f"{rows} with commands of up to {most:.3g} times the full one" if above else f"{rows} without a command"
         many = bool(lost > 0.2 * flight.turning.sum())
-        found.append(Finding(many, f"motors: {text}; is `full` right?" if many else f"{text}; left out"))
+        right = "; is `full` right?" if above else ""
+        found.append(Finding(many, f"motors: {text}{right}" if many else f"{text}; left out"))
+    if flight.period > SLOWEST:
+        text = f"motors: a command every {1e3 * flight.period:.0f} ms; what torques and the rotors' lag do needs one every"
+        found.append(Finding(True, f"{text} {1e3 * SLOWEST:.0f} ms: {FASTER}"))
     for name, values in flight.channels.items():
         missing = float((~np.isfinite(values)).any(axis=1).mean())
         if missing > 0.0 and name != "voltage":
@@ -104,7 +124,9 @@ def flaws(flight: FlightRecord) -> list[Finding]:
         q = flight.channel("attitude")
         tilt = 1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2)
         over = np.flatnonzero(flight.flying & (tilt < 0.0))
-        if len(over):
+        if len(over) > 0.5 * flight.flying.sum():
+            found.append(Finding(True, "attitude: upside down for most of the flight; are `order` and `body` right?"))
+        elif len(over):
             found.append(Finding(False, f"upside down from {flight.time[over[0]] - flight.time[0]:.1f} s on: a crash?"))
     return found
 
@@ -146,7 +168,7 @@ def against(name: str, other: str, x: Floats, y: Floats, where: Flags, least: fl
         evidence = f"slope {slope:.3g} on {other}, {100 * one.share:.0f} % explained"
         if one.slope < 0.0:
             found.append(Finding(True, f"{name}: the sign of {axis} is inverted ({evidence})"))
-        if unit and (unit in FACTORS.values() or one.share > 0.7):
+        if unit in FACTORS.values() or (unit and one.share > MOSTLY):
             found.append(Finding(True, f"{name}: {axis}: {unit} ({evidence})"))
     return found
 
@@ -183,16 +205,33 @@ def leaning(flight: FlightRecord, sure: Flags) -> list[Finding]:
     if seen.sum() < FEWEST:
         return found
     across, ahead = smooth(lean, flight.period), smooth(gain, flight.period)
-    for place, one in enumerate(slopes(across, ahead, seen)):
+    speed = filled(flight.channel("velocity"))[:, :2]
+    across, ahead = (beside(speed, values, seen) for values in (across, ahead))
+    both = slopes(across, ahead, seen)
+    least, most = sorted(both, key=lambda one: one.share)
+    spread = ahead[seen].std(axis=0)
+    if least.share < UNEXPLAINED and most.share > MOSTLY and spread[both.index(least)] > max(0.2, 0.3 * spread.max()):
+        axis, other = (AXES[both.index(one)] for one in (least, most))
+        text = f"attitude: {100 * least.share:.0f} % of the acceleration along {axis} goes with its tilt, along {other}"
+        found.append(Finding(True, f"{text} {100 * most.share:.0f} %; is `order` right?"))
+    for place, one in enumerate(both):
         if ahead[seen, place].std() < 0.2 or one.share < CLEAR:
             continue
         unit, shown = unit_of(1.0 / one.slope), f"{100 * one.share:.0f} % explained"
-        if unit:
+        if unit in FACTORS.values() or (unit and one.share > MOSTLY):
             found.append(Finding(True, f"attitude: {unit} (tilt along {AXES[place]}, {shown})"))
         if one.slope < 0.0:
             text = f"attitude: accelerates along {AXES[place]} against its tilt (slope {one.slope:.2f}, {shown})"
             found.append(Finding(True, f"{text}; a sign or the direction of the rotation is wrong"))
     return found
+
+
+def beside(speed: Floats, values: Floats, where: Flags) -> Floats:
+    """Values without what goes with the speed along the same axis: drag, against which a vehicle leans in wind."""
+    moving = speed - speed[where].mean(axis=0)
+    slope = (moving[where] * values[where]).sum(axis=0) / np.maximum((moving[where] ** 2).sum(axis=0), 1e-12)
+    result: Floats = values - slope * moving
+    return result
 
 
 def felt(flight: FlightRecord, sure: Flags) -> list[Finding]:
@@ -327,7 +366,8 @@ def excitation(flight: FlightRecord, sure: Flags) -> list[Finding]:
         spread = np.nanstd(flight.channel("rates")[sure], axis=0)
         for axis, name in enumerate(("roll", "pitch", "yaw")):
             if spread[axis] < 0.1:
-                found.append(Finding(False, f"{name} is barely excited ({spread[axis]:.2g} rad/s), so its intervals are wide"))
+                text = f"{name} is barely excited ({spread[axis]:.2g} rad/s), so its intervals are wide, or it has none"
+                found.append(Finding(False, text))
     if "velocity" in flight.channels:
         speed = float(np.nanpercentile(np.linalg.norm(flight.channel("velocity")[sure], axis=1), 95))
         if speed < 0.3:

@@ -6,7 +6,7 @@ damaged: time grows with the size of the file, whatever is in it.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +37,13 @@ def layout_of(fields: Sequence[tuple[str, str | np.dtype[np.void], int]]) -> np.
 
 def unpacked(rows: NDArray[np.void], field: str) -> Floats | None:
     """The numbers of a field: Roll, q[0] or esc[1].rpm; None where there is no such field."""
-    found: Any = rows
+    found = rows
     for part in field.split("."):
         name, _, place = part.partition("[")
         index = place.removesuffix("]")
         if found.dtype.names is None or name not in found.dtype.names:
             return None
-        found = found[name]
+        found = cast(NDArray[np.void], found[name])
         if place:
             if found.ndim < 2 or not index.isdecimal() or int(index) >= found.shape[-1]:
                 return None

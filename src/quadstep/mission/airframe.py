@@ -321,6 +321,11 @@ class AirframeSection(Section):
     residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
     effects: EffectsSection = EffectsSection()
+    undetermined: Annotated[
+        tuple[str, ...],
+        BeforeValidator(as_tuple),
+        Quantity("", "keys that the flights from which the vehicle was identified do not determine"),
+    ] = ()
     sources: Annotated[dict[str, str], Quantity("", "sources of the numbers, by key")] = Field(default_factory=dict)
 
     @model_validator(mode="before")
@@ -398,6 +403,11 @@ class AirframeSection(Section):
             for number, thrust in enumerate(carried, start=1)
             if not allocated.least <= thrust <= allocated.most
         ]
+
+    def doubts(self) -> list[str]:
+        """What of an identified vehicle its flights left open."""
+        keys = ", ".join(self.undetermined)
+        return [f"vehicle: the flights from which it was identified do not determine {keys}"] if keys else []
 
     def samples_late(self, period: float) -> int:
         """Samples of the law, every `period` [s], until the rotors are told: a command is held for a period, half of which is

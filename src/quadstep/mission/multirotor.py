@@ -168,7 +168,7 @@ class MultirotorMission(Mission):
     def warnings(self, vehicle: BuiltAirframe) -> list[str]:
         """What speaks against vehicle, events and wind."""
         places = [mount.position for mount in vehicle.geometry.mounts]
-        return [*self.vehicle.warnings(), *event_warnings(self.events, places), *self.wind.warnings()]
+        return [*self.vehicle.warnings(), *self.vehicle.doubts(), *event_warnings(self.events, places), *self.wind.warnings()]
 
     def begin(self, vehicle: BuiltAirframe, wanted: Reference) -> AirframeState:
         """The state at t = 0: at rest under an autopilot, which takes off."""

@@ -74,7 +74,8 @@ def numbers(section: BaseModel, prefix: str = "") -> Iterator[tuple[str, object,
         if isinstance(value, BaseModel):
             yield from numbers(value, f"{prefix}{name}.")
         for note in field.metadata:
-            if isinstance(note, Quantity) and isinstance(value, float | tuple):
+            several = isinstance(value, tuple) and not any(isinstance(one, str) for one in value) and value
+            if isinstance(note, Quantity) and (several or isinstance(value, float)):
                 yield f"{prefix}{name}", value, note
 
 

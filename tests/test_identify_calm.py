@@ -1,0 +1,87 @@
+"""What calm flights do not determine is refused, what is given holds; names, voltages and wind do not mislead."""
+
+import numpy as np
+import pytest
+
+from quadstep.commands.logs import read_logs
+from quadstep.errors import UserError
+from quadstep.identify.averages import Told, blocks, exponents, forces
+from quadstep.identify.closed_loop import hover_ratio
+from quadstep.identify.fit import UNDETERMINED, identify
+from quadstep.identify.parameters import numbers_of
+from quadstep.identify.replay import ready
+from quadstep.identify.vehicle_file import as_toml, identified_vehicle
+from quadstep.mission.read import check_mission
+from tests.calm_flights import logged, start, true_values
+from tests.challenge.identified import off
+from tests.made_flights import MAPPING, table, write
+
+
+@pytest.mark.slow
+def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_its_missions_say_so(tmp_path):
+    found = identify([logged("x500", "circle", 1, 30.0)], start("x500"), lambda _: None, predictors=False)
+    for key in ("inertia[1]", "rotor.rise_time", "command.delay", "rotor.inertia", "drag.rotor[2]"):
+        assert found.kept[key] == UNDETERMINED
+        assert key not in found.fitted
+    assert "command.exponent" in found.kept
+    assert found.numbers.airframe.inertia[1] == start("x500").inertia[1]  # as it was
+    truth = true_values("x500")
+    assert {"command.speed", "drag.rotor[0]"} <= set(found.fitted)
+    assert all(off(one, truth[key]) <= 1.0 for key, one in found.fitted.items())
+    text = as_toml(identified_vehicle(start("x500"), found, "made", "given"))
+    assert text.startswith("# Not determined by the flights that it was identified from, and as it was before: ")
+    assert "rotor.rise_time" in text.splitlines()[0]
+    (tmp_path / "mine.toml").write_text(text)
+    mission = {"path": {"type": "minimum-jerk", "end": [1.0, 0.0, 0.0], "duration": 1.0}, "vehicle": {"file": "mine.toml"}}
+    warnings = check_mission(mission, "m.toml", tmp_path).plan(tmp_path).warnings
+    assert any("do not determine" in one and "rotor.rise_time" in one for one in warnings)
+
+
+def test_commands_that_answer_to_noise_do_not_determine_their_exponent():
+    random = np.random.default_rng(0)
+    flight, command = np.zeros(200, dtype=np.int64), random.normal(0.0, 0.02, 200)
+    still = np.zeros(200)
+    free, why = exponents(flight, command, still, random.normal(0.0, 0.02, 200), False)
+    assert free == []
+    assert "of how the thrust changes" in why["command.exponent"]
+    assert why["command.voltage_exponent"] == "the voltage never changes, or was not logged"
+    assert exponents(flight, command, still, 2.0 * command + random.normal(0.0, 0.01, 200), False)[0] == ["exponent"]
+
+
+def test_a_logged_voltage_changes_nothing_of_a_vehicle_without_the_effect():
+    flight = logged("x500", "lively", 2, 8.0, 0.1, volts=np.array([16.0, 15.2]))
+    assert hover_ratio(flight, start("x500")) == pytest.approx(1.0, abs=0.003)
+    battery = start("x500").model_copy(update={"effects": start("x500").effects.model_copy(update={"battery": True})})
+    assert hover_ratio(flight, battery) < 0.9
+    plain = logged("x500", "lively", 2, 8.0, 0.1)
+    assert hover_ratio(plain, battery) == pytest.approx(1.0, abs=0.003)  # what was not logged does nothing
+    with pytest.raises(UserError, match="the voltage was logged in some flights only"):
+        ready([flight, plain], start("x500"))
+
+
+def test_a_steady_wind_is_not_taken_for_a_tilt():
+    flight = logged("x500", "circle", 3, 25.0, 0.1, wind={"mean": [6.0, 2.0, 0.0]})
+    p = numbers_of(start("x500"), [flight])
+    block = blocks([flight], 0.001, 0.045, 9.81)
+    known, why = forces(block, p, start("x500").geometry(), speeds=False)
+    assert "imu.tilt[0]" not in known
+    assert why["imu.tilt[0]"] == why["centre_of_gravity[1]"] == "it cannot be told from the wind that blew"
+    drag: Told = known["drag.rotor[0]"]
+    assert abs(drag.value - true_values("x500")["drag.rotor[0]"]) < 2.0 * drag.error < 0.06 * drag.value
+    assert abs(known["command.speed"].value / 1191.0 - 1.0) < 0.01
+
+
+def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
+    flight = logged("crazyflie", "circle", 4, 4.0, 0.1, volts=np.array([4.0, 3.9]))
+    flight.channels["setpoint"] = flight.channels["position"]
+    (tmp_path / "map.toml").write_text(MAPPING)
+    paths = [tmp_path / day / card / "00000001.csv" for day, card in (("monday", "a"), ("monday", "b"), ("tuesday", "a"))]
+    for path in paths:
+        path.parent.mkdir(parents=True)
+        write(path, *table(flight))
+    mapping = str(tmp_path / "map.toml")
+    assert [one.name for one in read_logs(paths[:2], mapping)] == ["a/00000001", "b/00000001"]
+    assert [one.name for one in read_logs(paths, mapping)] == ["monday/a/00000001", "b/00000001", "tuesday/a/00000001"]
+    assert [one.name for one in read_logs(paths[:1], mapping)] == ["00000001"]
+    with pytest.raises(UserError, match="given twice"):
+        read_logs([paths[0], paths[0]], mapping)
