@@ -19,6 +19,22 @@ def waypoints(*times: float) -> str:
 
 
 CASES = {
+    "misspelt key": (LINE + "[vehicle]\nmas = 1.0\n", "; did you mean mass?"),
+    "misspelt radius": (
+        '[path]\ntype = "circle"\nradus = 1.0\nperiod = 9.0\n',
+        "path.radus: unknown key; allowed here: ",
+        "; did you mean radius?",
+    ),
+    "misspelt vehicle of a mission with wind": (
+        LINE + '[vehicl]\npreset = "x500"\n[wind]\nmean = [1.0, 0.0, 0.0]\n',
+        ": vehicl: unknown key; allowed here: ",
+        "; did you mean vehicle?",
+    ),
+    "misspelt preset of a mission with wind": (
+        LINE + '[vehicle]\nprset = "x500"\n[wind]\nmean = [1.0, 0.0, 0.0]\n',
+        ": vehicle.prset: unknown key; allowed here: ",
+        "; did you mean preset?",
+    ),
     "unknown section": (LINE + "[vehicel]\nmass = 1.0\n", "vehicel", "unknown", "allowed", "vehicle"),
     "unknown key": (LINE + "[vehicle]\nmas = 1.0\n", "vehicle.mas", "unknown", "mass"),
     "unknown key of the path": (LINE + "speed = 1.0\n", "path.speed", "unknown", "duration"),

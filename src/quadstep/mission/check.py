@@ -1,8 +1,10 @@
 """Checking sections: one line that says what is wrong, where, and what is allowed."""
 
 import contextlib
+import difflib
 import re
 import reprlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -72,7 +74,7 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         allowed = ", ".join(name for option in options for name in types(option))
         return f"{key}.type: {wrong}; allowed: {allowed}"
     said = {
-        "extra_forbidden": f"unknown key; allowed here: {', '.join(sorted(models[-1].model_fields))}",
+        "extra_forbidden": unknown(keys[-1] if keys else "", models[-1].model_fields),
         "missing": "missing; it is needed",
         "model_type": f"should be a table, not {shorten(given)}",
         "model_attributes_type": f"should be a table, not {shorten(given)}",
@@ -84,6 +86,13 @@ def describe(model: type[BaseModel], problem: Any) -> str:
         text = problem["msg"].removeprefix("Value error, ").removeprefix("Input ").replace("valid tuple", "list")
         said = text if kind == "value_error" or isinstance(given, dict) else f"{text}, not {shorten(given)}"
     return f"{key}: {said}" if key else said
+
+
+def unknown(key: str, allowed: Iterable[str]) -> str:
+    """What is said of a key that is none of these: all of them, and the one that was probably meant."""
+    names = sorted(allowed)
+    near = difflib.get_close_matches(key, names, 1)
+    return f"unknown key; allowed here: {', '.join(names)}" + "".join(f"; did you mean {name}?" for name in near)
 
 
 def walk(

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from quadstep.control.registry import names
-from quadstep.mission.check import shorten
+from quadstep.errors import cut
+from quadstep.mission.check import LONGEST, sections, shorten, unknown
 from quadstep.mission.kinds import PAPER, REAL, kind
 
 if TYPE_CHECKING:
@@ -25,7 +26,23 @@ def of_another_plant(content: dict[str, object], own: "type[Mission]") -> str:
         theirs = mistaken(content, kind(other))
         misplaced = [key for key in wrong if key not in theirs]
         if misplaced:
-            return f"{misplaced[0]} {needs}"
+            return misspelt(content) or f"{misplaced[0]} {needs}"
+    return ""
+
+
+def misspelt(content: dict[str, object]) -> str:
+    """What is said of a table, or of a key of [vehicle], that no kind of mission has: it may be why the kind is not the one
+    that was meant.
+    """
+    fields = [kind(name).model_fields for name in (PAPER, REAL)]
+    vehicle = content.get("vehicle")
+    vehicles = [table.model_fields for each in fields for table in sections(each["vehicle"].annotation)]
+    places = [("", content, fields), ("vehicle.", vehicle if isinstance(vehicle, dict) else {}, vehicles)]
+    for prefix, table, known in places:
+        allowed = {name for names in known for name in names}
+        for key in table:
+            if key not in allowed:
+                return f"{prefix}{cut(key, LONGEST)}: {unknown(key, allowed)}"
     return ""
 
 
