@@ -19,6 +19,7 @@ from quadstep.numbers import (
     log,
     maximum,
     minimum,
+    power,
     sigmoid,
     sin,
     sqrt,
@@ -80,7 +81,7 @@ def test_not_of_a_condition():
 @needs_node
 def test_functions_are_those_of_floats():
     x = np.concatenate([np.random.default_rng(1).normal(size=400) * 10.0 ** np.arange(-5, 5).repeat(40), SPECIAL])
-    agree(lambda a: [sin(a), cos(a), exp(a), sqrt(a), log(a), sigmoid(a)], x)
+    agree(lambda a: [sin(a), cos(a), exp(a), sqrt(a), log(a), sigmoid(a), power(a, 0.5), power(-a, 1.7)], x)
     agree(atan2, *PAIRS)
     agree(lambda a, b: [atan2(1.0, a), atan2(b, 2.0)], *PAIRS)
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.caller import place
-from quadstep.numbers.functions import FLOATS, Number
+from quadstep.numbers.functions import FLOATS, Number, power
 
 Slopes: TypeAlias = NDArray[np.float64]
 
@@ -205,6 +205,22 @@ class Duals:
             return Dual(value, x.slopes * (0.5 / value), x.seeds, x.lost)
         broken = x.lost or (f"a square root or norm at zero ({place()})" if x.slopes.any() else None)
         return Dual(value, np.zeros_like(x.slopes), x.seeds, broken)
+
+    def signed_power(self, x: Dual | float, exponent: Dual | float) -> Dual:
+        base, raised = value_of(x), value_of(exponent)
+        value = power(base, raised)
+        some = x if isinstance(x, Dual) else exponent
+        assert isinstance(some, Dual)
+        slopes, size = np.zeros_like(some.slopes), abs(base)
+        broken = (x.lost if isinstance(x, Dual) else None) or (exponent.lost if isinstance(exponent, Dual) else None)
+        if isinstance(exponent, Dual) and size > 0.0:
+            slopes = exponent.slopes * (value * FLOATS.log(size))
+        if isinstance(x, Dual) and x.slopes.any():
+            if size > CLOSE or raised == 1.0:
+                slopes = slopes + x.slopes * (raised * (abs(value) / size if size > CLOSE else 1.0))
+            elif raised < 1.0:
+                broken = broken or f"a power below 1 of zero ({place()})"
+        return Dual(value, slopes, some.seeds, broken)
 
     def length(self, square: Dual, entries: Sequence[Dual | float]) -> Dual:
         """The root of a sum of squares: at its tip an edge, with the slope towards the side that the state is moved to."""

@@ -59,11 +59,21 @@ class Vector:
     def __repr__(self) -> str:
         return f"Vector({list(self.entries)!r})"
 
-    def __add__(self, other: Vector) -> Vector:
-        return Vector([a + b for a, b in zip(self.entries, other.entries, strict=True)])
+    def __add__(self, other: Vector | Number) -> Vector:
+        if isinstance(other, Vector):
+            return Vector([a + b for a, b in zip(self.entries, other.entries, strict=True)])
+        return Vector([a + other for a in self.entries])
 
-    def __sub__(self, other: Vector) -> Vector:
-        return Vector([a - b for a, b in zip(self.entries, other.entries, strict=True)])
+    def __radd__(self, other: Number) -> Vector:
+        return Vector([other + a for a in self.entries])
+
+    def __sub__(self, other: Vector | Number) -> Vector:
+        if isinstance(other, Vector):
+            return Vector([a - b for a, b in zip(self.entries, other.entries, strict=True)])
+        return Vector([a - other for a in self.entries])
+
+    def __rsub__(self, other: Number) -> Vector:
+        return Vector([other - a for a in self.entries])
 
     def __mul__(self, other: Vector | Number) -> Vector:
         if isinstance(other, Vector):

@@ -128,15 +128,23 @@ class RowVector(Vector):
             return RowVector(self.record, self.count, lambda row: operation(self.entry(row), other.entry(row)))
         return RowVector(self.record, self.count, lambda row: operation(self.entry(row), cast(Number, other)))
 
-    def __add__(self, other: Vector) -> Vector:
-        return self._with(other, lambda a, b: a + b) if isinstance(other, RowVector) else super().__add__(other)
+    def _alone(self, other: object) -> bool:
+        return isinstance(other, Vector) and not isinstance(other, RowVector)
 
-    def __sub__(self, other: Vector) -> Vector:
-        return self._with(other, lambda a, b: a - b) if isinstance(other, RowVector) else super().__sub__(other)
+    def __add__(self, other: Vector | Number) -> Vector:
+        return super().__add__(other) if self._alone(other) else self._with(other, lambda a, b: a + b)
+
+    def __radd__(self, other: Number) -> Vector:
+        return self._with(other, lambda a, b: b + a)
+
+    def __sub__(self, other: Vector | Number) -> Vector:
+        return super().__sub__(other) if self._alone(other) else self._with(other, lambda a, b: a - b)
+
+    def __rsub__(self, other: Number) -> Vector:
+        return self._with(other, lambda a, b: b - a)
 
     def __mul__(self, other: Vector | Number) -> Vector:
-        plain = isinstance(other, Vector) and not isinstance(other, RowVector)
-        return super().__mul__(other) if plain else self._with(other, lambda a, b: a * b)
+        return super().__mul__(other) if self._alone(other) else self._with(other, lambda a, b: a * b)
 
     def __rmul__(self, other: Number) -> Vector:
         return self._with(other, lambda a, b: b * a)

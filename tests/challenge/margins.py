@@ -1,0 +1,187 @@
+"""Modes, margins and grades of `quadstep linear` against differences of the flown loop, on random vehicles and laws."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quadstep import Mission
+from quadstep.control.controller import Controller
+from quadstep.datasheet.estimate import estimate, vehicle_of
+from quadstep.datasheet.sheet import Datasheet
+from quadstep.errors import UserError
+from quadstep.linear.analysis import Analysis, of_loop
+from quadstep.linear.channels import moved
+from quadstep.linear.equilibrium import Rest, at_rest, hovering
+from quadstep.linear.modes import scales
+from quadstep.linear.sampled import Loops, linearising
+from quadstep.linear.states import states, with_states
+from quadstep.mission.check import check
+from quadstep.numbers import Vector, flatten, rebuild
+from tests.challenge.search import Attempt, Search
+
+HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
+LAWS = (
+    "geometric", "pid", "lqr", "backstepping", "indi", "indi-velocity", "geometric-l1", "geometric-adaptive", "adrc",
+    "super-twisting", "flatness", "nested-saturation", "state-space-backstepping", "loop-shaping",
+)  # fmt: skip
+PRESETS = ("crazyflie", "hummingbird", "research-2.6kg", "x500")
+CLOSE = 1e-4
+"""Largest difference of slopes in balanced coordinates, which differences of flights leave where slopes bend at rest."""
+
+NEUTRAL = 1.0 + 1e-7
+"""Larger factors in a period grow; states that never change, and on which nothing depends, have exactly 1."""
+
+UNTOLD = "geometric on", "pid", "lqr"
+"""Laws that use nothing of what they commanded before: others would be told of a late command."""
+
+ASIDE = 0.02
+"""How far to either side of a margin, as a share of it."""
+
+
+def vehicles(random: np.random.Generator) -> Iterator[tuple[str, object]]:
+    """Presets and data sheets, without end."""
+    while True:
+        if random.random() < 0.3:
+            preset = str(random.choice(PRESETS))
+            yield preset, {"preset": preset}
+            continue
+        inches = float(np.exp(random.uniform(np.log(3.0), np.log(15.0))))
+        mass = 0.25 * (inches / 3.0) ** 1.8 * float(random.uniform(0.8, 1.3))
+        sheet = {
+            "name": "sheet", "mass": mass, "wheelbase": 0.043 * inches, "kv": 11000.0 / inches, "cells": 4, "capacity": mass,
+            "motor_mass": 0.05 * mass, "propeller": {"inches": [inches, 0.6 * inches]},
+        }  # fmt: skip
+        text = f"{inches:.3g} inches, {mass:.3g} kg"
+        try:
+            found = check(Datasheet, sheet, text)
+            yield text, vehicle_of(found, estimate(found)).model_dump(mode="json", exclude_none=True)
+        except UserError:
+            continue
+
+
+def cases(seed: int) -> Iterator[tuple[str, Rest, Analysis]]:
+    """Loops at rest, with their analysis, without end."""
+    random = np.random.default_rng(seed)
+    for name, vehicle in vehicles(random):
+        law, wind = str(random.choice(LAWS)), float(random.choice([0.0, 3.0]))
+        case = f"{law} on {name}, wind {wind:g} m/s"
+        try:
+            mission = Mission(vehicle=vehicle, path=HOLD, controller={"type": law}, wind={"mean": [wind, 0.0, 0.0]})
+            with linearising():
+                rest = at_rest(hovering(mission))
+                yield case, rest, of_loop(rest.period)
+        except UserError:
+            continue
+
+
+def differences(loops: Loops, rest: Rest, flown) -> np.ndarray:
+    """The map of a period by central differences of flights, all of them in one flight of arrays; (states, states)."""
+    values = np.array(states(flown)[0])
+    count, steps = len(values), 1e-5 * (1.0 + np.abs(values))
+    columns = np.repeat(values[:, None], 4 * count, axis=1)
+    for place, share in enumerate((1.0, -1.0, 2.0, -2.0)):
+        columns[np.arange(count), place * count + np.arange(count)] += share * steps
+    after = loops.fly(with_states(flown, list(columns)), rest.first, rest.first + loops.count)
+    ends = np.array([np.broadcast_to(leaf, 4 * count) for leaf in states(after)[0]]).reshape(count, 4, count)
+    fine, coarse = (ends[:, 0] - ends[:, 1]) / (2.0 * steps), (ends[:, 2] - ends[:, 3]) / (4.0 * steps)
+    return (4.0 * fine - coarse) / 3.0
+
+
+def modes(seed: int) -> Iterable[Attempt]:
+    """The map of every loop, state by state."""
+    for case, rest, found in cases(seed):
+        if found.bends:
+            continue
+        places, exact = rest.period.places, rest.period.map
+        flown = differences(rest.loops, rest, rest.flown)[np.ix_(places, places)]
+        units = scales(exact)
+        miss = np.abs((flown - exact) * units / units[:, None]).max() / max(1.0, np.abs(exact * units / units[:, None]).max())
+        yield Attempt(float(miss / CLOSE), f"{case}: slopes differ by {miss:.2g}")
+
+
+class Scaled(Loops):
+    """A loop of which one channel's deviation from rest is scaled on its way to the rotors, unseen by the law."""
+
+    def __init__(self, rest: Rest, channel: int, factor: float) -> None:
+        super().__init__(rest.loops.plan)
+        self.channel, self.factor, self.trim = channel, factor, rest.flown.asked
+        self.command = rest.loops.tasks(rest.flown, rest.first, rest.loops.p)[1]
+
+    def step(self, flown, k):
+        by = [0.0] * len(self.trim)
+        by[self.channel] = (self.factor - 1.0) * (flown.asked[self.channel] - self.trim[self.channel])
+        before, actuate = flown.cycle.held, self.loop.plant.actuate
+        there, here = actuate(self.p, moved(self.p, self.command, by)), actuate(self.p, self.command)
+        more = [held + (a - b) for held, a, b in zip(flatten(before), flatten(there), flatten(here), strict=True)]
+        after = super().step(flown._replace(cycle=flown.cycle._replace(held=rebuild(before, iter(more)))), k)
+        return after._replace(cycle=after.cycle._replace(held=before))
+
+
+@dataclass(frozen=True)
+class Late(Controller):
+    """A controller of which one channel comes some samples late."""
+
+    flown: Controller
+    channel: int
+    late: int
+
+    def loops(self):
+        return self.flown.loops()
+
+    def start(self, measured, gains):
+        return self.flown.start(measured, gains), ()
+
+    def slower(self, loop, memory, *given):
+        return self.flown.slower(loop, memory[0], *given), memory[1]
+
+    def law(self, memory, *given):
+        command, own = self.flown.law(memory[0], *given)
+        now = [command.thrust, *command.torque]
+        line = (*memory[1], now[self.channel])
+        now[self.channel] = line[0]
+        return command._replace(thrust=now[0], torque=Vector(now[1:])), (own, line[1:])
+
+
+def largest(loops: Loops, rest: Rest, flown) -> float:
+    """The largest factor of a mode in a period, of a flown loop."""
+    return float(np.abs(np.linalg.eigvals(differences(loops, rest, flown))).max())
+
+
+def scaled(rest: Rest, channel: int, factor: float) -> float:
+    """The same with a channel scaled."""
+    return largest(Scaled(rest, channel, factor), rest, rest.flown)
+
+
+def delayed(rest: Rest, channel: int, late: int) -> float:
+    """The same with a channel late by so many samples."""
+    loops = Loops(rest.loops.plan)
+    loops.loop = replace(loops.loop, controller=Late(loops.loop.controller, channel, late))
+    cycle, line = rest.flown.cycle, (rest.flown.asked[channel],) * late
+    return largest(loops, rest, rest.flown._replace(cycle=cycle._replace(memory=(cycle.memory, line))))
+
+
+def sides(seed: int) -> Iterable[Attempt]:
+    """Every finite margin: the flown loop is stable on one side of it, and not on the other."""
+    for case, rest, found in cases(seed):
+        if found.bends or not found.holds:
+            continue
+        plan = rest.loops.plan
+        sample = plan.ticks.every[[task.name for task in rest.loops.loop.tasks].index("law")] * plan.ticks.step
+        for i, (channel, one) in enumerate(zip(found.channels, found.margins, strict=True)):
+            for what, gain in (("gain up", one.gain_up), ("gain down", one.gain_down)):
+                if 0.0 < gain < math.inf:
+                    inside, outside = (math.exp(share * math.log(gain)) for share in (1.0 - ASIDE, 1.0 + ASIDE))
+                    right = scaled(rest, i, inside) < NEUTRAL < scaled(rest, i, outside)
+                    yield Attempt(0.0 if right else 2.0, f"{case}: {what} of {channel.name}, {gain:.6g}")
+            if one.delay < 60 * sample and case.startswith(UNTOLD):
+                few, many = math.floor((1.0 - ASIDE) * one.delay / sample), math.ceil((1.0 + ASIDE) * one.delay / sample)
+                right = delayed(rest, i, few) < NEUTRAL < delayed(rest, i, many)
+                yield Attempt(0.0 if right else 2.0, f"{case}: delay of {channel.name}, {one.delay:.6g} s")
+
+
+SEARCHES = [
+    Search("slopes of a linear loop", "`linear` differentiates the loop as it flies", modes),
+    Search("both sides of a margin", "the flown loop is stable within each margin of `linear`, and not beyond it", sides),
+]
