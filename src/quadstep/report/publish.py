@@ -59,16 +59,17 @@ def publishing(path: Path, identity: str, overwrite: bool, name: str = MANIFEST)
 
 
 def replace(folder: Folder, draft: Folder, names: list[str], previous: list[str], last: str, identity: str) -> None:
-    """Move files into place, the manifest last, and remove those of the previous result.
+    """Move files into place, remove those of the previous result, and move the manifest last.
 
     Meanwhile the folder's manifest names the files of both, so that after a kill the same command replaces all of them.
     """
     folder.check_free(names)
     meanwhile = {"fingerprint": identity, "files": sorted({*previous, *names})}
     folder.write(last, as_text(meanwhile), synced=False)
-    folder.take(draft, names, last)
-    for one in set(previous) - set(names):
+    folder.take(draft, [one for one in names if one != last], last)
+    for one in sorted(set(previous) - set(names)):
         folder.remove(one)
+    folder.take(draft, [last], last)
 
 
 def files_to_replace(path: Path, identity: str, overwrite: bool, name: str = MANIFEST) -> list[str]:
@@ -88,8 +89,9 @@ def replaceable(folder: Folder, identity: str, overwrite: bool, name: str) -> li
     if other:
         raise UserError(f"{folder.path}: holds {other}; choose another --out")
     content: dict[str, object] = {}
+    text = folder.read(name, JSON) if folder.has(name) else b""
     with contextlib.suppress(UserError):
-        loaded = parse_json(folder.read(name, JSON), str(folder.path / name))
+        loaded = parse_json(text, name)
         content = loaded if isinstance(loaded, dict) else {}
     found = any(not one.startswith(WRITING) for one in folder.names())
     if not overwrite and content.get("fingerprint") != identity and found:

@@ -1,0 +1,161 @@
+"""Writers of results whose n-th operation on files fails, is cut short or ends the process, for every n.
+
+After each, nothing outside the folder has changed, what is in it can be used again by the same command, and that ends with the
+same bytes as if nothing had happened, without anything half-written.
+"""
+
+import errno
+import os
+import shutil
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from quadstep.comparison.training import Journal, Place, read_lines
+from quadstep.errors import UserError
+from quadstep.report.publish import publishing
+from quadstep.results import folder as folder_module
+from quadstep.results.folder import opened
+from quadstep.results.parts import parts_in
+from quadstep.results.sealed import read_sealed, sealed
+from quadstep.tuning.judge import Judged
+from tests.commands import files
+
+CALLS = ("open", "mkdir", "replace", "unlink", "rmdir", "fsync", "fdopen")
+"""Functions of `os` that change something, or begin to."""
+
+
+class Killed(BaseException):
+    """The end of the process, at which nothing more can be written or removed."""
+
+
+class Faults:
+    """Operations on files, the n-th of which goes wrong. how: "fails", "tears" (half of what is written) or "kills"."""
+
+    def __init__(self, how, place):
+        self.how, self.place, self.count, self.dead = how, place, 0, False
+
+    def __call__(self, real, *given, **more):
+        """One operation. Once killed, a process does nothing more, whatever its code would do on the way out."""
+        if self.dead:
+            raise Killed
+        self.count += 1
+        if self.count != self.place or self.how == "tears":
+            return real(*given, **more)
+        if self.how == "fails":
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        self.dead = True
+        raise Killed
+
+    def fdopen(self, real, handle, *given, **more):
+        """A file whose content may come to half of it only."""
+        file = self(real, handle, *given, **more)
+        if self.how == "tears" and self.count == self.place:
+            write = file.write
+
+            class Torn:
+                def __enter__(inner):  # noqa: N805
+                    return inner
+
+                def __exit__(inner, *_):  # noqa: N805
+                    file.close()
+
+                def write(inner, content):  # noqa: N805
+                    write(content[: len(content) // 2])
+                    file.flush()
+                    self.dead = True
+                    raise Killed
+
+            return Torn()
+        return file
+
+
+@contextmanager
+def faults(how, place):
+    """Everything that these modules do with files goes through it."""
+    layer = Faults(how, place)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in CALLS:
+            real = getattr(os, name) if name != "fsync" else lambda _: None  # the disk of a test may be slow
+            through = layer.fdopen if name == "fdopen" else layer
+            patch.setattr(os, name, lambda *given, real=real, through=through, **more: through(real, *given, **more))
+        rmtree = shutil.rmtree
+        patch.setattr(folder_module.shutil, "rmtree", lambda *given, **more: None if layer.dead else rmtree(*given, **more))
+        yield layer
+
+
+# Writers
+
+
+def flight(out):
+    """A run that publishes a folder, in place of an earlier one with other files."""
+    with publishing(out, "new", overwrite=True) as draft:
+        (draft / "figures").mkdir()
+        for name in ("flight.csv", "report.html", "figures/new.svg"):
+            (draft / name).write_text(f"new {name}")
+        (draft / "metrics.json").write_text('{"name": "new"}')
+
+
+def campaign(out):
+    """A run that keeps files as they come, and names them in a manifest."""
+    with opened(out) as folder, folder.locked():
+        folder.sweep("flights")
+        chunks = read_sealed(out / "campaign.json")["chunks"] if folder.has("campaign.json") else []
+        for number in range(3):
+            name = f"flights/{number}.parquet"
+            if name not in chunks:
+                folder.write(name, b"flights" * number)
+                chunks = [*chunks, name]
+                folder.write("campaign.json", sealed({"chunks": chunks}))
+        with folder.draft() as draft:
+            (draft.path / "report.html").write_text("report")
+            folder.take(draft, draft.files(), "report.html")
+
+
+def comparison(out):
+    """A run that keeps parts, and publishes them."""
+    with parts_in(out) as parts, publishing(out, "new", overwrite=True) as draft:
+        if parts.read("gains", "a") is None:
+            journal = Journal(Place(out, ".writing-kept/journals/a.jsonl"))
+            for number in range(2):
+                if journal.taken([{"k": number}]) is None:
+                    journal.add(number, [{"k": number}], [Judged(1.0, {"x": 2.0}, 0, 0.0, 1.0)])
+            parts.add("gains", "a", b"gains of a")
+        parts.publish(draft, [("gains", "a")])
+        (draft / "metrics.json").write_text("{}")
+
+
+@pytest.mark.parametrize("writer", [flight, campaign, comparison])
+@pytest.mark.parametrize("how", ["fails", "kills", "tears"])
+def test_whatever_goes_wrong_when_the_next_run_ends_as_if_nothing_had(tmp_path, writer, how):
+    victim = tmp_path / "victim"
+    victim.mkdir()
+    (victim / "thesis.txt").write_text("precious")
+
+    def begun(out):
+        if writer is not campaign:
+            with publishing(out, "old", overwrite=False) as draft:
+                (draft / "figures").mkdir()
+                for name in ("flight.csv", "old.html", "figures/old.svg"):
+                    (draft / name).write_text("old")
+                (draft / "metrics.json").write_text("{}")
+            (out / "link").symlink_to(victim)
+
+    begun(tmp_path / "straight")
+    writer(tmp_path / "straight")
+    wanted = files(tmp_path / "straight")
+    for place in range(1, 1000):
+        out = tmp_path / f"out{place}"
+        begun(out)
+        with faults(how, place) as layer, suppress(UserError, OSError, Killed):
+            writer(out)
+        if layer.count < place:
+            break
+        assert files(victim) == {"thesis.txt": b"precious"}
+        writer(out)
+        assert files(out) == wanted, (how, place)
+        assert not [path for path in out.rglob(".writing-*") if "kept" not in path.name], (how, place)
+        shutil.rmtree(out)
+    assert place > 20
+    assert files(tmp_path / f"out{place}") == wanted
+    assert read_lines(Place(tmp_path / "straight", ".writing-kept/journals/a.jsonl")) == []
