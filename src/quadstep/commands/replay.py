@@ -32,12 +32,6 @@ def replay(
             help="Fly the logged setpoints with this controller: its type, or a TOML file of its keys.", show_default=False
         ),
     ] = None,
-    page: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="With --controller: write a page with both flights drawn (HTML).", show_default=False
-        ),
-    ] = None,
     estimator: Annotated[bool, typer.Option("--estimator", help="Run the Kalman filter on the logged sensors.")] = False,
     commands_only: Annotated[bool, typer.Option("--commands-only", help="Ignore setpoints.")] = False,
     residual: Annotated[bool, typer.Option("--residual", help="Also predict with the vehicle's learned residual.")] = False,
@@ -70,8 +64,6 @@ def replay(
         raise UserError("--starts and --predictions must be given together: rows to predict from, and where to write")
     if starts and out:
         raise UserError("--out: cannot be combined with --starts, whose predictions --predictions takes")
-    if page and not controller:
-        raise UserError("--page requires --controller: it compares that simulated flight with the real one")
     drawn_on = sheet(figures, width, style)
     chosen = controller_of(controller) if controller else None
     section = vehicle_of(vehicle)
@@ -93,7 +85,7 @@ def replay(
     if found.estimates:
         show_estimates(found.estimates)
     if chosen:
-        show_flown(found.flown, str(chosen["type"]), page)
+        show_flown(found.flown, str(chosen["type"]))
     if not (estimator or chosen):
         for one in found.predictions:
             show_compared(one.title, one.compared)
@@ -152,10 +144,8 @@ def controller_of(given: str) -> dict[str, object]:
     return table
 
 
-def show_flown(found: "Sequence[Beside]", controller: str, page: Path | None) -> None:
+def show_flown(found: "Sequence[Beside]", controller: str) -> None:
     """Real flights beside simulated ones."""
-    from quadstep.identify.beside_page import write
-
     rows = []
     for one in found:
         real, flown = one.real, one.simulated
@@ -171,9 +161,6 @@ def show_flown(found: "Sequence[Beside]", controller: str, page: Path | None) ->
         )
     header = ("real / simulated", "RMSE [cm]", "lead [ms]", "tilt, 99 % [°]", "mean rate [rad/s]", "lost")
     show_table(f"Logged setpoints simulated with {controller}", header, rows)
-    if page:
-        write(page, found, controller)
-        say_whole(f"Wrote {page}")
     count = len(found)
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found)
     lead = sum(abs(one.simulated.lead - one.real.lead) <= 0.08 + 1e-9 for one in found)

@@ -1,4 +1,4 @@
-"""A page of real flights beside simulated ones: the setpoints, the real flight, the simulated flight."""
+"""Parts of a report on real flights beside simulated ones: the setpoints, the real flight, the simulated flight."""
 
 from collections.abc import Sequence
 from html import escape
@@ -7,44 +7,20 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from quadstep.atomic import write_beside
 from quadstep.identify.closed_loop import Beside, Tracking
 from quadstep.report.drawing import FigureJob
-from quadstep.report.page import Fact, figure, heading, page_text, paragraph, summary, table
+from quadstep.report.page import figure, heading, paragraph, table
 from quadstep.report.panel import Panel
 from quadstep.report.sheet import Sheet
-from quadstep.report.units import counted, quantity
+from quadstep.report.units import counted
 
 SVG = Sheet(formats=("svg",))
-
-MOST_FACTS = 4
-"""Most flights in the summary."""
-
-
-def write(path: Path, found: Sequence[Beside], controller: str) -> None:
-    """Write the page. Raises UserError."""
-    pictures = [drawn(*flight_picture(one, place)) for place, one in enumerate(found)]
-    body = [summary(answer(found), facts(found)), *sections(found, controller, pictures)]
-    write_beside(path, page_text("Real and simulated flights", body, "Replay"))
 
 
 def answer(found: Sequence[Beside]) -> str:
     """How similar they are, in a sentence."""
     near = sum(0.5 <= one.simulated.rmse / one.real.rmse <= 2.0 for one in found if not one.lost)
     return f"The simulated RMSE is within a factor of two of the real one in {near} of {counted(len(found), 'flight')}."
-
-
-def facts(found: Sequence[Beside]) -> list[Fact]:
-    """RMSE of the first flights, simulated and real."""
-    return [
-        Fact(
-            one.name,
-            f"lost: {one.lost}" if one.lost else quantity(one.simulated.rmse, "m"),
-            f"RMSE; real: {quantity(one.real.rmse, 'm')}",
-            verbatim=True,
-        )
-        for one in found[:MOST_FACTS]
-    ]
 
 
 def sections(found: Sequence[Beside], controller: str, pictures: Sequence[str]) -> list[str]:
