@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -12,6 +13,8 @@ import pytest
 from benchmarks.hover_boxes import hovering, row
 from quadstep import Mission, exit_codes
 from quadstep import numbers as n
+from quadstep.control.controller import Measured
+from quadstep.control.registry import names
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
 from quadstep.prove.hold import Left, held
@@ -314,9 +317,20 @@ def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(tmp_path):
     assert quadstep("prove", "--check", tmp_path / "proof.json").code == 0
 
 
+ROWS = {line.split("`")[1]: line for line in PAGE.read_text().splitlines() if " mm" in line and line.startswith("| `")}
+ROWS = {law: line for law, line in ROWS.items() if law in names(Measured) and "with" not in line}
+QUICK = {"pid", "lqr", "adrc", "thrust-extended-backstepping", "h-infinity-linearisation"}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["lqr", "thrust-extended-backstepping", "state-space-backstepping"])
+@pytest.mark.parametrize("law", [law if law in QUICK else pytest.param(law, marks=pytest.mark.thorough) for law in ROWS])
 def test_rows_of_the_table_are_those_of_the_page(law):
-    page = next(line for line in PAGE.read_text().splitlines() if line.startswith(f"| `{law}` |"))
-    said, found = (float(line.split("|")[2].split()[0]) for line in (page, row(law)))
-    assert 0.97 * said < found < 1.03 * said
+    """All numbers of a row but the time that it takes, to 3 %: another processor's BLAS may round the search otherwise."""
+    if law == "raptor":
+        pytest.importorskip("foundation_policy")
+    said, found = (
+        [float(one) for one in re.findall(r"[\d.e-]*\d", text.rpartition("|")[0].rpartition("|")[0].partition("` |")[2])]
+        for text in (ROWS[law], row(law))
+    )
+    assert said == pytest.approx(found, rel=0.03)
+    assert len(said) >= 8

@@ -51,9 +51,13 @@ def test_the_defaults_have_a_region_and_its_figures_stand_in_the_docs():
             "|e1|: position": "0.439 m, in the end 0.046", "|e2|: attitude": "0.0707 rad, in the end 0.0075",
             "least thrust upwards": "8.64 N (at least)", "filter frequency": "83 rad/s (at least)"}  # fmt: skip
     assert {key: rows[key] for key in said} == said
-    for figure in ("0.32 m/s | 0.034 m/s", "0.439 m | 0.046 m", "0.0707 rad | 0.0075 rad", "0.166 rad/s | 0.018 rad/s",
+    for figure in ("0.32 m/s | 0.178 m/s | 0.034 m/s", "0.439 m | 0.244 m | 0.046 m", "0.0707 rad | 0.0393 rad | 0.0075 rad",
+                   "0.166 rad/s | 0.093 rad/s | 0.018 rad/s", "after 202 s", "at 40 s is 0.039 m",
                    "above 8.64 N", "is 83 rad/s"):  # fmt: skip
         assert figure in PAGE
+    end = (0.046 / 0.439) ** 2  # L_end / l
+    for seconds, begun, share in ((40.0, 1.0, 0.244 / 0.439), (202.0, 1.0, 1.1 * 0.046 / 0.439), (40.0, 0.0, 0.039 / 0.439)):
+        assert np.sqrt(end + (begun - end) * np.exp(-0.03 * seconds)) == pytest.approx(share, rel=0.02)
     pushed = default_region(force=0.005, torque=0.005)
     assert dict(region_rows(pushed, Fraction(83)))["|e1|: position"].endswith("in the end 0.14")
     assert default_region(force=0.0053, bias=0.0982)
