@@ -11,7 +11,7 @@ from quadstep.report.latex import booktabs
 from quadstep.report.symbols import prose
 from quadstep.tuning.ground import Asked
 from quadstep.tuning.search import Found
-from quadstep.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row
+from quadstep.tuning.unseen import AGGREGATES, UNCHANGED, Compared, Row, certain
 
 
 def write_report(path: Path, asked: Asked, found: Found, compared: Compared, figure: str) -> None:
@@ -66,6 +66,10 @@ def measured_rows(compared: Compared) -> list[list[str]]:
 def answer(compared: Compared) -> str:
     """The verdict, and by how much."""
     before, difference = compared.objective.present, compared.objective.difference
+    present, tuned = compared.success
+    if certain(compared.success_difference, compared.flights == 1):  # which decides
+        moved = "rises" if tuned.value > present.value else "falls"
+        return f"{compared.verdict} Success {moved} from {units.percent(present.value)} to {units.percent(tuned.value)}."
     if compared.verdict == UNCHANGED or not before or not difference or not before.value:
         return compared.verdict
     change = difference.value / before.value
