@@ -7,11 +7,15 @@ from quadstep.commands.logs import read_logs
 from quadstep.errors import UserError
 from quadstep.identify.averages import Told, blocks, exponents, forces
 from quadstep.identify.closed_loop import hover_ratio
-from quadstep.identify.fit import UNDETERMINED, identify
+from quadstep.identify.fit import UNDETERMINED, Fitted, Identified, identify
 from quadstep.identify.parameters import numbers_of
 from quadstep.identify.replay import ready
+from quadstep.identify.report import facts
+from quadstep.identify.run import Run, answer
+from quadstep.identify.table import Compared
 from quadstep.identify.vehicle_file import as_toml, identified_vehicle
 from quadstep.mission.read import check_mission
+from quadstep.report.units import percent
 from tests.calm_flights import logged, start, true_values
 from tests.challenge.identified import off
 from tests.made_flights import MAPPING, table, write
@@ -85,3 +89,36 @@ def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path):
     assert [one.name for one in read_logs(paths[:1], mapping)] == ["00000001"]
     with pytest.raises(UserError, match="given twice"):
         read_logs([paths[0], paths[0]], mapping)
+
+
+def compared(ratios):
+    """Errors of one flight, 10 samples ahead, over those of "constant", by group."""
+    ones = np.ones((1, 4, 1))
+    return Compared(("a",), (10,), np.array(ratios)[None, :, None], ones, ones, 100)
+
+
+def test_what_is_worse_than_no_model_is_said_first_and_the_cards_show_the_worse_table(flight_numbers):
+    found = Identified(
+        flight_numbers, None, {"command.speed": Fitted(1.0, 0.9, 1.1, "", "made")}, {"inertia[0]": UNDETERMINED}
+    )
+    worse = Run(
+        start("x500"), found, ["a"], found, compared([0.2, 0.5, 1.13, 1.63]), compared([0.1, 0.6, 0.82, 0.86])
+    )  # fmt: skip
+    said = answer(worse)
+    assert said.startswith(
+        "No better than without a model, 10 samples ahead: attitude (1.13 times the error, from commands alone)"
+    )
+    assert "1 of 2 vehicle parameters were identified, not inertia[0]; on 1 flight held out, the position" in said
+    assert [(one.what, one.value) for one in facts(worse)] == [
+        ("position", percent(0.2)), ("velocity", percent(0.6)), ("attitude", percent(1.13)), ("rates", percent(1.63)),
+    ]  # fmt: skip
+    assert [one.more.rpartition(", ")[2] for one in facts(worse)] == [
+        "from commands alone", "from commands and setpoints", "from commands alone", "from commands alone",
+    ]  # fmt: skip
+    fine = worse._replace(commands=compared([0.2, 0.5, 0.8, 0.9]))
+    assert answer(fine).startswith("1 of 2 vehicle parameters were identified, not inertia[0]; on 1 flight held out")
+
+
+@pytest.fixture
+def flight_numbers():
+    return numbers_of(start("x500"), [logged("x500", "circle", 5, 4.0, 0.1)])
