@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from quadstep.airframe.aerodynamics import Drag, ground_effect, parasitic_drag
 from quadstep.airframe.battery import Battery, electrical_power, terminal_voltage
+from quadstep.airframe.contact import Contact, ground_loads
 from quadstep.airframe.geometry import Effects, Geometry
 from quadstep.airframe.motion import AirframeState
 from quadstep.airframe.residual import Residual, accelerations
@@ -18,7 +19,7 @@ NOTHING = vector(0.0, 0.0, 0.0)
 class Airframe(NamedTuple):
     """mass [kg]. inertia: diagonal, about the body's origin, the bare vehicle's centre of gravity [kg m^2]. gravity [m/s^2].
 
-    ground: its height in the world [m]. residual: a `Residual` where it acts.
+    ground: its height in the world [m]. residual: a `Residual` where it acts. contact: legs, of a vehicle that can stand.
     """
 
     mass: Number
@@ -29,6 +30,7 @@ class Airframe(NamedTuple):
     battery: Battery
     ground: Number
     residual: Residual | tuple[()] = ()
+    contact: Contact | tuple[()] = ()
 
 
 def derivative(
@@ -65,7 +67,11 @@ def derivative(
         rotors.append((mount, Turning(speed, rate, share, cushion, hub_air)))
     loads = rotor_loads(rotor, airframe.drag, rotors, effects)
     force = loads.force + parasitic_drag(airframe.drag, air) if effects.drag else loads.force
-    moved = motion_rate(properties, rotation, state.motion, force, loads.torque, loads.spin, airframe.gravity)
+    torque = loads.torque
+    if airframe.contact:
+        held, turned = ground_loads(airframe.contact, geometry, airframe.ground, rotation, state)
+        force, torque = force + held, torque + turned
+    moved = motion_rate(properties, rotation, state.motion, force, torque, loads.spin, airframe.gravity)
     if airframe.residual:
         through = rotation.T @ (state.velocity - wind)
         turning, pushed = accelerations(airframe.residual, through, state.rates, state.speeds)

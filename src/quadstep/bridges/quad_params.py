@@ -34,6 +34,7 @@ def to_quad_params(vehicle: BuiltAirframe) -> dict[str, object]:
         "has no gyroscopic rotor torque; set vehicle.effects.gyroscopic = false": gyroscopic,
         "has no battery; set vehicle.effects.battery = false": effects.battery,
         "has no ground effect; set vehicle.effects.ground = false": effects.ground,
+        "has no ground to stand on; leave out vehicle.legs": bool(airframe.contact),
     }
     for what, lacks in lacking.items():
         if lacks:

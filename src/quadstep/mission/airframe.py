@@ -10,6 +10,7 @@ from quadstep.airframe.aerodynamics import Drag
 from quadstep.airframe.agility import agility
 from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
+from quadstep.airframe.contact import contact
 from quadstep.airframe.geometry import Effects, Geometry, Mount
 from quadstep.airframe.hover_drag import NO_DRAG, hover_drag
 from quadstep.airframe.observer import Observer
@@ -320,6 +321,9 @@ class AirframeSection(Section):
     guided_prediction: PredictionSection | None = None
     residual: ResidualSection | None = None
     ground: Annotated[Finite | None, Quantity("m", "height of the ground; default: no ground")] = None
+    legs: Annotated[
+        Positive | None, Quantity("m", "height of the origin above the ground on which it stands; default: touching ends it")
+    ] = None
     effects: EffectsSection = EffectsSection()
     undetermined: Annotated[
         tuple[str, ...],
@@ -343,6 +347,8 @@ class AirframeSection(Section):
             raise ValueError("effects.battery = true needs a table battery")
         if self.effects.ground and self.ground is None:
             raise ValueError("effects.ground = true needs the height `ground` of the ground")
+        if self.legs is not None and self.ground is None:
+            raise ValueError("legs need the height `ground` of the ground on which they stand")
         return self
 
     def _check_inertia(self) -> None:
@@ -429,6 +435,8 @@ class AirframeSection(Section):
                 f"vehicle.rotor: a time constant of {quickest:g} s is too short for simulation.step = {step:g} s; "
                 f"steps of at most {2.5 * quickest:g} s are allowed"
             )
+        if self.legs is not None and step > LONGEST_ON_LEGS:
+            raise ValueError(f"vehicle.legs needs a simulation.step of at most {LONGEST_ON_LEGS:g} s, and it is {step:g} s")
 
     def model(self) -> Model:
         """What it is to a controller."""
@@ -446,9 +454,13 @@ class AirframeSection(Section):
             battery=(self.battery or UNUSED_BATTERY).build(),
             ground=NO_GROUND if self.ground is None else self.ground,
             residual=self.residual.build() if self.residual and self.effects.residual else (),
+            contact=contact(self.legs, self.mass, self.gravity, len(geometry.mounts)) if self.legs is not None else (),
         )
         return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
 
+
+LONGEST_ON_LEGS = 0.004
+"""Step [s] in which legs and their friction stay stable."""
 
 UNUSED_BATTERY = BatterySection(full=2.0, empty=1.0, capacity=1.0, resistance=0.0, efficiency=1.0)
 

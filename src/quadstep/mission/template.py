@@ -107,6 +107,7 @@ name = "My first flight"
 preset = "PRESET"           # `quadstep vehicles` lists them; or file = "my.toml", see docs/vehicles.md
 # mass = 2.0                # example: further keys override the preset [kg]
 # ground = 0.0              # example: height of the ground [m]; the vehicle crashes on it
+# legs = 0.1                # example: height of the origin above the ground on which it stands [m]; then it can take off
 # effects = { drag = true, gyroscopic = true, ground = false, battery = false }
 
 [path]
