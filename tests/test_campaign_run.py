@@ -386,3 +386,34 @@ def test_values_that_are_refused_late_leave_what_was_flown(tmp_path):
             assert rows(out)["flight"].to_pylist() == list(range(flight // 16 * 16))
             return
     raise AssertionError("no campaign in which it happens late")
+
+
+def test_what_varies_without_an_effect_makes_copies_of_one_flight(tmp_path):
+    still = NOISY.partition("[wind]")[0].replace(
+        'preset = "research-2.6kg"',
+        'preset = "research-2.6kg"\ndrag = { parasitic = [0.0, 0.0, 0.0], rotor = [0.0, 0.0, 0.0], flapping = 0.0, '
+        "translational_lift = 0.0 }",
+    )
+    wind = '"wind.mean.0" = { type = "uniform", low = 0.0, high = 9.0 }\n'
+    path = written(tmp_path, wind, still + "[wind]\nmean = [1.0, 0.0, 0.0]\n", "flights = 32\n")
+    run = fly(path, tmp_path / "out")
+    assert run.code == 0, run.err
+    assert "Its 32 flights do not differ, so nothing is statistical." in run.out
+    assert "95 %" not in run.out
+
+
+def test_a_metric_that_no_campaign_could_compile_is_refused_by_fly_too(tmp_path):
+    (tmp_path / "own.py").write_text(
+        "from quadstep.flight.own_metric import Metric\n\n\nclass Square(Metric):\n    name = 'square'\n\n"
+        "    def start(self):\n        return 0.0\n\n"
+        "    def add(self, sums, sample):\n        return sums + sample['x'] ** 2\n\n"
+        "    def value(self, sums):\n        return sums\n"
+    )
+    path = written(tmp_path, MASS, 'metrics = ["own.py:Square"]\n' + SHORT, "flights = 2\n")
+    said = []
+    for command in (("fly", tmp_path / "mission.toml"), ("campaign", path)):
+        run = quadstep(*command, "--out", tmp_path / "out")
+        assert run.refused, run
+        said.append(run.err)
+    assert said[0] == said[1]
+    assert "own.py:11: TypeError: a law cannot use powers" in said[0]

@@ -22,7 +22,7 @@ FEWEST = 20
 FEW = "too few flights for a 95 % interval"
 
 COPIES = "Its {} flights do not differ, so nothing is statistical."
-"""Of a campaign of copies of one flight."""
+"""Of a campaign of copies of one flight, whatever varies: wind, say, on a vehicle without drag."""
 
 
 class Spread(NamedTuple):
@@ -45,7 +45,7 @@ class Worst(NamedTuple):
 
 class Summary(NamedTuple):
     """The results. success: share of flights. outcomes: number of flights by outcome. copies: whether the flights do not
-    differ, as where nothing varies and nothing is random.
+    differ in any result, as where nothing varies, or nothing that has an effect.
     """
 
     flights: int
@@ -57,7 +57,10 @@ class Summary(NamedTuple):
 
 
 def summarise(store: Store, varied: bool = False) -> Summary:
-    """The summary of all finished flights. varied: whether any key varies. Raises UserError for files that cannot be read."""
+    """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
+
+    Raises UserError for files that cannot be read.
+    """
     flown = store.read([FLIGHT, OUTCOME, TIME, RMSE, LARGEST, SUCCESS])
     count = flown.num_rows
     good = int(pc.sum(flown[SUCCESS]).as_py() or 0)
@@ -69,12 +72,14 @@ def summarise(store: Store, varied: bool = False) -> Summary:
         if len(values):
             known = {q: quantile(values, q) for q in QUANTILES if beyond(len(values), q) >= FEWEST or q == QUANTILES[0]}
             spreads.append(Spread(metric, len(values), known))
-    return Summary(count, share(good, count), counted, spreads, worst(flown), not varied and alike(flown))
+    scored = not varied or flown[RMSE].null_count == 0
+    copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
+    return Summary(count, share(good, count), counted, spreads, worst(flown), copies)
 
 
 def alike(flown: pa.Table) -> bool:
     """Whether several flights end alike."""
-    results = flown.drop_columns([FLIGHT]).combine_chunks()
+    results = flown.select([name for name in flown.column_names if name != FLIGHT]).combine_chunks()
     return flown.num_rows > 1 and all(len(pc.unique(column)) == 1 for column in results.columns)
 
 

@@ -1,7 +1,7 @@
 """Checks that a user's controller or plant returns what a flight needs: one sample on floats, before anything is compiled."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -15,7 +15,9 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.eager import always
 from quadstep.flight.loop import Cycle, Loop, Numbers
+from quadstep.flight.own_metric import Metric, added, started
 from quadstep.numbers import Structure, Table, Vector, flatten, leaf_names, rebuild, vector
+from quadstep.numbers.python_code import Code, entered
 from quadstep.user_code.blame import blamed
 
 if TYPE_CHECKING:
@@ -78,6 +80,13 @@ def try_plant(loop: Loop, parameters: Numbers, start: tuple[Structure, ...]) -> 
             raise UserError(
                 f"{method}: should be a {kind} of {len(wanted)} numbers, one for each of `{key}`, not {given!r:.60}"
             )
+
+
+def try_metrics(metrics: Sequence[Metric], columns: Iterable[str]) -> None:
+    """Records one sample of the metrics, as engines do that compile them. Raises what they raise where they cannot be."""
+    code, names = Code(precise=True), list(columns)
+    sample = dict(zip(names, entered(code, [], tuple(0.0 for _ in names)), strict=True))
+    added(metrics, entered(code, [], started(metrics)), sample)
 
 
 def sampled(sample: Callable[..., T], memory: object, *given: object) -> T:

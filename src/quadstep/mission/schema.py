@@ -23,7 +23,7 @@ from quadstep.flight.loop import Loop, Numbers
 from quadstep.flight.own_metric import Metric, of_log
 from quadstep.flight.plant import Air, Plant
 from quadstep.flight.scored import bare, score_names
-from quadstep.flight.trial import NotFiniteError, try_out
+from quadstep.flight.trial import NotFiniteError, try_metrics, try_out
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.effort import EFFORT
 from quadstep.metrics.margins import MARGINS, UNITS, is_margin
@@ -296,6 +296,7 @@ class Mission(Section):
         start = built.start(path.law.reference(0.0, path.parameters))
         if warn:
             self.try_plant(loop, parameters, start)
+            try_metrics(self.own_metrics, self.plant.columns)
         if warn and self.controller.own:
             self.try_controller(loop, parameters, start, ticks, drawn)
         loop = replace(loop, controller=built.fitted(controller.law, periods))
