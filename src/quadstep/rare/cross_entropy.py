@@ -5,8 +5,10 @@ All flights that a replicate has flown are one sample, weighted by the ratio of 
 densities from which they were drawn (deterministic mixture, Owen and Zhou 2000). A level is the highest threshold that
 enough of them reach, by effective size; a mixture fitted to these draws the next flights. The estimate is made from flights
 that no fit has seen. Noise is drawn as in any flight, so the weight of a flight is the ratio of the densities of its latent
-numbers. A share of the flights is drawn as the campaign draws, so every failure can be drawn: given that an earlier flight
-failed, the estimate is unbiased whatever the fits and the noise do. Without one it is zero.
+numbers. The first flights are drawn as the campaign draws, and as many wider (scaled-sigma sampling, Sun, Li, Liu, Luo and Gu
+2015): no score steers these, so they find failures that the score says nothing of. A share of all others is drawn as the
+campaign draws, so every failure can be drawn: given that an earlier flight failed, the estimate is unbiased whatever the fits
+and the noise do. Without one it is zero.
 """
 
 import math
@@ -39,6 +41,12 @@ EARLIER = 0.2
 """Share of the estimate's flights drawn from all earlier fits. These are wider: failures that the last fit misses are rare
 among flights drawn as the campaign draws, and a single one would outweigh all others.
 """
+
+REACH = 4.5
+"""Distance from the origin that wide flights have on average: failures of 1e-5 begin there."""
+
+LEAST_WIDE, MOST_WIDE = 1.2, 3.0
+"""Their standard deviation is between these, whatever the number of keys."""
 
 MOST_FITS = 30
 SLOW, GAINS = 3, 0.25
@@ -73,6 +81,8 @@ class Sample:
         first = random.points(size)
         self.latent, self.scores = first.latent, evaluate(first)
         self.drawings, self.log_total = list[Drawing](), log_standard(self.latent)
+        self.crude = np.isinf(self.scores).sum(axis=1)
+        self.add(Drawing(wide(random.dimensions)))
 
     def add(self, drawing: Drawing) -> None:
         """Fly more."""
@@ -98,7 +108,7 @@ class Sample:
 def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) -> list[Replicate]:
     """One replicate of each kind of failure, with `size` flights for each fit. If none was found, no estimate is made."""
     sample = Sample(evaluate, random, size)
-    crude, fits, levels, shares = np.isinf(sample.scores).sum(axis=1), list[Mixture](), list[list[Level]](), list[float]()
+    crude, fits, levels, shares = sample.crude, list[Mixture](), list[list[Level]](), list[float]()
     for event in range(events):
         fit, steps = steered(sample, event, max(LEAST, NEGLIGIBLE * sum(shares)))
         fits.append(fit)
@@ -118,6 +128,13 @@ def cross_entropy(evaluate: Evaluate, events: int, random: Random, size: int) ->
         Replicate(probability, size, int(few), (*steps, Level(None, probability)), points.at(own))
         for probability, few, steps, own in zip(found.tolist(), crude, levels, failed, strict=True)
     ]
+
+
+def wide(dimensions: int) -> Mixture:
+    """Normal numbers that scatter so far that they reach failures, where there are few dimensions."""
+    deviation = min(MOST_WIDE, max(LEAST_WIDE, REACH / math.sqrt(dimensions)))
+    one = standard(dimensions)
+    return one._replace(factors=deviation * one.factors)
 
 
 def steered(sample: Sample, event: int, least: float) -> tuple[Mixture, list[Level]]:
