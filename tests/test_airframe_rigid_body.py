@@ -92,12 +92,10 @@ def one(motion, flight):
     return Motion(*(Vector(float(np.broadcast_to(part, FLIGHTS)[flight]) for part in vector) for vector in motion))
 
 
-@pytest.mark.slow
 def test_quaternion_and_lagrange_plant_agree_for_unequal_inertias():
     assert max(apart(Kinematics.RIGID, random_inertias(np.random.default_rng(1), FLIGHTS))) < 1e-9
 
 
-@pytest.mark.slow
 def test_quaternion_and_lagrange_plant_agree_for_the_papers_equal_inertias_with_standard_kinematics():
     equal = Vector([np.full(FLIGHTS, 5.0)] * 3)
     assert max(apart(Kinematics.STANDARD, equal)) < 1e-9

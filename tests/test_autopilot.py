@@ -69,7 +69,6 @@ def test_an_autopilot_flies_the_vehicle(tmp_path, monkeypatch, name):
         assert pilot.seen[-1]["position"][2] == pytest.approx(-rows["zm"][-1], abs=0.02)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", FAKES)
 def test_an_autopilot_is_compared_with_our_own_laws(tmp_path, monkeypatch, name):
     without_figures(monkeypatch)

@@ -62,7 +62,6 @@ for what in (lambda: pathlib.Path.home(), tempfile.gettempdir, lambda: open("/ne
     assert run("-c", tries).stdout.split() == ["RuntimeError", "FileNotFoundError", "OSError", "OSError"]
 
 
-@pytest.mark.slow
 @needs(SUPERUSER)
 def test_a_mission_is_flown_and_drawn_without_a_word_too_many(bare):
     run, out = bare

@@ -54,7 +54,6 @@ def rotorpy():
 # Whole flights
 
 
-@pytest.mark.slow
 def test_geometric_control_flies_rotorpys_hummingbird_as_it_flies_ours(rotorpy):
     wind = {"mean": [2.0, -1.0, 0.0], "swing": [0.0, 2.0, 1.0], "swing_frequency": 4.0}
     plan = mission(3.0, wind=wind).plan()

@@ -143,7 +143,6 @@ def under_way(path, out, *more):
 # Lost, killed, interrupted
 
 
-@pytest.mark.slow
 def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_path, monkeypatch):
     path, straight = whole
     monkeypatch.setattr(cluster, "SPAN", 100)
@@ -169,7 +168,6 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
     assert manifest(tmp_path / "out") == {**manifest(straight), "engine": "ray"}
 
 
-@pytest.mark.slow
 def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined, tmp_path):
     path, straight = whole
     out = tmp_path / "out"
@@ -197,7 +195,6 @@ def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined,
 # Refused
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 2], ids=["quadstep", "llvmlite"])
 def test_what_a_worker_refuses_comes_out_as_itself(whole, joined, monkeypatch, place):
     known = read_campaign(whole[0])
@@ -220,7 +217,6 @@ class Trap:
         return exec, (f"open({str(self.path)!r}, 'a').write('once '); raise ZeroDivisionError('no way')",)
 
 
-@pytest.mark.slow
 def test_what_fails_on_a_worker_is_raised_as_it_is_and_not_tried_again(whole, joined, tmp_path, monkeypatch):
     known = read_campaign(whole[0])
     told = order(known)._replace(campaign=pickle.dumps(Trap(tmp_path / "marks")))
@@ -231,7 +227,6 @@ def test_what_fails_on_a_worker_is_raised_as_it_is_and_not_tried_again(whole, jo
     assert (tmp_path / "marks").read_text() == "once "
 
 
-@pytest.mark.slow
 def test_a_node_without_quadstep_is_said_in_one_line(whole, joined, tmp_path):
     known = read_campaign(whole[0])
     (tmp_path / "quadstep").mkdir()

@@ -99,7 +99,6 @@ def test_a_campaign_that_is_killed_again_and_again_ends_with_the_same_files(whol
     assert not leftovers(out)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("when", [0.0, 0.02])
 def test_a_campaign_that_is_killed_at_its_start_can_be_flown(whole, tmp_path, when):
     path, straight = whole
@@ -180,7 +179,6 @@ def small_files(limit):
     return set_up
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("beyond", [-1000, 800])
 def test_a_file_that_cannot_grow_is_one_line_and_the_campaign_goes_on_afterwards(whole, tmp_path, beyond):
     """The manifest is made the largest file by a long remark, and grows with every chunk."""
@@ -277,7 +275,6 @@ def test_places_that_are_no_folders(tmp_path, place):
     refused(fly(written(tmp_path, MASS, head="flights = 5"), place), place)
 
 
-@pytest.mark.slow
 def test_a_reader_may_look_while_it_flies(whole, tmp_path):
     """Whatever is there under its name is whole."""
     path, straight = whole

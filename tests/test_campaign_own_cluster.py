@@ -84,7 +84,6 @@ LOOPBACK = {"0100007F", "0000000000000000FFFF00000100007F", "0000000000000000000
 """127.0.0.1, the same as IPv6 has it, and ::1."""
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux's /proc")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, temporary, monkeypatch, number):
@@ -117,7 +116,6 @@ def test_nobody_else_reaches_it_and_it_ends_with_its_driver(tmp_path, temporary,
     assert soon(lambda: not cluster_of(keeper)), "its cluster runs on"
 
 
-@pytest.mark.slow
 def test_in_a_terminal_it_flies_the_same_and_says_nothing_of_itself(tmp_path, temporary, monkeypatch):
     path = written(tmp_path, MASS, LONG, "chunk = 1000\nflights = 4000\n")
     monkeypatch.setattr(terminals, "COMMAND", (sys.executable, "-c", WITHOUT_REPORT))
@@ -136,7 +134,6 @@ def test_in_a_terminal_it_flies_the_same_and_says_nothing_of_itself(tmp_path, te
 # A start that fails
 
 
-@pytest.mark.slow
 def test_a_start_that_fails_is_one_line_and_leaves_nothing(tmp_path, temporary, monkeypatch):
     monkeypatch.setenv("RAY_gcs_server_port_wait_time_s", "0")  # so Ray gives its server no time to start
     run = started(written(tmp_path, head="flights = 16"), tmp_path / "out", "--engine", "ray")

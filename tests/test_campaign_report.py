@@ -418,7 +418,6 @@ def test_what_the_page_about_campaigns_shows_works(tmp_path, flown, monkeypatch)
     assert pyarrow.dataset.dataset("out/trust/flights").schema.names[0] == "flight"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["trust", "trust_wind"])
 def test_the_examples_can_be_flown(name, tmp_path, unflown):
     path = DOCS.parent / "examples" / f"{name}.toml"

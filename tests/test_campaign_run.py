@@ -136,7 +136,6 @@ def row_of(folder, flight):
     return rows(folder).slice(flight, 1).to_pylist()[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_row_is_what_the_flights_own_log_says(name, tmp_path):
     mission, vary = CASES[name]
@@ -158,7 +157,6 @@ def test_a_row_is_what_the_flights_own_log_says(name, tmp_path):
         np.testing.assert_allclose(variations, np.abs(np.diff(inputs, axis=0)).sum(axis=0), rtol=1e-7)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_quadstep_fly_flies_a_flight_of_a_campaign_again(name, tmp_path, no_figures, monkeypatch):
     monkeypatch.setattr("quadstep.mission.schema.flight_jobs", lambda *_: [])
@@ -219,7 +217,6 @@ def log_of(path):
     return mission, fly_plan(plan, Engine.LANES)
 
 
-@pytest.mark.slow
 def test_a_mission_that_is_scored_from_some_time_on(tmp_path):
     late = NOISY.replace("[vehicle]", "score_from = 0.15\n[vehicle]", 1)
     path = written(tmp_path, "", late, "flights = 3")

@@ -100,7 +100,6 @@ def test_wind_is_raised_until_a_soft_controller_is_lost_before_a_firm_one():
     assert found["firm"].checked.low <= 0.5 <= found["firm"].checked.high
 
 
-@pytest.mark.slow
 def test_a_latency_is_raised_in_whole_steps():
     text = SMALL + (
         '[margins.delay]\nkeys = ["sensors.latency"]\npath = "up"\nscenario = "calm"\nhigh = 0.2\nstep = 0.04\nflights = 20\n'

@@ -242,7 +242,6 @@ def test_a_file_of_flights_that_was_changed_is_named(tmp_path):
     assert f"{damaged}: was changed" in result.err
 
 
-@pytest.mark.slow
 def test_an_interrupted_comparison_gives_the_same_bytes_but_for_what_is_measured(tmp_path, monkeypatch):
     file = written(tmp_path, SMALLEST)
     assert quadstep("compare", file, "--out", tmp_path / "whole").code == 0
@@ -264,7 +263,6 @@ def interrupted(*_):
     raise KeyboardInterrupt
 
 
-@pytest.mark.slow
 def test_processes_of_their_own_give_the_same_bytes(done, tmp_path, monkeypatch):
     monkeypatch.undo()
     file = written(tmp_path)
@@ -468,7 +466,6 @@ def test_a_study_beside_another_file_is_told_from_a_mission(tmp_path):
     assert "looks like a study" in quadstep("compare", study, mission, "--out", tmp_path / "out").err
 
 
-@pytest.mark.slow
 def test_ctrl_c_ends_all_processes_and_keeps_what_was_flown(tmp_path):
     file = written(tmp_path, SMALL.replace("seeds = 12", "seeds = 20000"))
     process = subprocess.Popen(

@@ -39,7 +39,6 @@ def mission(law, **content):
     )
 
 
-@pytest.mark.slow
 @EVERY
 def test_arrays_and_lanes_fly_what_floats_fly(law):
     plan = mission(law).plan()
@@ -64,7 +63,6 @@ def test_javascript_flies_what_floats_fly(law, tmp_path, monkeypatch):
     np.testing.assert_array_equal(answer["values"][:, said], log.rows)
 
 
-@pytest.mark.slow
 @EVERY
 def test_threads_of_a_graphics_processor_fly_what_lanes_fly(law, monkeypatch):
     driver = installed(monkeypatch)

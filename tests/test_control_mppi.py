@@ -100,7 +100,6 @@ def test_the_counter_of_draws_begins_anew_while_it_is_whole(gains):
     assert late.drawn == fresh.drawn == SAMPLES * STAGES
 
 
-@pytest.mark.slow
 def test_a_plan_leads_back_to_the_path(gains):
     law = Mppi()
     measured, memory = known(position=vector(0.5, -0.5, 0.2)), law.start(known(), gains)

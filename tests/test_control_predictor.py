@@ -103,7 +103,6 @@ def flight(kind, sensors, **changes):
     return fly(Mission(**{**FLIGHT, **changes}, controller={"type": kind}, sensors=sensors))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["geometric", "pid", "flatness", "indi"])
 def test_a_late_fix_is_as_good_as_one_that_is_not(kind):
     there, late, ahead = (flight(kind, one) for one in ({}, LATE, {**LATE, "predictor": True}))
@@ -118,7 +117,6 @@ def test_loops_at_any_rate_are_told_what_is_predicted():
     np.testing.assert_allclose(ahead.rows[:, 1:4], there.rows[:, 1:4], atol=5e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "sensors", [{**LATE, "position_noise": 0.002, "gyro_noise": 0.002}, {"estimator": True, "imu_latency": 0.004}]
 )

@@ -148,7 +148,6 @@ def test_position_is_a_linear_chain_under_dynamic_feedback():
     np.testing.assert_allclose(path[::250], wanted, atol=2e-3)
 
 
-@pytest.mark.slow
 def test_errors_follow_one_another_under_backstepping():
     """e' = M e with k_i on the diagonal and -1, 1 beside it, from where position is off and all its rates are zero."""
     period, offset = 2e-4, np.array([0.3, -0.2, 0.1])

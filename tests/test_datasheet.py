@@ -106,7 +106,6 @@ def test_a_file_that_holds_something_else_is_not_replaced_unasked(tmp_path, name
     assert (tmp_path / name).read_text() != "mine = 1\n"
 
 
-@pytest.mark.slow
 def test_the_vehicle_and_its_campaign_fly(tmp_path):
     (tmp_path / "sheet.toml").write_text(SHEET + stand())
     assert quadstep("vehicle", "fit", tmp_path / "sheet.toml", "--out", tmp_path / "v.toml").code == 0

@@ -244,7 +244,6 @@ def test_the_page_of_the_interface_has_its_names():
         assert f"### {name}\n" in text
 
 
-@pytest.mark.slow
 def test_a_tutorial_runs(tmp_path):
     ran = run_one(DOCS / "tutorials" / "first-flight.md", tmp_path, "")
     assert {one.status for one in ran} <= {"ran", "checked"}

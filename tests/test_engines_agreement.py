@@ -41,7 +41,6 @@ def case_1_on_floats():
     return fly_floats(CASE_1, parameters(), state(), TICKS)
 
 
-@pytest.mark.slow
 def test_lanes_agree_with_floats_in_every_column_of_case_1(case_1_on_floats):
     assert case_1_on_floats.outcome is Outcome.COMPLETED
     assert case_1_on_floats.rows.shape == (2001, len(COLUMNS))
@@ -83,7 +82,6 @@ FLIGHTS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_engines_agree_on_other_laws_and_paths(name):
     loop, numbers, start = FLIGHTS[name]
@@ -94,7 +92,6 @@ def test_engines_agree_on_other_laws_and_paths(name):
     agree(fly_arrays(loop, [numbers, numbers], [start, start], ticks)[1], fly_floats(loop, numbers, start, ticks))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ticks", [Ticks(0.002, (2,), 10, 300), Ticks(0.002, (5,), 3, 100), Ticks(0.001, (1,), 7, 50)])
 def test_engines_agree_whatever_the_clock(ticks):
     start = TILTED

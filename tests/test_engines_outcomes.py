@@ -76,7 +76,6 @@ def test_a_command_that_is_not_finite_ends_a_flight(command):
     assert Outcome(int(Lagrange().outcome(LIMITED, state(), command, REST))) is Outcome.NOT_FINITE
 
 
-@pytest.mark.slow
 @ENGINES
 def test_case_1_in_three_seconds_diverges_at_the_same_time_on_every_engine(engine):
     log = EVERY_ENGINE[engine](CASE_1, parameters(3.0), state(), TICKS)
@@ -152,7 +151,6 @@ def test_a_flight_that_diverges_changes_no_neighbour_and_no_neighbour_changes_it
         assert np.isfinite(log.rows).all()
 
 
-@pytest.mark.slow
 def test_on_arrays_a_flight_that_diverges_changes_no_neighbour():
     ticks = TICKS._replace(last=560)
     together = fly_arrays(CASE_1, [parameters(3.0), parameters(6.0)], [state()] * 2, ticks)

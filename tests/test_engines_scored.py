@@ -49,7 +49,6 @@ ENGINES = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_score_is_what_the_log_of_the_same_flight_says(engine):
     log = ENGINES[engine](LOOP, NUMBERS, TILTED, CLOCK)
@@ -170,7 +169,6 @@ for double in (True, False):
 """
 
 
-@pytest.mark.slow
 def test_a_flight_is_the_same_to_the_bit_in_another_process(tmp_path):
     environment = {**os.environ, "QUADSTEP_CACHE": str(tmp_path)}  # compiled there anew
     command, home = [sys.executable, "-c", IN_ANOTHER_PROCESS], Path(__file__).parents[1]
@@ -212,7 +210,6 @@ def test_a_block_whose_flights_are_all_over_stops():
     assert set(one.fly(rows).outcome) == {Outcome.OFF_PATH}
 
 
-@pytest.mark.slow
 def test_paths_with_tables_and_other_outcomes_in_a_sweep():
     numbers = parameters(path=WAYPOINTS, limits=Limits(100.0, 100.0, 0.06))
     loop, ticks = scored(Loop(Lagrange(), Piecewise(), Backstepping()), SWEEP_TICKS, 0.02)
@@ -234,7 +231,6 @@ def bad_day():
     return plan, *scored(plan.loop, plan.ticks._replace(last=1500), 0.02)
 
 
-@pytest.mark.slow
 def test_a_real_vehicle_is_scored_as_its_log_says(bad_day):
     plan, loop, ticks = bad_day
     x, mass = plan.start.position[0] + 0.1, plan.parameters.airframe.mass

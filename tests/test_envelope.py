@@ -121,7 +121,6 @@ def test_the_same_map_again_is_the_same_whatever_the_span(case, tmp_path, monkey
     assert (tmp_path / "again" / "envelope.parquet").read_bytes() == (case[1] / "envelope.parquet").read_bytes()
 
 
-@pytest.mark.slow
 def test_flights_of_a_cell_each_have_their_own_noise(tmp_path):
     path = saved(tmp_path, f"seed = 7\n{NOISY}")
     out = tmp_path / "out"

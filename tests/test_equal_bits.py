@@ -86,7 +86,6 @@ def test_a_processor_that_is_not_known_is_refused_in_one_line(monkeypatch):
     kernel.host()
 
 
-@pytest.mark.slow
 @needs(QEMU, ARM_COMPILER)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("name", CAMPAIGNS)

@@ -290,7 +290,6 @@ def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
     np.testing.assert_array_equal(lanes.rows, c.rows)
 
 
-@pytest.mark.slow
 @needs(C_COMPILER)
 @pytest.mark.parametrize("kind", ["indi", "planned-lqr", "mpc"])
 def test_compiled_code_is_given_what_its_law_measures_and_sees_ahead(kind):
@@ -346,7 +345,6 @@ def test_the_data_sheet_says_which_program_is_missing(tmp_path, monkeypatch, too
     assert f"code, stack and instructions: {tool} not found" in (tmp_path / "pid" / "datasheet.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
 @needs(C_COMPILER, CORTEX_M, CPPCHECK)
 def test_the_data_sheet_is_measured(tmp_path):
     mission = write(tmp_path, TEXT + '[controller]\ntype = "pid"\n')

@@ -258,7 +258,6 @@ BROKEN = {
 """By target: vehicle, program, adapter, what should hold, and what a guard may lack as a change of the adapter."""
 
 
-@pytest.mark.slow
 @needs(C_COMPILER)
 @pytest.mark.parametrize("target", BROKEN)
 def test_a_guard_that_an_adapter_lacks_is_seen(tmp_path, target):

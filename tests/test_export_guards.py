@@ -89,7 +89,6 @@ OWN = {
 }
 
 
-@pytest.mark.slow
 @needs(C_COMPILER)
 @pytest.mark.parametrize("kind", [FEW, MANY])
 def test_every_guard_holds_and_its_lack_is_seen(tmp_path, kind):

@@ -14,14 +14,12 @@ def found(folder, kind):
 
 
 @needs(CPPCHECK)
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["mpc", "mppi", pytest.param("raptor", marks=needs(POLICY))])
 def test_every_deviation_of_a_long_law_has_a_reason(tmp_path, kind):
     rules = found(tmp_path, kind)
     assert {"8.7", "21.15"} <= rules.keys() <= misra.REASONS.keys()
 
 
-@pytest.mark.slow
 @needs(CPPCHECK)
 def test_where_values_are_followed_changes_no_deviation(tmp_path, monkeypatch):
     rules = found(tmp_path, "pid")

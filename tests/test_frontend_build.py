@@ -31,7 +31,6 @@ def sources(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
 @needs(NPM)
 def test_types_are_strict(sources):
     done = subprocess.run(["npm", "run", "--silent", "check"], cwd=sources, capture_output=True, text=True, check=False)

@@ -156,7 +156,6 @@ def test_intervals_hold_where_few_parts_of_flight_tell_most():
     assert (alike <= 39.0).all()
 
 
-@pytest.mark.slow
 def test_a_known_vehicle_is_found_again(flights):
     found = identify(flights, start(), lambda what: None, predictors=False)
     for key, one in found.fitted.items():

@@ -21,7 +21,6 @@ from tests.challenge.identified import off
 from tests.made_flights import MAPPING, table, write
 
 
-@pytest.mark.slow
 def test_what_a_calm_circle_does_not_determine_is_refused_and_the_vehicle_and_its_missions_say_so(tmp_path):
     found = identify([logged("x500", "circle", 1, 30.0)], start("x500"), lambda _: None, predictors=False)
     for key in ("inertia[1]", "rotor.rise_time", "command.delay", "rotor.inertia", "drag.rotor[2]"):

@@ -138,7 +138,6 @@ def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_sam
         assert other == pytest.approx(one, rel=2e-3)
 
 
-@pytest.mark.slow
 def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
     """80 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
     slow = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}
@@ -162,7 +161,6 @@ def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found
         assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("law", "periods"), [("geometric", {}), ("planned-lqr", {"plan": 0.1})])
 def test_slopes_are_those_of_finite_differences(law, periods):
     """Of a whole period, in every state, away from hover as well: Richardson's rule on central differences.

@@ -21,7 +21,6 @@ def plan(name):
     return plan_mission(read_mission(path), path)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in MISSIONS if name != RECORDED])
 def test_an_example_flies_to_its_end_without_a_warning(name):
     mission = plan(name)

@@ -299,7 +299,6 @@ def test_a_function_that_is_not_finite_at_once_is_named_without_an_empty_table(t
     assert first == "Lost at 0 s: a number was no longer finite: the law's torque.1 was inf. Its log is empty."
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("drawn", ["", "vary = {'vehicle.mass' = {type = 'uniform', low = 1.9, high = 2.1}}\n"])
 def test_a_law_that_is_never_finite_is_refused_by_every_command(tmp_path, drawn):
     mission(tmp_path, law(law="return Command(math.nan, torque), memory"))
@@ -312,7 +311,6 @@ def test_a_law_that_is_never_finite_is_refused_by_every_command(tmp_path, drawn)
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
 def test_a_drawn_flight_that_is_not_finite_at_once_is_lost_and_no_error(tmp_path):
     mission(tmp_path, law(law=DRAWN))
     (tmp_path / "many.toml").write_text(

@@ -256,7 +256,6 @@ def test_its_page_flies_it_as_python_floats_do(mission):
     np.testing.assert_array_equal(answer["values"], log.rows)
 
 
-@pytest.mark.slow
 def test_a_study_takes_the_packages_planar_vehicle_and_vehicles_in_python_files(mission):
     text = STUDY.replace(', "rail.py:Sink"', "")
     mission.with_name("racer.py").write_text('RACER = {"preset": "x500", "mass": 2.2}\n')

@@ -326,7 +326,6 @@ def test_a_flight_has_metrics_of_ones_own_and_is_judged_by_them(folder):
     assert found["mission"]["metrics"] == ["metrics.py:SettlingTime", "metrics.py:Climb"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("vehicle", "vary"), [("", MASS), (NOISY, HEIGHT)])
 def test_a_campaign_has_the_metrics_of_its_flights(folder, vehicle, vary):
     head = "[failure]\nsettling_time = 1.0"

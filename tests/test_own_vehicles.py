@@ -83,7 +83,6 @@ def test_a_disturbance_knows_the_time_and_is_the_same_on_every_engine():
     assert not np.array_equal(lanes.rows, fly(paper({"type": "pull.py:Pull"})).rows)
 
 
-@pytest.mark.slow
 def test_a_disturbance_of_ones_own_in_every_command(tmp_path):
     (tmp_path / "own.toml").write_text(
         '[path]\ntype = "minimum-jerk"\nend = [2.0, 0.5, 1.0]\nduration = 2.0\n[disturbance]\ntype = "pull.py:Pull"\n'

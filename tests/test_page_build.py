@@ -230,7 +230,6 @@ def test_missions_get_ids_of_their_own(tmp_path):
     assert identity("a", ["a", "a-2"]) == "a-3"
 
 
-@pytest.mark.slow
 def test_examples_fit_a_page_and_all_are_live():
     missions = [EXAMPLES / f"{name}.toml" for name in MISSIONS if name != RECORDED]
     data = data_of(fly_missions(missions))
@@ -281,7 +280,6 @@ def test_the_smallest_difference_between_two_flights_is_kept():
     assert other.overrides == ((0, math.nextafter(1.0, 2.0)),)
 
 
-@pytest.mark.slow
 def test_a_full_page_has_fewer_ghosts_then_recordings(monkeypatch):
     flights = [flown(name, FLIGHTS[name]) for name in ("backstepping", "waypoints", "circle", "forty neurons")]
     own = Laws()

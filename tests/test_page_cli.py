@@ -28,7 +28,6 @@ def mission(tmp_path):
     return path
 
 
-@pytest.mark.slow
 def test_page_writes_one_file_that_opens_by_itself(tmp_path, mission):
     done = quadstep("page", mission, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -42,7 +42,6 @@ def test_javascript_flies_what_python_floats_fly(answers, name):
 
 
 @needs_node
-@pytest.mark.slow
 def test_the_whole_of_case_1_is_the_same_in_every_column(tmp_path):
     given = case_1()
     plan = given.plan()

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from quadstep.campaign import draws
 from tests.needs import PROCESSOR, without
@@ -53,7 +52,6 @@ def of_machine(name):
     return json.loads(done.stdout)
 
 
-@pytest.mark.slow
 def test_the_numbers_of_every_flight_are_the_same_to_the_bit_whatever_the_processor():
     names = [name for name, (*_, needed) in MACHINES.items() if features.get(needed)]
     if len(names) < 2:

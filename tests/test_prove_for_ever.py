@@ -308,7 +308,6 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 # The table of docs/prove.md
 
 
-@pytest.mark.slow
 def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(tmp_path):
     """The flag of `hedged-backstepping` that its loop has begun."""
     text = HOVER.replace('"geometric"', '"hedged-backstepping"\nnets.enabled = false').replace("guidance_period = 0.002\n", "")
@@ -322,7 +321,6 @@ ROWS = {law: line for law, line in ROWS.items() if law in names(Measured) and "w
 QUICK = {"pid", "lqr", "adrc", "thrust-extended-backstepping", "h-infinity-linearisation"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", [law if law in QUICK else pytest.param(law, marks=pytest.mark.thorough) for law in ROWS])
 def test_rows_of_the_table_are_those_of_the_page(law):
     """All numbers of a row but the time that it takes, to 3 %: another processor's BLAS may round the search otherwise."""

@@ -154,7 +154,6 @@ def test_what_a_law_remembers_from_the_start_moves_with_it(tmp_path, name):
     assert quadstep("prove", "--check", file, *known).code == 1
 
 
-@pytest.mark.slow
 def test_what_sensors_still_owe_moves_with_the_start(tmp_path):
     file, _ = proved(tmp_path, LATE, start=1e-8)
     boxes, position = nearest(tmp_path, LATE, file, {"start": 1e-8}, 1)

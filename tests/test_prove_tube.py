@@ -115,7 +115,6 @@ LONGER = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LONGER)
 def test_tubes_longer_than_the_recent_past_are_confirmed(tmp_path, name):
     text, options = LONGER[name]
@@ -351,7 +350,6 @@ simulation.duration = 0.1
 """
 
 
-@pytest.mark.slow
 def test_a_command_without_a_desired_attitude_is_proved_like_one_of_zeros(tmp_path):
     shown = []
     for more in ("", ", vector(0.0, 0.0, 0.0)"):

@@ -63,7 +63,6 @@ def found():
     return loop, arithmetic, escape(arithmetic, int(np.argmax(np.abs(chosen.values))))
 
 
-@pytest.mark.slow
 def test_a_loop_that_is_too_fast_for_its_rotors_is_disproved(tmp_path):
     run = quadstep("prove", write(tmp_path, HOVER + "attitude = [60.0, 60.0, 20.0]\n"))
     assert (run.code, run.err) == (exit_codes.DIVERGED, "")
@@ -147,7 +146,6 @@ def test_a_bad_inverse_of_the_modes_shows_nothing(found, error):
     assert escape(bad, int(np.argmax(np.abs(bad.modes.values)))) is None
 
 
-@pytest.mark.slow
 def test_a_mode_that_grows_in_the_closest_vicinity_only_disproves_nothing():
     """Its observer's root acts from nanometres on."""
     loop = loop_of({"type": "dynamic-linearisation"})

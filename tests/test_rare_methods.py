@@ -163,7 +163,6 @@ def test_the_interval_holds_the_mean_of_skewed_estimates(count, sigma):
     assert 0.93 < held < 0.985
 
 
-@pytest.mark.slow
 def test_intervals_of_replicates_hold_a_known_probability():
     evaluate = failing(lambda u: np.minimum(u[:, 0], u[:, 1]), 2.6)
     crude = Crude(1, 0, Estimate(0.0, 0.0, 1.0))

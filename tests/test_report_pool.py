@@ -168,7 +168,6 @@ def test_a_script_without_a_guard_runs_once_and_its_folder_gives_no_modules(miss
 # Stages
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("engine", [Engine.LANES, Engine.PYTHON])
 def test_a_flight_tells_its_stages_and_how_far_each_is(mission, tmp_path, engine):
     mission.write_text(LINE.replace("duration = 1.0", "duration = 4.0"), encoding="utf-8")

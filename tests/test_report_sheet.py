@@ -112,7 +112,6 @@ def test_fonts_of_a_pdf_are_embedded_as_truetype_and_nothing_says_when(tmp_path)
     assert b"Matplotlib" not in content
 
 
-@pytest.mark.slow
 def test_the_same_figure_in_another_process_is_the_same_bytes(tmp_path):
     code = (
         "import sys; from pathlib import Path; from tests.test_report_sheet import job, sheet\n"

@@ -172,7 +172,6 @@ def laws(suite):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 def test_lanes_give_what_arrays_give_and_in_f32_the_covariance_stays_positive(double):
     suite, width, kind = Suite(noisy=True, estimator=True, delay=1, lag=1), 8, np.float64 if double else np.float32

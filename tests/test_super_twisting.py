@@ -60,7 +60,6 @@ def test_engines_agree_on_it(folder):
     np.testing.assert_array_equal(fly(short, Engine.PYTHON).rows, fly(short).rows)
 
 
-@pytest.mark.slow
 def test_campaigns_know_it_by_its_content(folder):
     campaign, out = folder / "campaign.toml", folder / "campaign"
     with no_report():
@@ -76,7 +75,6 @@ def test_campaigns_know_it_by_its_content(folder):
     assert "the campaign, its mission or a file it names has changed" in run.err
 
 
-@pytest.mark.slow
 def test_it_is_mapped_tuned_and_flown_as_tuned(folder):
     mission = folder / "super_twisting.toml"
     done("envelope", mission, "--x", "controller.k_1=3:6:2", "--y", "controller.slope=1:2:2", "--flights", "4",

@@ -143,7 +143,6 @@ def good(shown, columns):
     return True
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_in_a_terminal_of_80_columns(folder, name):
     shown = in_terminal(*COMMANDS[name], cwd=folder, columns=80)
@@ -231,7 +230,6 @@ def test_results_are_whole_where_every_stream_is_closed(folder):
     assert (folder / "closed" / "flight.csv").read_text(encoding="utf-8").startswith("t[s],")
 
 
-@pytest.mark.slow
 def test_what_a_stream_cannot_show_keeps_its_width(folder):
     run = with_streams("fly", "real.toml", cwd=folder, **ASCII)
     assert (run.code, run.raw.splitlines()[0]) == (0, "?bung ???? ?")

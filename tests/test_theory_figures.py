@@ -32,7 +32,6 @@ def flown():
     return grid()
 
 
-@pytest.mark.slow
 def test_the_grid_of_flights_is_the_one_of_the_page():
     cells = flown()
     for law, name in ((COUNTER_ONLY, "counter-term and P e2 alone"), (COMPLETED, "completed"), (UNCOUNTERED, UNCOUNTERED)):

@@ -33,7 +33,6 @@ def slopes(values):
     return values["controller.Lambda1.0"], values["controller.K_r1.0"]
 
 
-@pytest.mark.slow
 def test_the_result_keeps_them_where_the_best_gains_would_not(tmp_path):
     weak = PAPER.replace("K_r1 = [3.0, 3.0, 3.0]", "K_r1 = [1.2, 1.2, 1.2]")
     free, kept = (mission(more, text=weak).replace("high = 3.2", "high = 1.5") for more in ("theorem = false", ""))

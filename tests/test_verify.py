@@ -34,7 +34,6 @@ def run(monkeypatch, *arguments):
     return ending.value.code or 0
 
 
-@pytest.mark.slow
 def test_all_evidence_holds():
     assert [f"{r.row.number}: {r.failure}" for r in results() if not r.passed] == []
 

@@ -124,7 +124,6 @@ def test_a_changed_sign_or_index_turns_a_row_red(place, old, new, number):
     assert result.failure
 
 
-@pytest.mark.slow
 def test_everything_is_put_back():
     used = sorted({number for *_, number in MUTANTS})
     assert all(verify(chosen(number))[0].passed for number in used)
