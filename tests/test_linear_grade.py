@@ -5,11 +5,15 @@ import math
 import pytest
 
 from quadstep import Mission
+from quadstep.linear import quick
 from quadstep.linear.analysis import limits, studied
 from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE, grade, graded
 from quadstep.linear.margins import Limits
+from quadstep.linear.quick import quick_grade
 from quadstep.linear.record import record
 from quadstep.linear.tables import sentences
+from quadstep.mission.read import read_mission
+from tests.commands import quadstep, strict_json, write
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
 
@@ -72,3 +76,32 @@ def test_a_loop_without_rest_or_slopes_is_said_to_be_so():
     heavy = Mission(vehicle={"preset": "crazyflie", "mass": 0.2}, path=HOLD)
     assert grade(heavy).word == NO_REST
     assert grade(hover("mppi")).word == UNKNOWN
+
+
+MISSION = """
+name = "circle"
+vehicle = { preset = "x500" }
+path = { type = "circle", centre = [0.0, 0.0, 5.0], radius = 1.0, period = 4.0, turns = 0.25, ramp = 1.0 }
+controller = { type = "lqr" }
+"""
+
+
+def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
+    mission = write(tmp_path, MISSION)
+    run = quadstep("fly", mission, "--out", tmp_path / "out", "--figures", "svg")
+    assert run.code == 0
+    found = grade(read_mission(mission))
+    assert f"At rest its loop is {found.word}: {found.why}." in " ".join(run.out.split())
+    assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"] == {"grade": found.word, "why": found.why}
+    assert found.why.split(";")[0] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):
+    mission = hover("pid")
+    found = quick_grade(mission)
+    assert found == {"grade": grade(mission).word, "why": grade(mission).why}
+    monkeypatch.setattr(quick, "at_once", None)
+    assert quick_grade(mission) == found
+    monkeypatch.undo()
+    assert quick_grade(hover("mppi")) == {}
+    assert quick_grade(hover("lqr", sensors={"estimator": True, "latency": 0.1})) == {}

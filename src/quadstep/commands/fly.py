@@ -92,6 +92,7 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
+        from quadstep.linear.quick import quick_grade
         from quadstep.mission.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
@@ -99,7 +100,9 @@ def fly(
             shown.to(done, total)
 
         piloting = Piloting(autopilot, connect or "", connect_timeout, complain) if autopilot is not None else None
-        result = fly_mission(mission, folder, engine, overwrite, told, flight, required, results, drawn_on, piloting)
+        result = fly_mission(
+            mission, folder, engine, overwrite, told, flight, required, results, drawn_on, piloting, quick_grade
+        )
     for warning in result.warnings:
         complain(f"warning: {mission}: {warning}")
     if not as_json:
@@ -108,6 +111,8 @@ def fly(
         if result.facts:
             show_table("", ("limits", "value"), result.facts)
         say(result.ending)
+        if result.rest:
+            say(f"At rest its loop is {result.rest['grade']}: {result.rest['why']}.")
         for one in result.judged:
             say(one.case.sentence)
         say_whole(f"Results: {folder}")

@@ -99,8 +99,7 @@ def at_rest(plan: FlightPlan) -> Rest:
     NotLinearError where there is no equilibrium, or no slope.
     """
     loops = Loops(plan)
-    first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
-    flown = loops.fly(loops.begin(), 0, first)
+    flown, first = warmed(loops)
     reasons: list[NotLinearError] = []
     bent: Rest | None = None
     for seconds in (0.0, *FLOWN):
@@ -119,6 +118,12 @@ def at_rest(plan: FlightPlan) -> Rest:
     if bent is None:
         raise min(reversed(reasons), key=lambda one: getattr(one, "left", np.inf))
     return bent._replace(pieces=pieces(bent))
+
+
+def warmed(loops: Loops) -> tuple[Flown, int]:
+    """The loop shortly after its start, and the tick."""
+    first = max(1, round(WARM / (loops.count * loops.h))) * loops.count
+    return loops.fly(loops.begin(), 0, first), first
 
 
 def newton(loops: Loops, flown: Flown, first: int) -> Rest:

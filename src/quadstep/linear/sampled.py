@@ -187,6 +187,8 @@ def approached(loops: Loops, flown: Flown, first: int, way: Array | None = None)
     posed = pose(loops.loop, loops.p, flown, first * loops.h)
     moments: list[Moment] = []
     kinds: tuple[Channel, ...] = ()
+    if not loops.due(first)[-1]:
+        raise NotLinearError("the law does not run in the common period of the other loops: its own is longer than the flight")
     for k in range(first, first + loops.count):
         after, command = loops.tasks(flown, k, loops.p)
         if command != ():

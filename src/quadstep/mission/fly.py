@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -58,8 +58,19 @@ class Piloting(NamedTuple):
     said: Callable[[str], None] = lambda _: None
 
 
+Grading: TypeAlias = Callable[[Mission], Mapping[str, str]]
+"""Gives "grade" and "why" of a mission's loop at rest; empty where it cannot in less than about a second."""
+
+
+def ungraded(_: Mission) -> Mapping[str, str]:
+    """No grade."""
+    return {}
+
+
 class Summary(NamedTuple):
-    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements."""
+    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements. rest:
+    "grade" and "why" of its loop at rest, if known.
+    """
 
     name: str
     header: list[str]
@@ -70,6 +81,7 @@ class Summary(NamedTuple):
     warnings: tuple[str, ...]
     metrics: Metrics
     judged: list[Judged]
+    rest: Mapping[str, str] = {}
 
     def verdict(self, about: Metrics) -> Verdict:
         """The verdict for machines. about: the run, as text."""
@@ -99,11 +111,13 @@ def fly_mission(
     results: Path | None = None,
     sheet: Sheet | None = None,
     piloting: Piloting | None = None,
+    grading: Grading = ungraded,
 ) -> Summary:
     """Fly the mission in `path`, write `folder`, and return a summary. told: of every stage.
 
     flight: where `path` is a campaign, the number of one of its flights; results: the folder where that campaign was
-    flown. sheet: what the figures are drawn on. piloting: an autopilot instead of its controller. Raises UserError, also for a
+    flown. sheet: what the figures are drawn on. piloting: an autopilot instead of its controller. grading: of
+    the loop at rest. Raises UserError, also for a
     requirement of a metric that no such flight has.
     """
     mission, plan, beside = planned(path, flight, results)
@@ -115,7 +129,7 @@ def fly_mission(
         said = piloting.said if piloting else Piloting("").said
         said(f"{found.sentence()}.{' ' + found.note if found.note else ''}")
         watch(lambda stage: told(stage, 0, 1), piloting.first_wait if piloting else FIRST_WAIT)
-    return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet)
+    return fly_planned(mission, plan, beside, folder, engine, overwrite, told, required, sheet, grading)
 
 
 def matching(mission: Mission, plan: FlightPlan) -> Matching | None:
@@ -148,16 +162,17 @@ def fly_planned(
     told: Told,
     required: Sequence[Requirement],
     sheet: Sheet | None,
+    grading: Grading = ungraded,
 ) -> Summary:
     """Fly a plan of a mission; as `fly_mission`. beside: where files of the mission are."""
     required = named(required, metric_names(mission, plan)) if required else []
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
-        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why)
+        metrics, warnings, rest = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why)
+    summary = summarise(mission.name, log, metrics, warnings, judged, why)._replace(rest=rest)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -177,9 +192,10 @@ def write_results(
     told: Told = lambda *_: None,
     sheet: Sheet | None = None,
     why: str = "",
-) -> tuple[Metrics, tuple[str, ...]]:
-    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
-    ended early, if known.
+    grading: Grading = ungraded,
+) -> tuple[Metrics, tuple[str, ...], Mapping[str, str]]:
+    """Tables, page and figures of a flight; gives its metrics, warnings and the grade of its loop at rest. beside: where files
+    of the mission are. why: it ended early, if known.
     """
     measured = mission.flight_metrics(log)
     metrics, warnings = measured[0], (*plan.warnings, *measured[1])
@@ -197,16 +213,17 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    write_json(
-        out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, "mission": json.loads(mission.model_dump_json())}
-    )
+    rest = grading(mission)  # while processes draw
+    stated = {"margins_at_rest": dict(rest)} if rest else {}
+    described = {"mission": json.loads(mission.model_dump_json())}
+    write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **stated, **metrics, **described})
     told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
-    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
-    return metrics, warnings
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why, rest)
+    return metrics, warnings, rest
 
 
 def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:

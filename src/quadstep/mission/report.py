@@ -2,9 +2,10 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, cast
 
 from quadstep.flight.closed_loop import Outcome
@@ -31,12 +32,13 @@ def write_report(
     warnings: Sequence[str],
     figures: dict[str, str],
     why: str = "",
+    rest: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
-    early, if known.
+    early, if known. rest: "grade" and "why" of its loop at rest, if known.
     """
     drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
-    body = [page.summary(answer(log, metrics, why), facts(metrics), drawn[:IN_SUMMARY])]
+    body = [page.summary(answer(log, metrics, why), facts(metrics) + margins(rest), drawn[:IN_SUMMARY])]
     body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
     body.append(
         page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
@@ -84,6 +86,11 @@ def facts(metrics: Metrics) -> list[page.Fact]:
     if "saturated_share" in metrics:
         found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
     return found
+
+
+def margins(rest: Mapping[str, str]) -> list[page.Fact]:
+    """How stable the loop is where its path begins."""
+    return [page.Fact("margins at rest", rest["grade"], rest["why"])] if rest else []
 
 
 HEADER = ("", "RMSE", "largest", "final", "unit")

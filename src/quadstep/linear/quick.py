@@ -1,0 +1,64 @@
+"""The grade of a mission's loop beside other results: only where it takes less than about a second, and cached beside the
+compiled code.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from quadstep.control.opaque import Opaque
+from quadstep.flight import code_cache
+from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
+from quadstep.linear.equilibrium import hovering, newton, warmed
+from quadstep.linear.grade import Grade, graded
+from quadstep.linear.sampled import Loops, linearising
+from quadstep.linear.states import states
+from quadstep.mission.schema import Mission
+from quadstep.report.publish import fingerprint
+from quadstep.results.code import code_digest
+
+MOST_STATES, MOST_TICKS = 120, 50
+"""Of a loop that is linearised here; more take seconds."""
+
+
+def quick_grade(mission: Mission) -> Mapping[str, str]:
+    """The "grade" and "why" of a mission's loop at rest where its path begins; empty where `quadstep linear` has to be asked:
+    the loop is large, bends at rest, has no equations, or its rest is not found at once.
+    """
+    law = mission.controller.controller
+    if issubclass(law, Opaque) or law.one_at_a_time:
+        return {}
+    try:
+        plans = of_even_rotors(hovering(mission))
+        name = code_cache.key("grade", code_digest(), own_digest(), fingerprint(plans), repr(limits(mission)))
+        cached = code_cache.read(name)
+        if cached is None:
+            cached = json.dumps(at_once(mission, [Loops(plan) for plan in plans])).encode()
+            code_cache.write(name, cached)
+        found: Mapping[str, str] = json.loads(cached)
+    except Exception:
+        return {}
+    return found
+
+
+def own_digest() -> str:
+    """Of the code of this folder."""
+    here = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in here)).hexdigest()
+
+
+def at_once(mission: Mission, loops: list[Loops]) -> dict[str, str]:
+    """The grade of loops of a mission without a flight; empty where it takes longer."""
+    with linearising():
+        analyses = []
+        for one in loops:
+            flown, first = warmed(one)
+            if one.count > MOST_TICKS or len(states(flown)[0]) > MOST_STATES:
+                return {}
+            rest = newton(one, flown, first)
+            if rest.period.period.bends:
+                return {}
+            analyses.append(of_loop(rest.period, limits(mission)))
+    found: Grade = graded(worst_of(analyses))
+    return {"grade": found.word, "why": found.why}
