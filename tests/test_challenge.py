@@ -1,5 +1,7 @@
 import math
 
+from quadstep.results.folder import Folder
+from tests.challenge import folders
 from tests.challenge.search import Attempt, Search, attempted, coverage, searches
 
 
@@ -38,3 +40,17 @@ def test_coverage_tells_intervals_that_miss_too_often():
 
 def test_names_are_unique_and_each_search_says_what_it_attacks():
     assert all(each.verdict for each in searches().values())
+
+
+def test_the_search_of_folders_finds_a_run_that_follows_links(monkeypatch):
+    def remove(self, name):
+        (self.path / name).unlink(missing_ok=True)
+
+    monkeypatch.setattr(Folder, "remove", remove)
+    monkeypatch.setattr("quadstep.report.publish.names_in", list)
+    assert attempted(folders.SEARCHES[0], 1, 20.0).failed
+
+
+def test_the_search_of_changed_results_finds_a_run_that_checks_nothing(monkeypatch):
+    monkeypatch.setattr("quadstep.results.parts.is_whole", lambda *_: True)
+    assert attempted(folders.SEARCHES[1], 1, 20.0).failed
