@@ -1,14 +1,18 @@
 """Fixtures of many files; and what was skipped, why, and how to have it run, as a table at the end of a run."""
 
+import math
 from collections import Counter, defaultdict
 from pathlib import Path
 
 import pytest
 
+from quadstep.terminal import bars
 from tests import durations
 from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtures)
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
+
+bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 
 
 @pytest.fixture

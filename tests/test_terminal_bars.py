@@ -17,6 +17,7 @@ def test_a_campaign_without_a_number_of_flights_on_its_command_line_has_a_bar(tm
 def test_where_there_is_no_terminal_a_long_stage_is_told_a_line_a_minute(monkeypatch, capsys):
     clock = [0.0]
     monkeypatch.setattr(bars.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(bars, "EVERY", 60.0)
     with bars.bar("tuning", "flights") as shown:
         for second in range(200):
             clock[0] = float(second)
