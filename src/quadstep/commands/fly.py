@@ -92,7 +92,7 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
-        from quadstep.linear.quick import quick_grade
+        from quadstep.linear.quick import quick_grade, sentences
         from quadstep.mission.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
@@ -111,8 +111,8 @@ def fly(
         if result.facts:
             show_table("", ("limits", "value"), result.facts)
         say(result.ending)
-        if result.rest:
-            say(f"At rest its loop is {result.rest['grade']}: {result.rest['why']}.")
+        for sentence in sentences(result.rest):
+            say(sentence)
         for one in result.judged:
             say(one.case.sentence)
         say_whole(f"Results: {folder}")

@@ -51,6 +51,8 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print the gains, the comparison and its verdict."""
+    from quadstep.linear.quick import quick_grade, sentences
+    from quadstep.mission.read import read_mission
     from quadstep.tuning.unseen import AGGREGATES
 
     found, compared = done.found, done.compared
@@ -76,6 +78,9 @@ def show(done: "Tuned", folder: Path) -> None:
         wrong = f"{lost} of {done.asked.seeds} flights are lost" if lost else "constraints are broken"
         say(f"Even with the best gains found, {wrong} in tuning.")
     say(compared.verdict)
+    if not done.elsewhere:
+        for sentence in sentences(quick_grade(read_mission(folder / "tuned.toml"))):
+            say(f"With the tuned gains: {sentence[0].lower()}{sentence[1:]}")
     for gain in done.asked.gains:
         if edge := gain.edge(done.values):
             say(f"{gain.key} is {edge}; a wider range may give more.")

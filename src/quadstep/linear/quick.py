@@ -42,6 +42,11 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
     return found
 
 
+def sentences(rest: Mapping[str, str]) -> list[str]:
+    """What a quick grade says; nothing where there is none."""
+    return [f"At rest its loop is {rest['grade']}: {rest['why']}."] if rest else []
+
+
 def own_digest() -> str:
     """Of the code of this folder."""
     here = sorted(Path(__file__).parent.glob("*.py"))
