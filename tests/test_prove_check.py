@@ -71,6 +71,12 @@ def put(*where):
     return change
 
 
+def test_a_set_for_one_start_alone_is_confirmed_as_one(tmp_path, hover):
+    run = checked(tmp_path, {**hover, "start[m]": 0.0})
+    assert (run.code, run.err) == (0, "")
+    assert "within 0 mm of" in run.out
+
+
 OUT_OF_RANGE = {
     "a negative start": ("tube", put("unknown", "start[m]", -5e-6)),
     "a negative force": ("tube", put("unknown", "force[N]", -1e-3)),

@@ -37,6 +37,8 @@ def millimetres(metres: float) -> str:
 
 def down(x: float, digits: int = 6) -> float:
     """Rounded down to this many digits."""
+    if x == 0.0:
+        return 0.0
     unit = 10.0 ** (math.floor(math.log10(abs(x))) - digits + 1)
     return math.floor(x / unit) * unit
 
