@@ -134,7 +134,11 @@ def newton(loops: Loops, flown: Flown, first: int) -> Rest:
         left = residual(period.period)
         size = largest(left, period.period.values)
         if not (np.isfinite(size) and np.isfinite(period.map).all()):
-            raise NoRestError("there is no equilibrium: a state or a derivative is no longer finite")
+            if sizes:
+                break  # the step before is what can be told of
+            raise NoRestError("no rest found: a state or a derivative is no longer finite")
+        worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
+        moves = f"{period.period.names[worst]} still changes by {left[worst]:.3g} in {period.period.length:g} s"
         if size < AT_REST:
             outcome(loops, flown, first)
             if period.period.broken:
@@ -145,12 +149,7 @@ def newton(loops: Loops, flown: Flown, first: int) -> Rest:
             break
         change, *_ = np.linalg.lstsq(period.map - np.eye(len(left)), -left, rcond=1e-12)
         flown = better(loops, flown, first, period, change.astype(np.float64), size)
-    worst = int(np.argmax(np.abs(left / (1.0 + np.abs(period.period.values)))))
-    raise NoRestError(
-        f"there is no equilibrium: {period.period.names[worst]} still changes by {left[worst]:.3g} in "
-        f"{period.period.length:g} s after {len(sizes)} steps of Newton's method",
-        size,
-    )
+    raise NoRestError(f"no rest found: {moves} after {len(sizes)} steps of Newton's method", sizes[-1])
 
 
 def pieces(rest: Rest) -> tuple[Reduced, ...]:
@@ -216,7 +215,7 @@ def flown_to(plan: FlightPlan, first: int) -> Flown:
     """The loop before tick `first`, as flown. Raises NotLinearError where the flight ended before."""
     log = fly(plan._replace(ticks=plan.ticks._replace(last=first - 1)))
     if log.outcome is not Outcome.COMPLETED:
-        raise NoRestError(f"there is no equilibrium: the flight ended after {log.ended:g} s")
+        raise NoRestError(f"no rest found: the flight ended after {log.ended:g} s")
     loops = Loops(plan)
     asked = Vector(commanded(loops.loop, loops.p, log.final.command))
     return loops.step(Flown(log.final, filled(asked, loops.loop.late), asked), first - 1)

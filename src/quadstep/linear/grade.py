@@ -1,7 +1,7 @@
 """The grade of a loop: its least margins against the limits of its mission.
 
 *sound*: every margin reaches its limit. *fragile*: stable, but a margin is below its limit. *unstable*: a mode grows, or
-position or heading are not held. *no rest found*: there is no equilibrium to linearise about. *not linearised*: it has no
+position or heading are not held. *no rest found*: the search ended without an equilibrium. *not linearised*: it has no
 slopes there.
 """
 
@@ -102,4 +102,4 @@ def grade(mission: Mission) -> Grade:
 
 def refused(error: UserError) -> Grade:
     """The grade of a loop that cannot be linearised."""
-    return Grade(NO_REST if isinstance(error, NoRestError) else UNKNOWN, str(error))
+    return Grade(NO_REST if isinstance(error, NoRestError) else UNKNOWN, str(error).removeprefix(f"{NO_REST}: "))
