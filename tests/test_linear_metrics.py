@@ -125,22 +125,24 @@ def test_bad_input_is_one_line(mission, tmp_path, more, options, said):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("controller", "said"),
-    [
-        ({"type": "mppi"}, "bits of a number"),
-        ({"type": "rotation-backstepping"}, "has no derivative"),
-    ],
-)
-def test_laws_without_slopes_are_named(controller, said):
-    mission = Mission(
-        vehicle={"preset": "x500"},
-        path={"type": "step", "end": [0.0, 0.0, 1.0]},
-        controller=controller,
-        wind={"mean": [3.0, 0.0, 0.0]},
-    )
-    with pytest.raises(UserError, match=said):
-        studied(mission)
+def windy(controller):
+    """Held in wind."""
+    path = {"type": "step", "end": [0.0, 0.0, 1.0]}
+    return Mission(vehicle={"preset": "x500"}, path=path, controller=controller, wind={"mean": [3.0, 0.0, 0.0]})
+
+
+def test_laws_without_slopes_are_named():
+    with pytest.raises(UserError, match="bits of a number"):
+        studied(windy({"type": "mppi"}))
+
+
+@pytest.mark.slow
+def test_a_law_that_learns_bends_at_rest_in_wind_and_has_the_worst_margins_of_its_sides():
+    found = studied(windy({"type": "rotation-backstepping", "nets": {"neurons": 1}}))
+    assert found.rest.pieces
+    assert any(place.startswith("rotation_backstepping.py") for place in found.analysis.bends)
+    assert found.analysis.holds
+    assert len(found.analysis.margins) == 4
 
 
 def test_loops_that_cannot_be_linearised_for_one_reason_are_one_line():
