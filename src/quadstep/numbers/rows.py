@@ -129,25 +129,26 @@ class RowVector(Vector):
         return RowVector(self.record, self.count, lambda row: operation(self.entry(row), cast(Number, other)))
 
     def _alone(self, other: object) -> bool:
+        """Whether a vector is a plain one; Python asks this class first also where such a one stands at the left."""
         return isinstance(other, Vector) and not isinstance(other, RowVector)
 
     def __add__(self, other: Vector | Number) -> Vector:
         return super().__add__(other) if self._alone(other) else self._with(other, lambda a, b: a + b)
 
     def __radd__(self, other: Number) -> Vector:
-        return self._with(other, lambda a, b: b + a)
+        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b + a)
 
     def __sub__(self, other: Vector | Number) -> Vector:
         return super().__sub__(other) if self._alone(other) else self._with(other, lambda a, b: a - b)
 
     def __rsub__(self, other: Number) -> Vector:
-        return self._with(other, lambda a, b: b - a)
+        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b - a)
 
     def __mul__(self, other: Vector | Number) -> Vector:
         return super().__mul__(other) if self._alone(other) else self._with(other, lambda a, b: a * b)
 
     def __rmul__(self, other: Number) -> Vector:
-        return self._with(other, lambda a, b: b * a)
+        return NotImplemented if self._alone(other) else self._with(other, lambda a, b: b * a)
 
     def __truediv__(self, other: Number) -> Vector:
         return self._with(other, lambda a, b: a / b)
