@@ -135,7 +135,7 @@ def test_the_python_engine_flies_the_same_flight(flown, plain, tmp_path):
 
 def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     heavy = '[[events]]\ntype = "payload"\ntime = 0.1\nmass = 30.0\n'
-    mission = write(tmp_path, FLIGHT.replace("0.6", "2.0") + 'type = "geometric"\n' + heavy)
+    mission = write(tmp_path, FLIGHT.replace("0.6", "2.0") + 'type = "geometric"\nk_x = 24.0\nk_i = 20.0\n' + heavy)
     run = quadstep("fly", mission, "--out", tmp_path / "out", "--engine", "python")
     metrics, log = strict_json(tmp_path / "out" / "metrics.json"), columns(tmp_path / "out")
     assert run.code == 3
@@ -143,7 +143,7 @@ def test_a_crash_ends_with_code_3_and_says_so(plain, tmp_path):
     assert f"Lost at {metrics['ended[s]']:g} s: it hit the ground" in run.out
     assert 0.3 < metrics["ended[s]"] < 1.0
     assert 0.0 < log["z[m]"][-1] < 0.1
-    assert "the rotor limits reduced the command" in run.err
+    assert "the rotors were saturated" in run.err
     assert not (tmp_path / "out" / "weights.json").exists()
 
 

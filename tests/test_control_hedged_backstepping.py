@@ -14,8 +14,16 @@ from quadstep.numbers import Matrix, flatten
 from tests.flights import array, column, same
 from tests.rigid import accelerations, told
 
+QUICK = {
+    "Lambda1": 3.6,
+    "K_r1": 12.0,
+    "Lambda2": (10.0, 10.0, 5.0),
+    "K_r2": (40.0, 40.0, 20.0),
+    "P": 10.0,
+    "filter_frequency": (20.0, 20.0, 10.0),
+}
 MODEL = load_preset("research-2.6kg").model()
-HEDGED, GAINS = HedgedBackstepping(), HedgedBackstepping.gains(MODEL)
+HEDGED, GAINS = HedgedBackstepping(), HedgedBackstepping.gains(MODEL, QUICK)
 MASS, INERTIA, G, LAG = MODEL.mass, array(MODEL.inertia), 9.81, 0.04
 SLOPE, GAIN, FREQUENCY = 3.6, 12.0, np.array([20.0, 20.0, 10.0])
 STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)

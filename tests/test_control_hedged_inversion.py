@@ -17,8 +17,9 @@ from quadstep.numbers.rotations import IDENTITY
 from tests.flights import array, column, same
 from tests.rigid import accelerations, moved, told
 
+QUICK = {"R_p": 20.0, "R_d": 7.0, "K_p": (270.0, 270.0, 70.0), "K_d": (35.0, 35.0, 17.0)}
 MODEL = load_preset("research-2.6kg").model()
-LAW, GAINS = HedgedInversion(), HedgedInversion.gains(MODEL)
+LAW, GAINS = HedgedInversion(), HedgedInversion.gains(MODEL, QUICK)
 MASS, INERTIA, G = MODEL.mass, array(MODEL.inertia), 9.81
 LAG = 0.04
 STILL = Reference(same(0.0), same(0.0), same(0.0), 0.0, 0.0)

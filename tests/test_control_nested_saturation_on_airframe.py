@@ -32,7 +32,7 @@ def test_near_the_path_it_is_linear_with_four_poles_at_the_vehicles_pace(preset,
     at = np.zeros(12)
     at[8] = yaw
     matrix = linearised(command, model.mass, list(model.inertia), at)
-    pace, a_z, a_psi = 7.0 * model.agility, list(gains.altitude), list(gains.yaw)
+    pace, a_z, a_psi = 4.9 * model.agility, list(gains.altitude), list(gains.yaw)
     assert gains.pace == pytest.approx(pace)
     level = np.poly1d([1.0, pace]) ** 4
     others = np.poly1d([1.0, *a_z]) * np.poly1d([1.0, *a_psi])
@@ -41,7 +41,7 @@ def test_near_the_path_it_is_linear_with_four_poles_at_the_vehicles_pace(preset,
     got = [np.linalg.det(one * np.eye(12) - matrix) for one in s]
     np.testing.assert_allclose(got, wanted, rtol=1e-5)
     assert a_z == pytest.approx([8.0 * model.agility, 24.0 * model.agility**2])
-    assert a_psi == pytest.approx([12.0 * model.agility, 50.0 * model.agility**2])
+    assert a_psi == pytest.approx([12.0 * model.yaw_agility, 50.0 * model.yaw_agility**2])
 
 
 @pytest.mark.parametrize("bounds", [(6.0, 3.0, 1.5, 0.75), (0.4, 0.2, 0.1, 0.05)])
@@ -87,8 +87,8 @@ FAST = {"type": "circle", "radius": 2.0, "period": 4.0, "centre": [0.0, 0.0, 5.0
 
 @pytest.mark.parametrize("preset", ["research-2.6kg", "crazyflie", "x500"])
 def test_it_flies_a_figure_eight_a_fast_circle_and_back_from_afar(preset):
-    assert flown(preset, EIGHT).metrics()["position_rmse[m]"] < 0.05
-    assert flown(preset, FAST).metrics()["position_rmse[m]"] < 0.25
+    assert flown(preset, EIGHT).metrics()["position_rmse[m]"] < 0.07
+    assert flown(preset, FAST).metrics()["position_rmse[m]"] < 0.35
     far = flown(preset, HERE, start={"position": [-5.0, 4.0, 3.0]}, simulation={"duration": 12.0})
     off = far.table("x", "y", "z") - far.table("x_d", "y_d", "z_d")
     assert np.abs(off[-1]).max() < 0.01
@@ -99,7 +99,7 @@ def test_a_steady_wind_leaves_an_error_for_nothing_is_integrated():
     tail = flight.column("t") > 7.0
     lean, off = flight.column("pitch")[tail].mean(), flight.column("x")[tail].mean()
     assert off > 0.02
-    assert off == pytest.approx(-6.0 * 9.81 * lean / 49.0, rel=0.02)  # 6 theta = pace^2 x / g, theta = -pitch
+    assert off == pytest.approx(-6.0 * 9.81 * lean / 4.9**2, rel=0.02)  # 6 theta = pace^2 x / g, theta = -pitch
 
 
 def test_the_conditions_of_11_are_asked_of_its_bounds():

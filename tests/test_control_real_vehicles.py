@@ -102,10 +102,10 @@ def test_it_damps_a_rate_about_any_axis(kind, axis):
 @EVERY
 def test_it_pushes_harder_below_the_path_and_while_sinking(kind):
     weight, samples = 2.644 * 9.81, 60 if kind in EXTENDED else 1
-    assert asked(kind, samples=samples, position=vector(0.0, 0.0, -0.2))[0].thrust > weight + 1.0
+    assert asked(kind, samples=samples, position=vector(0.0, 0.0, -0.2))[0].thrust > weight + 0.15
     if kind != "loop-shaping":  # it knows no velocity
-        assert asked(kind, samples=samples, velocity=vector(0.0, 0.0, -0.3))[0].thrust > weight + 1.0
-    assert asked(kind, samples=samples, position=vector(0.0, 0.0, 0.2))[0].thrust < weight - 1.0
+        assert asked(kind, samples=samples, velocity=vector(0.0, 0.0, -0.3))[0].thrust > weight + 0.15
+    assert asked(kind, samples=samples, position=vector(0.0, 0.0, 0.2))[0].thrust < weight - 0.15
 
 
 @EVERY
@@ -116,7 +116,9 @@ def test_it_leans_towards_the_path_at_any_heading(kind, yaw):
     command, _ = asked(kind, reference=reference, samples=60, attitude=there, position=vector(0.0, -0.3, 0.0))
     lean = rotation_matrix(there) @ command.torque  # world axes: to move towards +y the vehicle rolls about -x
     assert lean[0] < 0.0
-    astray = 0.25 if kind == "super-twisting" else 0.1  # it takes roots axis by axis, which bends the way there
+    astray = {"super-twisting": 0.25, "loop-shaping": 0.12}.get(
+        kind, 0.1
+    )  # it takes roots axis by axis, which bends the way there
     assert abs(lean[1]) < astray * abs(lean[0])
 
 
@@ -357,12 +359,12 @@ def test_nets_make_up_for_a_wind_that_the_controller_knows_nothing_of():
 def test_loops_are_slower_on_vehicles_that_are():
     paces = {name: load_preset(name).model().agility for name in ("research-2.6kg", "crazyflie", "paper")}
     assert paces["research-2.6kg"] == 1.0
-    assert paces["crazyflie"] == pytest.approx(0.04 / 0.072)
+    assert paces["crazyflie"] == pytest.approx(0.043 / (0.072 + 0.003))
     assert 0.1 < paces["paper"] < 0.3
     built = section_of(RotationBackstepping)(type="rotation-backstepping").build(load_preset("crazyflie"), Path())
-    assert built.gains.gain_1[0] == pytest.approx(7.0 * paces["crazyflie"])
-    assert built.gains.coupling[0] == pytest.approx(60.0 * paces["crazyflie"] ** 2)
-    assert built.gains.force_net.learning_rate == pytest.approx(6.5 * paces["crazyflie"] ** 2)
+    assert built.gains.gain_1[0] == pytest.approx(4.9 * paces["crazyflie"])
+    assert built.gains.coupling[0] == pytest.approx(31.0 * paces["crazyflie"] ** 2)
+    assert built.gains.force_net.learning_rate == pytest.approx(2.9 * paces["crazyflie"] ** 2)
 
 
 def test_a_part_of_the_nets_keys_leaves_the_others_as_they_were():
@@ -391,9 +393,9 @@ PATHS = {
             "turns": 9.0,
             "centre": PLACE,
         },
-        0.04,
+        0.06,
     ),
-    "fast circle": ({"type": "circle", "radius": 2.0, "period": 4.0, "turns": 9.0, "ramp": 2.0, "centre": PLACE}, 0.12),
+    "fast circle": ({"type": "circle", "radius": 2.0, "period": 4.0, "turns": 9.0, "ramp": 2.0, "centre": PLACE}, 0.26),
 }
 """With the error that is allowed [m]; the circle is flown at 3.1 m/s, which takes a lean of 26 degrees."""
 

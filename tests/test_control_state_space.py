@@ -14,8 +14,16 @@ from quadstep.numbers import Vector, vector
 GRAVITY = 9.81
 MODEL = load_preset("research-2.6kg").model()
 RNG = np.random.default_rng(11)
-KEYS = {"A_0": (3.0, 4.0, 5.0), "A_1": (2.0, 2.5, 3.0), "A_2": (3.0, 3.5, 4.5), "A_3": 6.0, "A_4": 9.0, "integral_bound": 50.0}
-GAINS = StateSpaceBackstepping.gains(MODEL, KEYS)
+KEYS = {
+    "A_0": (3.0, 4.0, 5.0),
+    "A_1": (2.0, 2.5, 3.0),
+    "A_2": (3.0, 3.5, 4.5),
+    "A_3": 6.0,
+    "A_4": 9.0,
+    "c_4": 12.0,
+    "integral_bound": 50.0,
+}
+GAINS, WEIGHT = StateSpaceBackstepping.gains(MODEL, KEYS), GRAVITY**2 / 12.0
 
 
 def reference(t):
@@ -52,7 +60,7 @@ def errors(t, y):
 
 def value(t, y):
     e1, e2, e3, e4 = errors(t, y)
-    return 0.5 * (np.array(KEYS["A_0"]) @ y[18:21] ** 2 + e1 @ e1 + e2 @ e2 + e3 @ e3 + e4 @ e4)
+    return 0.5 * (np.array(KEYS["A_0"]) @ y[18:21] ** 2 + e1 @ e1 + e2 @ e2 + e3 @ e3 + WEIGHT * e4 @ e4)
 
 
 @pytest.fixture
@@ -73,7 +81,7 @@ def test_the_lyapunov_function_falls_as_the_proof_says(state):
         v = [value(t, one) for t, one in zip(path.t, path.y.T, strict=True)]
         found = (-25 * v[0] + 48 * v[1] - 36 * v[2] + 16 * v[3] - 3 * v[4]) / (12 * h)
         e1, e2, e3, e4 = errors(0.0, y)
-        wanted = -(np.array(KEYS["A_1"]) @ e1**2 + np.array(KEYS["A_2"]) @ e2**2 + 6.0 * e3 @ e3 + 9.0 * e4 @ e4)
+        wanted = -(np.array(KEYS["A_1"]) @ e1**2 + np.array(KEYS["A_2"]) @ e2**2 + 6.0 * e3 @ e3 + 9.0 * WEIGHT * e4 @ e4)
         assert found == pytest.approx(wanted, rel=2e-4, abs=2e-4)
 
 

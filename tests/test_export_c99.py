@@ -310,11 +310,11 @@ def test_a_lost_flight_is_lost_alike():
 
 
 @needs(C_COMPILER)
-def test_f32_stays_within_two_micrometres_on_the_crazyflie():
+def test_f32_stays_within_three_micrometres_on_the_crazyflie():
     plan = real_mission({"type": "rotation-backstepping"}).plan()
     apart, seconds = in_f32(plan, [], lambda _: None)
     assert seconds == 8.0
-    assert 0.0 < apart < 2e-6
+    assert 0.0 < apart < 3e-6
     text = " ".join((example("").parent / "docs" / "export.md").read_text(encoding="utf-8").split())
     assert f"at most {1e6 * apart:.2f} micrometres from that in f64 (rotation-backstepping, 8 s)" in text
 

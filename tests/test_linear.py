@@ -21,6 +21,7 @@ from quadstep.linear.transfer import frequencies, opened, transfer
 from quadstep.linear.worst import cells, facts, grades
 from quadstep.numbers import Vector, vector, where
 from quadstep.numbers.rotations import yaw_pitch_roll
+from tests.quick_gains import QUICK
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 5.0], "end": [0.0, 0.0, 5.0], "duration": 10.0}
 
@@ -54,7 +55,7 @@ def found():
         key = controller, latency
         if key not in made:
             nets = {"nets": {"enabled": False}} if controller == "rotation-backstepping" else {}
-            made[key] = studied(hover({"type": controller, **nets}, latency))
+            made[key] = studied(hover({"type": controller, **QUICK.get(controller, {}), **nets}, latency))
         return made[key]
 
     return of
@@ -155,7 +156,9 @@ def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
 def test_a_command_on_its_way_to_the_rotors_takes_its_delay_off_the_margin(found):
     """Two samples of 2 ms; of 6 ms, half a sample is that of the hold, and what is left is rounded."""
     vehicle = {"preset": "research-2.6kg", "command": {"speed": 800.0, "delay": 0.006}}
-    mission = hover({"type": "pid"}).model_copy(update={"vehicle": Mission(vehicle=vehicle, path=HOLD).vehicle})
+    mission = hover({"type": "pid", **QUICK["pid"]}).model_copy(
+        update={"vehicle": Mission(vehicle=vehicle, path=HOLD).vehicle}
+    )
     late, on_time = studied(mission).analysis, found("pid").analysis
     for channel, one, other in zip(late.channels, late.margins, on_time.margins, strict=True):
         assert one.delay == pytest.approx(other.delay - 0.004, abs=2e-5), channel.name
@@ -239,7 +242,7 @@ class Blind(Controller):
 def test_a_loop_that_does_not_hold_its_pose_is_only_marginally_stable_and_says_what_it_does_not_hold(found, to, names):
     """Its law never looks there, so no command depends on it; every other mode is damped."""
     assert found("geometric").analysis.holds
-    plan = hovering(hover({"type": "geometric"}))
+    plan = hovering(hover({"type": "geometric", **QUICK["geometric"]}))
     blind = of_loop(at_rest(plan._replace(loop=replace(plan.loop, controller=Blind(plan.loop.controller, to)))).period)
     assert blind.stable
     assert not blind.holds

@@ -54,7 +54,7 @@ def fly_on_rotorpy(plan: FlightPlan, integrator: dict[str, object] | None = None
     loop, parameters = controller.loop, controller.parameters
     plant = cast(Multirotor, loop.plant)
     check(loop, parameters)
-    built = BuiltAirframe(plant.geometry, plant.effects, parameters.airframe, parameters.allocation)
+    built = BuiltAirframe(plant.geometry, plant.effects, parameters.airframe, parameters.allocation, 0.0)
     vehicle = multirotor(to_quad_params(built), integrator)
     stride = math.gcd(ticks.log, ticks.last, *(every for every in ticks.every))
     step, state = stride * ticks.step, rotorpy_state(plan.start)

@@ -38,10 +38,10 @@ class AdrcGains(NamedTuple):
     """The vehicle parameters that the controller assumes, and its bandwidths, of the attitude about body x, y, z."""
 
     body: Body
-    bandwidth: Vector = gain(usual(4.8, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
-    turn_bandwidth: Vector = gain(usual((19.0, 19.0, 10.0), 1), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
-    observer: Number = gain(usual(15.0, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
-    turn_observer: Number = gain(usual(30.0, 1), "1/s", "bandwidth of the rate observer", symbol="w_oR")
+    bandwidth: Vector = gain(usual(2.75, 1), "1/s", "bandwidth of the position loop", symbol="w_c")
+    turn_bandwidth: Vector = gain(usual((10.2, 10.2, 10.0), 1, "body"), "1/s", "bandwidth of the attitude loop", symbol="w_cR")
+    observer: Number = gain(usual(8.8, 1), "1/s", "bandwidth of the position observer", symbol="w_o")
+    turn_observer: Vector = gain(usual((11.4, 11.4, 11.4), 1, "body"), "1/s", "bandwidth of the rate observer", symbol="w_oR")
     bound: Number = gain(15.0, "m/s^2", "largest estimated disturbance along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimated disturbance about an axis", tunable=False)
 
@@ -102,7 +102,7 @@ class Adrc(Controller):
             position=memory.position + period * (memory.velocity + (3.0 * w) * off),
             velocity=memory.velocity + period * (memory.disturbance + pushed + (3.0 * w * w) * off),
             disturbance=boxed(memory.disturbance + (period * (w * w * w)) * off, gains.bound),
-            rates=memory.rates + period * (memory.turning + spun + (2.0 * w_r) * off_r),
-            turning=boxed(memory.turning + (period * (w_r * w_r)) * off_r, gains.turn_bound),
+            rates=memory.rates + period * (memory.turning + spun + 2.0 * (w_r * off_r)),
+            turning=boxed(memory.turning + period * (w_r * (w_r * off_r)), gains.turn_bound),
             made=made,
         )

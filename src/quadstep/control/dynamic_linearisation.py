@@ -11,12 +11,13 @@ from typing import NamedTuple
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.projection import project
+from quadstep.control.super_twisting import smooth_root, smooth_sign
 from quadstep.control.thrust_extension import Push, driving, motion
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Number, Vector, absolute, sqrt, vector
+from quadstep.numbers import Number, Vector, vector
 
-SMOOTH = 0.01
-"""Velocity error [m/s] below which the observer's sign is a slope."""
+LAYER = 0.1
+"""Velocity error [m/s] within which the observer is nearly linear."""
 
 
 class DynamicLinearisationGains(NamedTuple):
@@ -26,17 +27,17 @@ class DynamicLinearisationGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    position: Vector = gain(usual(4700.0, 4), "1/s^4", "gain of the position error", key="k_0")
-    velocity: Vector = gain(usual(1750.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
-    acceleration: Vector = gain(usual(400.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
-    jerk: Vector = gain(usual(36.0, 1), "1/s", "gain of the jerk error", key="k_3")
+    position: Vector = gain(usual(74.0, 4), "1/s^4", "gain of the position error", key="k_0")
+    velocity: Vector = gain(usual(117.0, 3), "1/s^3", "gain of the velocity error", key="k_1")
+    acceleration: Vector = gain(usual(57.0, 2), "1/s^2", "gain of the acceleration error", key="k_2")
+    jerk: Vector = gain(usual(8.3, 1), "1/s", "gain of the jerk error", key="k_3")
     observer: Vector = gain(
-        usual(4.0, 1), "m^0.5/s^1.5", "super-twisting observer: gain on the square root of its error", key="l_1"
+        usual(1.3, 1), "m^0.5/s^1.5", "super-twisting observer: gain on the square root of its error", key="l_1"
     )
-    drift: Vector = gain(usual(6.0, 2), "m/s^3", "super-twisting observer: gain on the sign of its error", key="l_2")
+    drift: Vector = gain(usual(0.74, 2), "m/s^3", "super-twisting observer: gain on the sign of its error", key="l_2")
     bound: Number = gain(8.0, "m/s^2", "largest estimated disturbance acceleration")
-    heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
-    turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
+    heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
+    turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
 
 
 class DynamicLinearisationMemory(NamedTuple):
@@ -45,11 +46,6 @@ class DynamicLinearisationMemory(NamedTuple):
     push: Push
     velocity: Vector
     disturbance: Vector
-
-
-def sign(x: Vector) -> Vector:
-    """The sign of each entry, a slope near 0."""
-    return Vector(one / (absolute(one) + SMOOTH) for one in x)
 
 
 @dataclass(frozen=True)
@@ -93,10 +89,9 @@ class DynamicLinearisation(Controller):
             r1=reference.velocity - measured.velocity,
             r2=-measured.rates,
         )
-        roots = Vector(sqrt(absolute(one)) for one in off)
         following = DynamicLinearisationMemory(
             push=made.push,
-            velocity=memory.velocity + period * (acceleration + gains.observer * roots * sign(off)),
-            disturbance=project(memory.disturbance + period * (gains.drift * sign(off)), gains.bound),
+            velocity=memory.velocity + period * (acceleration + gains.observer * smooth_root(off, LAYER)),
+            disturbance=project(memory.disturbance + period * (gains.drift * smooth_sign(off, LAYER)), gains.bound),
         )
         return command, following

@@ -55,17 +55,20 @@ class FilteredBacksteppingGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    place: Vector = gain(usual(2.5, 1), "1/s", "gain of the position", key="k_1")
-    speed: Vector = gain(usual(6.0, 1), "1/s", "gain of the velocity", key="k_2")
-    turn: Vector = gain(usual((8.0, 8.0, 4.0), 1), "1/s", "gain of the attitude", key="k_3")
-    spin: Vector = gain(usual((28.0, 28.0, 14.0), 1), "1/s", "gain of the body rates", key="k_4")
-    coupling_1: Number = gain(usual(4.0, 2), "1/s^2", "weight of position against velocity", key="c_1")
-    coupling_3: Number = gain(usual(60.0, 2), "1/s^2", "weight of attitude against body rates", key="c_3")
-    speed_filter: Number = gain(usual(30.0, 1), "rad/s", "command filter of the velocity")
-    turn_filter: Vector = gain(usual((31.0, 31.0, 15.5), 1), "rad/s", "command filter of the attitude")
-    spin_filter: Number = gain(usual(100.0, 1), "rad/s", "command filter of the body rates")
-    learning_1: Number = gain(usual(16.0, 2), "1/s^2", "learning rate of the velocity functions", zero=True, group=NETS)
-    learning_2: Number = gain(usual(80.0, 2), "1/s^2", "learning rate of the body-rate functions", zero=True, group=NETS)
+    place: Vector = gain(usual(1.55, 1), "1/s", "gain of the position", key="k_1")
+    speed: Vector = gain(usual(4.25, 1), "1/s", "gain of the velocity", key="k_2")
+    turn: Vector = gain(usual((3.1, 3.1, 4.0), 1, "body"), "1/s", "gain of the attitude", key="k_3")
+    spin: Vector = gain(usual((14.0, 14.0, 14.0), 1, "body"), "1/s", "gain of the body rates", key="k_4")
+    coupling_1: Number = gain(usual(0.65, 2), "1/s^2", "weight of position against velocity", key="c_1")
+    coupling_2: Number = gain(usual(0.036, 4), "1/m^2", "weight of velocity against body rates", key="c_2")
+    coupling_3: Vector = gain(
+        usual((20.0, 20.0, 20.0), 2, "body"), "1/s^2", "weight of attitude against body rates", key="c_3"
+    )
+    speed_filter: Number = gain(usual(14.8, 1), "rad/s", "command filter of the velocity")
+    turn_filter: Vector = gain(usual((13.4, 13.4, 15.5), 1, "body"), "rad/s", "command filter of the attitude")
+    spin_filter: Number = gain(usual(45.0, 1), "rad/s", "command filter of the body rates")
+    learning_1: Number = gain(usual(6.7, 2), "1/s^2", "learning rate of the velocity functions", zero=True, group=NETS)
+    learning_2: Number = gain(usual(19.5, 2), "1/s^2", "learning rate of the body-rate functions", zero=True, group=NETS)
     spacing: Vector = gain(
         (3.0, 1.0), "m/s, rad/s", "spacing of the nodes in speed and yaw rate", parts=("speed", "rate"), group=NETS
     )
@@ -194,7 +197,8 @@ class FilteredBackstepping(Controller):
         turn_left, spin_left = turn_error - memory.xi_3, spin_error - memory.xi_4
 
         made = measured.thrust / gains.mass
-        pull = (made / gains.coupling_3) * cross(UP, rotation.T @ memory.compensated)
+        leaning = cross(UP, rotation.T @ memory.compensated)
+        pull = Vector(gains.coupling_2 * made * one / weight for one, weight in zip(leaning, gains.coupling_3, strict=True))
         feedback = -(gains.turn * turn_error) - pull
         airspeed = rotation.T @ measured.velocity
         sideways, yawing = gains.spacing

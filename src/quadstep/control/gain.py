@@ -14,7 +14,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, ParamSpec, Protocol, TypeAlias, TypeVar, cast, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Generic,
+    Literal,
+    NamedTuple,
+    ParamSpec,
+    Protocol,
+    TypeAlias,
+    TypeVar,
+    cast,
+    get_type_hints,
+)
 
 from quadstep.control.model import Model
 from quadstep.numbers import Number, Vector
@@ -48,19 +60,35 @@ Default: TypeAlias = float | tuple[float, ...] | Callable[[Model], object] | Fro
 
 Values = TypeVar("Values", float, tuple[float, ...])
 
+About: TypeAlias = Literal["", "body", "yaw"]
+"""What a usual gain is about: the axes of the body, of which the third turns the heading, or yaw alone."""
+
 
 @dataclass(frozen=True)
 class Usual(Generic[Values]):
-    """A gain found on the 2.6 kg vehicle; on others it is multiplied by their agility [1/s] to this power."""
+    """A gain found on the 2.6 kg vehicle; on others it is multiplied by their agility [1/s] to this power, or each part to its
+    own: about yaw, and the third part about the body's axes, by that of the heading.
+    """
 
     values: Values
-    power: int
+    power: int | tuple[int, ...]
+    about: About = ""
 
     def __call__(self, model: Model) -> Values:
-        pace: Number = 1.0
-        for _ in range(self.power):
-            pace = pace * model.agility
-        return tuple(value * pace for value in self.values) if isinstance(self.values, tuple) else self.values * pace
+        values = self.values if isinstance(self.values, tuple) else (self.values,)
+        powers = self.power if isinstance(self.power, tuple) else (self.power,) * len(values)
+        first = {"yaw": 0, "body": len(values) - 1}.get(self.about, len(values))
+        paces = (model.agility,) * first + (model.yaw_agility,) * (len(values) - first)
+        found = tuple(value * raised(pace, power) for value, pace, power in zip(values, paces, powers, strict=True))
+        return found if isinstance(self.values, tuple) else found[0]
+
+
+def raised(pace: Number, power: int) -> Number:
+    """A power, in a fixed order."""
+    product: Number = 1.0
+    for _ in range(power):
+        product = product * pace
+    return product
 
 
 class Declaration(Protocol):
@@ -182,11 +210,15 @@ def given(value: Callable[[Model], object]) -> Any:
     return Given(value)
 
 
-def usual(values: Values, power: int = 1) -> Usual[Values]:
-    """A default found on the 2.6 kg vehicle, times the agility of others to this power."""
+def usual(values: Values, power: int | tuple[int, ...] = 1, about: About = "") -> Usual[Values]:
+    """A default found on the 2.6 kg vehicle, times the agility of others to this power, or each part to its own.
+
+    about: "body" for three parts about the axes of the body, "yaw" for a gain of the heading, which have an agility of their
+    own about the vertical axis.
+    """
     if not all(isinstance(one, Real) for one in (values if isinstance(values, tuple) else (values,))):
         raise TypeError(f"usual: should be given a number, or a tuple of them, not {values!r:.60}")
-    return Usual(values, power)
+    return Usual(values, power, about)
 
 
 def from_gains(rule: Rule) -> FromGains:

@@ -19,11 +19,15 @@ class GeometricGains(NamedTuple):
     mass: Number = believed("mass")
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
-    stiffness: Vector = gain(usual(24.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
-    damping: Vector = gain(usual(3.8, 1), "1/s", "damping of position, over mass", key="k_v")
-    integral: Vector = gain(usual(20.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
-    turn_stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
-    turn_damping: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
+    stiffness: Vector = gain(usual(20.0, 2), "1/s^2", "stiffness of position, over mass", key="k_x")
+    damping: Vector = gain(usual(3.6, 1), "1/s", "damping of position, over mass", key="k_v")
+    integral: Vector = gain(usual(8.0, 3), "1/s^3", "integral gain of position, over mass", key="k_i", zero=True)
+    turn_stiffness: Vector = gain(
+        usual((73.0, 73.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
+    )
+    turn_damping: Vector = gain(
+        usual((22.0, 22.0, 17.0), 1, "body"), "1/s", "damping of attitude, over inertia", key="k_Omega"
+    )
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
 

@@ -10,8 +10,9 @@ Here t_x holds a constant acceleration and a drag along each of the body's axes,
 about them: W_x = [I, -R diag(R^T v)], W_R = [I, -diag(Omega)].
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.controller import Command, Controller, Measured
 from quadstep.control.gain import gain, usual
@@ -40,14 +41,20 @@ class GeometricAdaptiveGains(NamedTuple):
     body: Body
     pull: Pull
     turn: Turn
-    adaptation: Number = gain(usual(10.0, 2), "1/s^2", "adaptation rate of the acceleration estimate", symbol="g_x", zero=True)
+    adaptation: Number = gain(usual(6.0, 2), "1/s^2", "adaptation rate of the acceleration estimate", symbol="g_x", zero=True)
     drag_adaptation: Number = gain(0.02, "s/m^2", "adaptation rate of the drag estimate", zero=True)
-    turn_adaptation: Number = gain(
-        usual(25.0, 2), "1/s^2", "adaptation rate of the angular acceleration estimate", symbol="g_R", zero=True
+    turn_adaptation: Vector = gain(
+        usual((14.7, 14.7, 14.7), 2, "body"),
+        "1/s^2",
+        "adaptation rate of the angular acceleration estimate",
+        symbol="g_R",
+        zero=True,
     )
     turn_drag_adaptation: Number = gain(0.1, "s/rad^2", "adaptation rate of the rotational drag estimate", zero=True)
-    coupling: Number = gain(usual(3.0, 1), "1/s", "weight of the position error in adaptation", symbol="c_1", key="c_1")
-    turn_coupling: Number = gain(usual(9.0, 1), "1/s", "weight of the attitude error in adaptation", symbol="c_2", key="c_2")
+    coupling: Number = gain(usual(2.6, 1), "1/s", "weight of the position error in adaptation", symbol="c_1", key="c_1")
+    turn_coupling: Vector = gain(
+        usual((6.1, 6.1, 6.1), 1, "body"), "1/s", "weight of the attitude error in adaptation", symbol="c_2", key="c_2"
+    )
     bound: Number = gain(15.0, "m/s^2", "bound on the acceleration estimate", tunable=False)
     drag_bound: Number = gain(1.0, "1/s", "bound on the drag estimate", tunable=False)
     turn_bound: Number = gain(100.0, "rad/s^2", "bound on the angular acceleration estimate", tunable=False)
@@ -71,6 +78,12 @@ class GeometricAdaptive(Controller):
     label = "geometric, adaptive"
     source = "Goodarzi, Lee, Lee 2015"
     Gains = GeometricAdaptiveGains
+    defaults: ClassVar[Mapping[str, object]] = {
+        "pull.stiffness": usual(10.3, 2),
+        "pull.damping": usual(5.7, 1),
+        "turn.stiffness": usual((150.0, 150.0, 70.0), 2, "body"),
+        "turn.damping": usual((22.5, 22.5, 15.0), 1, "body"),
+    }
 
     def start(self, measured: Measured, gains: GeometricAdaptiveGains) -> GeometricAdaptiveMemory:
         """Nothing learnt."""

@@ -13,8 +13,9 @@ against it, unless `lean_cutoff` is 0.
 The authors name US patent 8,712,559 for this law; written from the paper.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.actuators import Made, accelerations, at_rest, lagged
 from quadstep.control.controller import Command, Controller, Measured
@@ -47,9 +48,11 @@ class GeometricL1Gains(NamedTuple):
     turn: Turn
     pole: Number = gain(5.0, "1/s", "-A_s of the velocity predictor", symbol="a_v", low=0.5, high=50.0)
     turn_pole: Number = gain(10.0, "1/s", "-A_s of the rate predictor", symbol="a_w", low=0.5, high=50.0)
-    thrust_cutoff: Number = gain(usual(12.0, 1), "rad/s", "cut-off of the filter of what thrust compensates", zero=True)
-    lean_cutoff: Number = gain(usual(6.0, 1), "rad/s", "cut-off of the filter of what tilting compensates", zero=True)
-    turn_cutoff: Number = gain(usual(8.0, 1), "rad/s", "cut-off of both filters of what torque compensates", zero=True)
+    thrust_cutoff: Number = gain(usual(8.8, 1), "rad/s", "cut-off of the filter of what thrust compensates", zero=True)
+    lean_cutoff: Number = gain(usual(4.4, 1), "rad/s", "cut-off of the filter of what tilting compensates", zero=True)
+    turn_cutoff: Vector = gain(
+        usual((5.9, 5.9, 5.9), 1, "body"), "rad/s", "cut-off of both filters of what torque compensates", zero=True
+    )
     bound: Number = gain(15.0, "m/s^2", "largest estimate along an axis", tunable=False)
     turn_bound: Number = gain(150.0, "rad/s^2", "largest estimate about an axis", tunable=False)
 
@@ -84,6 +87,12 @@ class GeometricL1(Controller):
     label = "geometric + L1"
     source = "Wu et al. 2023"
     Gains = GeometricL1Gains
+    defaults: ClassVar[Mapping[str, object]] = {
+        "pull.stiffness": usual(13.0, 2),
+        "pull.damping": usual(5.15, 1),
+        "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
+        "turn.damping": usual((22.0, 22.0, 15.0), 1, "body"),
+    }
 
     def start(self, measured: Measured, gains: GeometricL1Gains) -> GeometricL1Memory:
         """The predictor where the vehicle is; nothing unknown."""
@@ -121,7 +130,7 @@ class GeometricL1(Controller):
         off, off_r = velocity - measured.velocity, rates - measured.rates
         unknown = boxed(adapted(off, gains.pole, period), gains.bound)
         turning = boxed(adapted(off_r, gains.turn_pole, period), gains.turn_bound)
-        undone, turn_share = axis @ unknown, followed(gains.turn_cutoff, period)
+        undone, turn_share = axis @ unknown, Vector(followed(cutoff, period) for cutoff in gains.turn_cutoff)
         across, lean_share = unknown - undone * axis, followed(gains.lean_cutoff, period)
         once, twice = memory.about
         once = once + turn_share * (turning - once)

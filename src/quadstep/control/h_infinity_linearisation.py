@@ -43,12 +43,12 @@ class HInfinityWeights(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    pace: Number = gain(usual(7.0, 1), "1/s", "speed of the loop")
-    weights: Vector = gain((1.0, 3.0, 3.0, 3.0, 1.0), "-", "weights of the integral, position and its rates", parts=PARTS)
+    pace: Number = gain(usual(2.25, 1), "1/s", "speed of the loop")
+    weights: Vector = gain((1.0, 3.0, 6.0, 3.0, 1.0), "-", "weights of the integral, position and its rates", parts=PARTS)
     margin: Number = gain(1.5, "-", "gamma over the smallest achievable", low=1.01, high=10.0)
     steady: Number = gain(8.0, "m/s^2", "largest steady acceleration that the integral compensates")
-    heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
-    turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
+    heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
+    turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
 
 
 class HInfinityGains(NamedTuple):

@@ -11,6 +11,7 @@ rotors make, both filtered alike (index f) so that they are equally old:
 differentiates the velocity, and believes that the rotors follow their commands with a lag of first order.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -44,9 +45,9 @@ class IndiGains(NamedTuple):
     body: Body
     pull: Pull
     turn: Turn
-    force_filter: Number = gain(usual(15.0, 1), "rad/s", "cut-off of the filters of applied and measured force")
-    torque_filter: Number = gain(
-        usual(40.0, 1), "rad/s", "cut-off of the two-stage filters of torque and angular acceleration"
+    force_filter: Number = gain(usual(10.5, 1), "rad/s", "cut-off of the filters of applied and measured force")
+    torque_filter: Vector = gain(
+        usual((31.0, 31.0, 31.0), 1, "body"), "rad/s", "cut-off of the two-stage filters of torque and angular acceleration"
     )
     per_speed: Number = given(lambda model: model.per_speed)
     mixing: tuple[Vector, ...] = given(lambda model: model.mixing)
@@ -73,6 +74,12 @@ class Indi(Controller):
     source = "Smeur, Chu, de Croon 2016; Tal and Karaman 2018"
     Gains = IndiGains
     also_measures: ClassVar[tuple[str, ...]] = ("specific_force", "rotor_speeds")
+    defaults: ClassVar[Mapping[str, object]] = {
+        "pull.stiffness": usual(16.0, 2),
+        "pull.damping": usual(6.9, 1),
+        "turn.stiffness": usual((147.0, 147.0, 70.0), 2, "body"),
+        "turn.damping": usual((24.5, 24.5, 15.0), 1, "body"),
+    }
 
     def start(self, measured: Measured, gains: IndiGains) -> IndiMemory:
         """At rest: the weight was made and felt."""
@@ -98,7 +105,7 @@ class Indi(Controller):
 
         attitude = attitude_for(force, reference, body.mass)
         errors = errors_to(attitude, measured)
-        turn_share = followed(gains.torque_filter, period)
+        turn_share = Vector(followed(rate, period) for rate in gains.torque_filter)
         rates, torque = twice(memory.rates, measured.rates, turn_share), twice(memory.torque, made.torque, turn_share)
         turning = (rates[1] - memory.rates[1]) * (1.0 / period)
         command = Command(
@@ -124,6 +131,14 @@ class IndiVelocity(Indi):
     name = "indi-velocity"
     label = "INDI, no accelerometer"
     also_measures = ()
+    defaults: ClassVar[Mapping[str, object]] = {
+        "pull.stiffness": usual(4.2, 2),
+        "pull.damping": usual(3.9, 1),
+        "turn.stiffness": usual((67.0, 67.0, 67.0), 2, "body"),
+        "turn.damping": usual((13.4, 13.4, 13.4), 1, "body"),
+        "force_filter": usual(7.9, 1),
+        "torque_filter": usual((15.1, 15.1, 15.1), 1, "body"),
+    }
 
 
 def feels(measured: Measured) -> bool:
@@ -131,7 +146,7 @@ def feels(measured: Measured) -> bool:
     return len(measured.specific_force) > 0
 
 
-def twice(filtered: tuple[Vector, Vector], value: Vector, share: Number) -> tuple[Vector, Vector]:
+def twice(filtered: tuple[Vector, Vector], value: Vector, share: Vector) -> tuple[Vector, Vector]:
     """A low-pass filter after another, one period on."""
     once = filtered[0] + share * (value - filtered[0])
     return once, filtered[1] + share * (once - filtered[1])

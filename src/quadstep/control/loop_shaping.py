@@ -32,9 +32,9 @@ class LoopShapingWeights(NamedTuple):
     mass: Number = believed("mass")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    pace: Number = gain(usual(5.5, 1), "rad/s", "approximate crossover frequency of the shaped loop")
+    pace: Number = gain(usual(4.4, 1), "rad/s", "approximate crossover frequency of the shaped loop")
     corner: Number = gain(0.25, "-", "corner frequency of the PI weight over the pace")
-    attitude: Number = gain(usual(14.0, 1), "1/s", "P gain of attitude, the lag that the law assumes")
+    attitude: Number = gain(usual(5.6, 1), "1/s", "P gain of attitude, the lag that the law assumes")
     margin: Number = gain(1.1, "-", "gamma over the smallest achievable", low=1.01, high=10.0)
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the command")
 

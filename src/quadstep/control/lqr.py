@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from quadstep.control.controller import Command, Controller, Measured
-from quadstep.control.gain import believed, gain, given
+from quadstep.control.gain import believed, gain, given, usual
 from quadstep.control.model import Model
 from quadstep.control.projection import project
 from quadstep.guidance.reference import Reference
@@ -39,13 +39,23 @@ class LqrWeights(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     level: Vector = gain(
-        (40.0, 40.0, 4.0, 1.0, 0.3, 0.002),
+        usual((7.0, 15.5, 0.6, 0.1, 0.12, 0.002), (10, 8, 6, 4, 2, 0)),
         "-",
         "weights of integral, position, velocity, tilt, tilt rate and angular acceleration",
         parts=LEVEL,
     )
-    climb: Vector = gain((20.0, 40.0, 4.0, 1.0), "-", "weights of integral, position, velocity and acceleration", parts=CLIMB)
-    turn: Vector = gain((40.0, 4.0, 0.4), "-", "weights of heading, its rate and angular acceleration", parts=TURN)
+    climb: Vector = gain(
+        usual((60.0, 26.0, 2.8, 1.0), (6, 4, 2, 0)),
+        "-",
+        "weights of integral, position, velocity and acceleration",
+        parts=CLIMB,
+    )
+    turn: Vector = gain(
+        usual((40.0, 4.0, 0.4), (4, 2, 0), "yaw"),
+        "-",
+        "weights of heading, its rate and angular acceleration",
+        parts=TURN,
+    )
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
 
 

@@ -63,7 +63,7 @@ class MpcWeights(NamedTuple):
     )
     penalty: Number = gain(0.1, "-", "rho of ADMM over the weight of the bounded quantity", symbol="rho", tunable=False)
     most_lean: Number = gain(1.0, "-", "largest horizontal acceleration, as a fraction of gravity")
-    most_angular: Vector = gain(usual((80.0, 80.0, 12.0), 2), "rad/s^2", "largest commanded angular acceleration")
+    most_angular: Vector = gain(usual((80.0, 80.0, 12.0), 2, "body"), "rad/s^2", "largest commanded angular acceleration")
     position_reach: Number = gain(0.5, "m", "deviations of position are clipped at this")
     velocity_reach: Number = gain(2.0, "m/s", "deviations of velocity are clipped at this")
     observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)

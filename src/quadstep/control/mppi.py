@@ -58,8 +58,12 @@ class MppiGains(NamedTuple):
     )  # fmt: skip
     observer: Number = gain(usual(8.0, 1), "1/s", "bandwidth of the acceleration observer", zero=True)
     most_disturbance: Number = gain(8.0, "m/s^2", "largest estimated acceleration")
-    turn_stiffness: Vector = gain(usual((270.0, 270.0, 70.0), 2), "1/s^2", "stiffness of attitude, over inertia", key="k_R")
-    turn_damping: Vector = gain(usual((35.0, 35.0, 17.0), 1), "1/s", "damping of attitude, over inertia", key="k_Omega")
+    turn_stiffness: Vector = gain(
+        usual((270.0, 270.0, 70.0), 2, "body"), "1/s^2", "stiffness of attitude, over inertia", key="k_R"
+    )
+    turn_damping: Vector = gain(
+        usual((35.0, 35.0, 17.0), 1, "body"), "1/s", "damping of attitude, over inertia", key="k_Omega"
+    )
 
 
 class MppiMemory(NamedTuple):

@@ -6,20 +6,9 @@ from typing import ClassVar
 
 from quadstep.control.controller import Controller
 from quadstep.control.gain import usual
-from quadstep.control.model import Model
 from quadstep.control.nested_saturation import NestedSaturation, NestedSaturationGains
 from quadstep.control.paper_on_airframe import PaperOnAirframe
-from quadstep.numbers import Number
 from quadstep.vehicle.kinematics import Kinematics
-
-
-def pair(damping: float, stiffness: float) -> object:
-    """A damping [1/s] and a stiffness [1/s^2] that suit a vehicle."""
-
-    def suited(model: Model) -> tuple[Number, Number]:
-        return usual(damping)(model), usual(stiffness, 2)(model)
-
-    return suited
 
 
 @dataclass(frozen=True)
@@ -31,10 +20,10 @@ class NestedSaturationOnAirframe(PaperOnAirframe):
     source = "Castillo, Lozano, Dzul 2005"
     Gains = NestedSaturationGains
     defaults: ClassVar[Mapping[str, object]] = {
-        "altitude": pair(8.0, 24.0),
-        "yaw": pair(12.0, 50.0),
+        "altitude": usual((8.0, 24.0), (1, 2)),
+        "yaw": usual((12.0, 50.0), (1, 2), "yaw"),
         "bounds": (6.0, 3.0, 1.5, 0.75),
-        "pace": usual(7.0),
+        "pace": usual(4.9),
     }
 
     law_on_angles: Controller = field(default_factory=lambda: NestedSaturation(Kinematics.RIGID, feed_forward=True))

@@ -11,11 +11,11 @@ from typing import ClassVar
 
 from quadstep.control.backstepping import FORCE_INPUTS, TORQUE_INPUTS, Backstepping, BacksteppingGains
 from quadstep.control.controller import Command, Condition, Controller, Measured
-from quadstep.control.gain import from_gains, usual
+from quadstep.control.gain import from_gains
 from quadstep.control.learning import net
 from quadstep.control.model import Model
 from quadstep.guidance.reference import Reference
-from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, sin, sqrt, vector, where
+from quadstep.numbers import Matrix, Number, Vector, absolute, atan2, cos, largest, minimum, sin, sqrt, vector, where
 from quadstep.numbers.rotations import quaternion_of, rotation_matrix, yaw_pitch_roll
 from quadstep.vehicle.state import State
 
@@ -71,8 +71,19 @@ def paper_state(measured: Measured) -> State:
     return State(measured.position, measured.velocity, attitude, euler_rates(attitude, measured.rates))
 
 
-FORCE_RATE = from_gains(lambda gains, model: 3.2 * gains.mass * (model.agility * model.agility))
-TORQUE_RATE = from_gains(lambda _, model: 0.1 * largest(model.inertia) * (model.agility * model.agility))
+def pace(model: Model) -> Number:
+    """The agility that all three angles share: Theorem 5.1 bounds the gain of each by the fastest."""
+    return minimum(model.agility, 1.5 * model.yaw_agility)
+
+
+def angles(model: Model) -> tuple[Number, Number, Number]:
+    """Lambda_2 of psi, theta and phi."""
+    level = 3.5 * pace(model)
+    return minimum(level, 3.5 * model.yaw_agility), level, level
+
+
+FORCE_RATE = from_gains(lambda gains, model: 0.5 * gains.mass * (pace(model) * pace(model)))
+TORQUE_RATE = from_gains(lambda _, model: 0.01 * largest(model.inertia) * (pace(model) * pace(model)))
 """Learning rates that suit a vehicle: F_1 and F_2 of Eq. 54."""
 
 
@@ -89,13 +100,13 @@ class PaperOnAirframe(Controller):
     source = "Das, Lewis, Subbarao 2009, through its Euler angles"
     Gains: ClassVar[type] = BacksteppingGains
     defaults: ClassVar[Mapping[str, object]] = {
-        "slope_1": usual(0.82),
-        "gain_1": from_gains(lambda gains, model: 6.3 * gains.mass * model.agility),
-        "integral_1": from_gains(lambda gains, _: gains.gain_1 / 15.0),
-        "slope_2": usual(12.0),
-        "gain_2": from_gains(lambda gains, model: 4.5 * largest(model.inertia) * largest(gains.slope_2)),
-        "integral_2": from_gains(lambda gains, _: gains.gain_2 / 15.0),
-        "filter_frequency": usual(14.0),
+        "slope_1": lambda model: 0.33 * pace(model),
+        "gain_1": from_gains(lambda gains, model: 3.36 * gains.mass * pace(model)),
+        "integral_1": from_gains(lambda gains, _: gains.gain_1 / 47.0),
+        "slope_2": angles,
+        "gain_2": from_gains(lambda gains, model: (5.2 * largest(model.inertia)) * gains.slope_2),
+        "integral_2": from_gains(lambda gains, _: (1.0 / 39.0) * gains.gain_2),
+        "filter_frequency": lambda model: 4.8 * pace(model),
         "force_net": net(1, FORCE_INPUTS, rate=FORCE_RATE, damping=0.008),
         "torque_net": net(2, TORQUE_INPUTS, rate=TORQUE_RATE, damping=0.008),
     }

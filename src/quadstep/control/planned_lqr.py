@@ -6,8 +6,9 @@ in them: from where the vehicle is to where the path is a second later. It is re
 linear quadratic regulator of `lqr.py`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from quadstep.control.controller import Command, Measured
 from quadstep.control.lqr import Lqr, LqrGains, LqrMemory
@@ -55,6 +56,10 @@ class PlannedLqr(Lqr):
     label = "planner with LQR [24]"
     source = "Cowling, Yakimenko, Whidborne, Cooke 2007"
     preview = (HORIZON,)
+    defaults: ClassVar[Mapping[str, object]] = {
+        "level": (40.0, 40.0, 4.0, 1.0, 0.3, 0.002),
+        "climb": (20.0, 40.0, 4.0, 1.0),
+    }
     rates = {"plan": 0.4, "law": 0.002}  # noqa: RUF012 (as the base class declares it)
 
     def start(self, measured: Measured, gains: LqrGains) -> PlannedLqrMemory:  # type: ignore[override]

@@ -61,18 +61,20 @@ class RotationGains(NamedTuple):
     inertia: Vector = believed("inertia")
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
-    slope_1: Vector = gain(usual(1.2, 1), "1/s", "Lambda_1, position loop (Eq. 12)", key="Lambda1")
-    gain_1: Vector = gain(usual(7.0, 1), "1/s", "K_r1 over mass; the theorem requires K_r1 > Lambda1", key="K_r1")
-    integral_1: Vector = gain(usual(7.0 / 15.0, 2), "1/s^2", "gain of the integral of r1, over mass", key="K_i1", zero=True)
-    slope_2: Vector = gain(usual((4.7, 4.7, 2.4), 1), "1/s", "Lambda_2, attitude loop (Eq. 28)", key="Lambda2")
-    gain_2: Vector = gain(usual((28.0, 28.0, 14.0), 1), "1/s", "K_r2 over inertia", key="K_r2")
+    slope_1: Vector = gain(usual(0.92, 1), "1/s", "Lambda_1, position loop (Eq. 12)", key="Lambda1")
+    gain_1: Vector = gain(usual(4.9, 1), "1/s", "K_r1 over mass; the theorem requires K_r1 > Lambda1", key="K_r1")
+    integral_1: Vector = gain(usual(0.19, 2), "1/s^2", "gain of the integral of r1, over mass", key="K_i1", zero=True)
+    slope_2: Vector = gain(usual((2.3, 2.3, 2.3), 1, "body"), "1/s", "Lambda_2, attitude loop (Eq. 28)", key="Lambda2")
+    gain_2: Vector = gain(usual((19.5, 19.5, 14.0), 1, "body"), "1/s", "K_r2 over inertia", key="K_r2")
     integral_2: Vector = gain(
-        usual((80.0, 80.0, 40.0), 2), "1/s^2", "gain of the integral of r2, over inertia", key="K_i2", zero=True
+        usual((28.0, 28.0, 28.0), 2, "body"), "1/s^2", "gain of the integral of r2, over inertia", key="K_i2", zero=True
     )
-    coupling: Vector = gain(usual(60.0, 2), "1/s^2", "gain of the attitude error, over inertia (of the completion)", key="P")
-    filter_frequency: Vector = gain(usual((31.0, 31.0, 15.5), 1), "rad/s", "bandwidth of the attitude command filter")
-    force_net: Net = net(1, FORCE_INPUTS, rate=usual(6.5, 2), damping=0.06)
-    torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(36.0, 2), damping=0.06)
+    coupling: Vector = gain(
+        usual((31.0, 31.0, 31.0), 2, "body"), "1/s^2", "gain of the attitude error, over inertia (of the completion)", key="P"
+    )
+    filter_frequency: Vector = gain(usual((17.5, 17.5, 15.5), 1, "body"), "rad/s", "bandwidth of the attitude command filter")
+    force_net: Net = net(1, FORCE_INPUTS, rate=usual(2.9, 2), damping=0.06)
+    torque_net: Net = net(2, TORQUE_INPUTS, rate=usual(16.0, 2), damping=0.06)
     learning_start: Number = nets_start()
     weight_bounds: Vector = gain((30.0, 100.0), "-", "bounds on |W_1| and |W_2|", parts=("W1", "W2"), group=NETS)
     integral_bounds: Vector = gain((20.0, 5.0), "m, rad", "bounds on |int r1| and |int r2|", parts=("r1", "r2"))

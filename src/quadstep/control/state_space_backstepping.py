@@ -5,8 +5,9 @@ leaning, s the specific thrust and h the level part of the thrust's direction. W
 
     e1 = p_d - p,  e2 = v_1 - v,  e3 = a_1 - s h,  e4 = w_1 - w
 
-are the errors of what each step asks for, w = (p, q) the rates of roll and pitch, and V = 1/2 sum |e_i|^2 falls at
-sum A_i |e_i|^2. The rate of w_1 is its difference along the motion that the model predicts from one sample to the next.
+are the errors of what each step asks for, w = (p, q) the rates of roll and pitch, and V = 1/2 sum W_i |e_i|^2 falls at
+sum W_i A_i |e_i|^2. The weights are 1 but for W_4 = g^2 / c_4: the paper's, 1, would turn a lagging vehicle at g rad/s
+whatever its gains. The rate of w_1 is its difference along the motion that the model predicts from one sample to the next.
 """
 
 from dataclasses import dataclass
@@ -34,13 +35,14 @@ class StateSpaceGains(NamedTuple):
     gravity: Number = given(lambda model: model.gravity)
     most_thrust: Number = given(lambda model: model.most_thrust)
     integral: Vector = gain(usual(8.0, 2), "1/s^2", "gain of the integral of the position error", key="A_0", zero=True)
-    position: Vector = gain(usual(4.0, 1), "1/s", "gain of e1, of position", key="A_1")
-    velocity: Vector = gain(usual(5.0, 1), "1/s", "gain of e2, of velocity", key="A_2")
-    lean: Number = gain(usual(9.0, 1), "1/s", "gain of e3, of the horizontal acceleration", key="A_3")
-    rate: Number = gain(usual(14.0, 1), "1/s", "gain of e4, of the roll and pitch rates", key="A_4")
+    position: Vector = gain(usual(3.0, 1), "1/s", "gain of e1, of position", key="A_1")
+    velocity: Vector = gain(usual(2.8, 1), "1/s", "gain of e2, of velocity", key="A_2")
+    lean: Number = gain(usual(4.8, 1), "1/s", "gain of e3, of the horizontal acceleration", key="A_3")
+    rate: Number = gain(usual(6.0, 1), "1/s", "gain of e4, of the roll and pitch rates", key="A_4")
+    coupling: Number = gain(usual(7.6, 2), "1/s^2", "weight of e3 against e4, times g^2; the paper's is 1", key="c_4")
     integral_bound: Number = gain(5.0, "m s", "bound on the integral of the position error")
-    heading: Number = gain(usual(30.0, 2), "1/s^2", "stiffness of the heading", key="k_psi")
-    turning: Number = gain(usual(10.0, 1), "1/s", "damping of the heading", key="k_r")
+    heading: Number = gain(usual(30.0, 2, "yaw"), "1/s^2", "stiffness of the heading", key="k_psi")
+    turning: Number = gain(usual(10.0, 1, "yaw"), "1/s", "damping of the heading", key="k_r")
 
 
 class StateSpaceMemory(NamedTuple):
@@ -178,8 +180,9 @@ class StateSpaceBackstepping(Controller):
         found, thrust = steps(gains, memory.integral, measured, reference)
         later = predicted(measured, thrust.push, gains.gravity, period)
         ahead, _ = steps(gains, memory.integral + period * found.e1, later, following(reference, period))
+        coupling = gains.coupling / (gains.gravity * gains.gravity)
         e4 = found.w_1 - vector(measured.rates[0], measured.rates[1])
-        asked = (ahead.w_1 - found.w_1) / period + coupled(measured, thrust.push, found.e3) + gains.rate * e4
+        asked = (ahead.w_1 - found.w_1) / period + coupling * coupled(measured, thrust.push, found.e3) + gains.rate * e4
         leaning = with_own_share(rotation_matrix(measured.attitude), asked)
         axis = up_axis(rotation_matrix(measured.attitude))
         angular = vector(leaning[0], leaning[1], turning(measured, axis, reference, gains.heading, gains.turning))

@@ -22,6 +22,20 @@ C_P, C_P_SPREAD = 0.045, 0.3
 LOADED, LOADED_SPREAD = 0.8, 0.1
 """Share of the speed kV V that a loaded motor reaches at full throttle."""
 
+PROPELLER, GYRATION = 0.16, 0.2
+"""Mass of a propeller over its diameter squared [kg/m^2], and its radius of gyration over its diameter: together between the
+propellers of the Crazyflie (47 mm, 3.5e-8 kg m^2) and of PX4's x500 (10 inches, 2.65e-5 kg m^2), whose inertia is 0.0070 and
+0.0064 D^4. A uniform rod has a radius of gyration of 0.29 D.
+"""
+
+MOTORS = 0.4
+"""Share of a vehicle's mass at the ends of its arms: motors, and as much again of arms and wires."""
+
+BELL = 7e-4
+"""Inertia of a motor's bell over its mass to the power 5/3: half the mass on 0.85 of the radius, and a 33 g motor is 28 mm
+across [kg^(-2/3) m^2].
+"""
+
 FULL, EMPTY = 4.2, 3.5
 """Volts of a lithium polymer cell."""
 
@@ -119,8 +133,7 @@ def estimate(sheet: Datasheet) -> Numbers:
         raise UserError(
             f"the rotors lift {most:.2f} times the weight at full throttle; are mass, kv, propeller and stand correct?"
         )
-    propeller = sheet.propeller.mass or 2.0 * diameter**3
-    spin = estimated(propeller * diameter**2 / 12.0 * 1.3, "propeller as a rod, and 30 % for the bell", 0.4)
+    spin = rotor_inertia(sheet, count)
     hover = math.sqrt(sheet.mass * 9.81 / (count * k_f.value))
     if sheet.rise_time:
         rise_time = measured(sheet.rise_time, "data sheet", 0.1)
@@ -149,6 +162,16 @@ def estimate(sheet: Datasheet) -> Numbers:
         resistance=usual(sheet.cells * 0.012 / capacity, "12 mOhm Ah a cell", 0.5),
         efficiency=efficiency_of(running, speeds, k_m),
     )
+
+
+def rotor_inertia(sheet: Datasheet, count: int) -> Number:
+    """Inertia of propeller and motor bell about the axis."""
+    diameter = sheet.propeller.size
+    mass = sheet.propeller.mass or PROPELLER * diameter**2
+    motor = sheet.motor_mass or 0.5 * MOTORS * sheet.mass / count
+    bell = BELL * motor ** (5.0 / 3.0)
+    how = f"propeller of {1e3 * mass:.2g} g, thinner to its tips, and the motor's bell"
+    return estimated(mass * (GYRATION * diameter) ** 2 + bell, how, 0.4)
 
 
 def with_kv(k_f: Number, sheet: Datasheet, running: dict[str, Floats], full: float) -> Number:
@@ -228,7 +251,7 @@ def body_inertia(sheet: Datasheet, count: int) -> tuple[Number, Number, Number]:
     if sheet.inertia:
         first, second, third = (measured(value, "data sheet", 0.05) for value in sheet.inertia)
         return first, second, third
-    motor = sheet.motor_mass or 0.4 * sheet.mass / count
+    motor = sheet.motor_mass or MOTORS * sheet.mass / count
     if count * motor > 0.9 * sheet.mass:
         raise UserError(f"motor_mass: {count} motors of {motor:g} kg leave nothing of {sheet.mass:g} kg for the rest")
     propeller = sheet.propeller.mass or 0.0

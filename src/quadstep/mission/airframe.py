@@ -7,7 +7,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from quadstep.airframe.aerodynamics import Drag
-from quadstep.airframe.agility import agility
+from quadstep.airframe.agility import LATE, agility
 from quadstep.airframe.allocation import Allocation, allocation, mixing, rank
 from quadstep.airframe.battery import Battery
 from quadstep.airframe.contact import contact
@@ -34,7 +34,7 @@ from quadstep.mission.fields import (
     as_tuple,
 )
 from quadstep.mission.presets import completed
-from quadstep.numbers import Vector, cos, matrix, maximum, sin, total
+from quadstep.numbers import Number, Vector, cos, matrix, maximum, sin, total
 
 FEWEST, MOST = 4, 8
 """How many rotors a vehicle may have."""
@@ -263,23 +263,28 @@ class ResidualSection(Section):
 
 
 class BuiltAirframe(NamedTuple):
-    """A vehicle for a flight: structure, and numbers."""
+    """A vehicle for a flight: structure, and numbers. delay: from a measurement to the rotors' command [s], half of the law's
+    period included.
+    """
 
     geometry: Geometry
     effects: Effects
     airframe: Airframe
     allocation: Allocation
+    delay: Number
 
     def model(self) -> Model:
         """What it is to a controller."""
         airframe, rotors = self.airframe, len(self.geometry.mounts)
         rotor = airframe.rotor
+        pace = agility(self.geometry, airframe, self.allocation, self.delay)
         return Model(
             mass=airframe.mass,
             inertia=airframe.inertia,
             gravity=airframe.gravity,
             most_thrust=MARGIN * rotors * self.allocation.most,
-            agility=agility(self.geometry, airframe, self.allocation),
+            agility=pace.all,
+            yaw_agility=pace.yaw,
             rotors=rotors,
             lag=maximum(rotor.rise, rotor.fall),
             mixing=mixing(self.geometry, rotor.torque / rotor.thrust),
@@ -419,7 +424,7 @@ class AirframeSection(Section):
         """Samples of the law, every `period` [s], until the rotors are told: a command is held for a period, half of which is
         delay already. Raises ValueError where there are too many.
         """
-        delay = self.command.delay if self.command else 0.0
+        delay = self.command_delay
         count = round(max(delay - 0.5 * period, 0.0) / period)
         if count > MOST_LATE:
             raise ValueError(
@@ -439,11 +444,16 @@ class AirframeSection(Section):
             raise ValueError(f"vehicle.legs needs a simulation.step of at most {LONGEST_ON_LEGS:g} s, and it is {step:g} s")
 
     def model(self) -> Model:
-        """What it is to a controller."""
+        """What it is to a controller of the usual period."""
         return self.build().model()
 
-    def build(self) -> BuiltAirframe:
-        """The vehicle as structure and numbers."""
+    @property
+    def command_delay(self) -> float:
+        """From a command to the rotors [s]."""
+        return self.command.delay if self.command else 0.0
+
+    def build(self, age: float = 0.0, period: float = 2.0 * LATE) -> BuiltAirframe:
+        """The vehicle as structure and numbers. age: of what its controller measures [s]. period: of its law [s]."""
         geometry, rotor = self.geometry(), self.rotor.build()
         airframe = Airframe(
             mass=self.mass,
@@ -456,7 +466,8 @@ class AirframeSection(Section):
             residual=self.residual.build() if self.residual and self.effects.residual else (),
             contact=contact(self.legs, self.mass, self.gravity, len(geometry.mounts)) if self.legs is not None else (),
         )
-        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor))
+        delay = age + self.command_delay + 0.5 * period
+        return BuiltAirframe(geometry, self.effects.build(), airframe, allocation(geometry, rotor), delay)
 
 
 LONGEST_ON_LEGS = 0.004

@@ -83,7 +83,7 @@ class MultirotorMission(Mission):
 
     @cached_property
     def modelled(self) -> BuiltAirframe:
-        return self.vehicle.build()
+        return self.vehicle.build(self.sensors.age, self.simulation.control_period)
 
     @property
     def plant(self) -> Multirotor:
@@ -103,8 +103,7 @@ class MultirotorMission(Mission):
 
     @property
     def latency(self) -> float:
-        command = self.vehicle.command
-        return self.sensors.age + (command.delay if command else 0.0)
+        return self.sensors.age + self.vehicle.command_delay
 
     @property
     def scored_from(self) -> float:

@@ -280,8 +280,9 @@ def template(preset: str | None = None, controller: str | None = None, folder: P
     name = controller or ("rotation-backstepping" if preset else "backstepping")
     if own is None and name not in known:
         raise UserError(f"--controller: {name!r:.60} is not known; allowed: {', '.join(known)}, or your own FILE.py:NAME")
-    model = load_preset(preset, folder).model() if preset else VehicleSection().model()
     section = own or section_of(known[name])
+    period = {**Controller.rates, **section.controller.rates}["law"]
+    model = load_preset(preset, folder).build(period=period).model() if preset else VehicleSection().model()
     lines = "\n".join(controller_lines(section, model, [other for other in known if other != name]))
     text = (VEHICLE_TEMPLATE if preset else TEMPLATE).replace("PRESET", preset or "").replace("CONTROLLER", lines)
     return at_its_rates(text, section.controller).replace(

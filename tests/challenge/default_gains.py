@@ -1,0 +1,32 @@
+"""Default gains hold a hover with margin: random data sheets under every law whose loop is graded within seconds."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from quadstep.control.controller import Measured
+from quadstep.control.registry import names
+from quadstep.linear.grade import Grade
+from tests.challenge.search import Attempt, Search
+from tests.random_sheets import UNGRADED, hover_grade, random_sheet, vehicle
+
+
+def reached(found: Grade) -> float:
+    """The limit of a margin over the margin, of the one that is nearest to its limit."""
+    shares = [one.limit / one.value if math.isfinite(one.value) else 0.0 for one in found.measures]
+    return max(shares, default=math.inf)
+
+
+def hovers(seed: int) -> Iterator[Attempt]:
+    random = np.random.default_rng(seed)
+    laws = [law for law in names(Measured) if law not in UNGRADED]
+    while True:
+        sheet, law = random_sheet(random), str(random.choice(laws))
+        found = hover_grade(vehicle(sheet), law)
+        yield Attempt(reached(found), f"{law} on {sheet.model_dump(mode='json', exclude_none=True)}: {found.sentence}")
+
+
+SEARCHES = [
+    Search("default gains", "a vehicle from its data sheet hovers with margin under the default gains of every law", hovers),
+]

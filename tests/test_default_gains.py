@@ -1,0 +1,61 @@
+"""Default gains hold a hover with margin on presets and on vehicles from random data sheets."""
+
+import numpy as np
+import pytest
+
+from quadstep.control.controller import Measured
+from quadstep.control.gain import usual
+from quadstep.control.model import Model
+from quadstep.control.registry import names
+from quadstep.datasheet.sheet import Datasheet
+from quadstep.linear.grade import SOUND
+from quadstep.mission.vehicle_list import preset_names
+from quadstep.numbers import vector
+from tests.random_sheets import UNGRADED, hover, hover_grade, random_sheet, vehicle
+
+LAWS = [law for law in names(Measured) if law not in UNGRADED]
+SEVEN = {"name": "Seven inch", "mass": 0.95, "wheelbase": 0.3, "kv": 1300.0, "cells": 6, "propeller": {"inches": [7.0, 4.0]}}
+
+
+@pytest.mark.parametrize("law", ["geometric", "pid", "lqr"])
+def test_a_vehicle_from_a_random_data_sheet_hovers_with_margin(law):
+    table = vehicle(random_sheet(np.random.default_rng(names(Measured).index(law))))
+    found = hover_grade(table, law)
+    assert found.word == SOUND, f"{law}: {found.why}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_every_preset_and_the_tutorials_vehicle_hover_with_margin(law):
+    tables = [{"preset": preset} for preset in preset_names()]
+    tables.append(vehicle(Datasheet.model_validate(SEVEN)))
+    for table in tables:
+        found = hover_grade(table, law)
+        assert found.word == SOUND, f"{law} on {table.get('preset', 'seven inches')}: {found.why}"
+
+
+def pace(**changes):
+    return hover({"preset": "x500", **changes.pop("vehicle", {})}, "geometric", **changes).modelled.model()
+
+
+def test_delay_slows_the_loops_wherever_it_is():
+    plain = pace().agility
+    assert plain == pytest.approx(0.043 / (0.045 + 3.0 * 0.001))
+    late = pace(vehicle={"command": {"speed": 1000.0, "delay": 0.01}})
+    assert late.agility == pytest.approx(0.043 / (0.045 + 3.0 * 0.011))
+    assert pace(sensors={"latency": 0.01}).agility == pytest.approx(late.agility)
+    assert pace(simulation={"control_period": 0.01}).agility == pytest.approx(0.043 / (0.045 + 3.0 * 0.005))
+
+
+def test_heavy_rotors_slow_the_loop_of_the_heading_alone():
+    light, heavy = (pace(vehicle={"rotor": {"inertia": inertia}}) for inertia in (0.0, 1e-3))
+    assert light.yaw_agility == light.agility == heavy.agility
+    assert heavy.yaw_agility < 0.5 * light.yaw_agility
+
+
+def test_usual_gains_take_the_agility_of_their_axes():
+    model = Model(mass=1.0, inertia=vector(1.0, 1.0, 1.0), gravity=9.81, agility=0.5, yaw_agility=0.1)
+    assert usual(8.0, 2)(model) == 2.0
+    assert usual(8.0, 1, "yaw")(model) == pytest.approx(0.8)
+    assert usual((8.0, 8.0, 10.0), 2, "body")(model) == pytest.approx((2.0, 2.0, 0.1))
+    assert usual((8.0, 4.0, 1.0), (3, 1, 0))(model) == (1.0, 2.0, 1.0)
