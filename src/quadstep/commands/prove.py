@@ -36,7 +36,8 @@ def prove(
     ] = 0.0,
     start_rates: Annotated[float, typer.Option(help="Uncertainty of the angular rates at the start [rad/s].")] = 0.0,
     out: Annotated[
-        Path | None, typer.Option(help="Certificate of a tube; default: out/<mission's name>-proof.json.", show_default=False)
+        Path | None,
+        typer.Option(help="Certificate, beside its report; default: out/<mission's name>-proof.json.", show_default=False),
     ] = None,
     check: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Check this certificate instead, independently.", show_default=False)
@@ -55,7 +56,7 @@ def prove(
     Exit code 0: proved. 1: open (what was not closed is said), or a certificate that is not confirmed. 2: bad input. 3:
     disproved.
     """
-    from quadstep.prove import run
+    from quadstep.prove import report, run
     from quadstep.prove.target import check_target
     from quadstep.prove.unknown import Unknown
 
@@ -65,12 +66,14 @@ def prove(
         raise UserError("name a mission, or a certificate with --check")
     if controller and check is None:
         raise UserError("--controller is for --check; a mission of yours runs the code that it names")
+    page = None
     if check is not None:
         verdict = run.check(check, controller or ())
     else:
         assert mission is not None
         file = out or Path("out") / f"{mission.stem}-proof.json"
         check_target(file)
+        page = report.place_beside(file)
         others = Unknown(0.0, 0.0, mass, inertia, start, start_velocity, start_attitude, start_rates)
         verdict = run.prove_mission(mission, force, torque, others, file)
     show_table(verdict.name, verdict.columns, verdict.rows)
@@ -78,5 +81,8 @@ def prove(
         say(sentence)
     if verdict.written:
         say_whole(f"Certificate: {verdict.written}")
+    if page:
+        report.write_report(page, verdict, verdict.traced)
+        say_whole(f"Report: {page}")
     if verdict.kind:
         raise typer.Exit(int(verdict.kind))

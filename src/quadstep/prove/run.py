@@ -29,9 +29,9 @@ from quadstep.prove.products import UP
 from quadstep.prove.rest import holds
 from quadstep.prove.sampled import Array, Sampled
 from quadstep.prove.set_certificate import is_set
-from quadstep.prove.tube import SAMPLES, Open, beginning, tube
+from quadstep.prove.tube import SAMPLES, Open, Tube, beginning, tube
 from quadstep.prove.unknown import Unknown, check_unknown
-from quadstep.prove.verdict import Kind, Verdict, down, millimetres, under, up
+from quadstep.prove.verdict import Kind, Traced, Verdict, down, millimetres, under, up
 from quadstep.terminal.bars import bar
 from quadstep.user_code.loading import only
 from quadstep.vehicle.disturbance import Disturbance
@@ -95,9 +95,10 @@ def prove_mission(
     with bar("proving", "samples", loop.samples) as progress:
         shown = counted(progress.to)
         result = tube(loop, flown, unknown, chosen, axes, shown)
-    off = np.abs(flown[:, :axes] - wanted(loop, len(flown)))
+    apart = flown[:, :axes] - wanted(loop, len(flown))
+    off, traced = np.abs(apart), followed(loop, apart, result, chosen)
     if isinstance(result, Open):
-        return still_open(mission.name, plan, loop, unknown, result, off, why)
+        return still_open(mission.name, plan, loop, unknown, result, off, why)._replace(traced=traced)
     position = result.position.max(axis=0) * 1.001
     if out is not None:
         names = tuple(loop.names)
@@ -116,7 +117,17 @@ def prove_mission(
             *not_for_ever(why),
         ],
         out,
+        traced=traced,
     )
+
+
+def followed(loop: Sampled, error: Array, result: Tube | Open, chosen: Coordinates) -> Traced:
+    """A tube as far as it is closed. error: flown less desired position, (samples + 1, axes) [m]."""
+    count, blocks = len(result.position), len(result.boxes)
+    time: Array = np.arange(count, dtype=np.float64) * loop.period
+    boxes = result.boxes @ np.abs(chosen.spread).T
+    axes = tuple(loop.loop.plant.axes)
+    return Traced(axes, time, error[:count], result.position, tuple(loop.names), time[::SAMPLES][:blocks], boxes)
 
 
 def refuse_singular(path: Path, loop: Sampled, flown: Array, unknown: Unknown, chosen: Coordinates) -> None:

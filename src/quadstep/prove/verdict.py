@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.exit_codes import DIVERGED, FAILED
+from quadstep.prove.sampled import Array
 from quadstep.prove.unknown import Unknown
 
 
@@ -19,8 +20,25 @@ class Kind(IntEnum):
     DISPROVED = DIVERGED
 
 
+class Traced(NamedTuple):
+    """A tube over time, as far as it is closed. time: (samples + 1,) [s]. error: flown less desired position, and bound:
+    of every flight about the flown one, (samples + 1, axes) [m]. boxes: half widths of each state, (blocks, states), from the
+    times `blocks` on.
+    """
+
+    axes: tuple[str, ...]
+    time: Array
+    error: Array
+    bound: Array
+    states: tuple[str, ...]
+    blocks: Array
+    boxes: Array
+
+
 class Verdict(NamedTuple):
-    """The result. rows: axis, verdict, and the bounds in millimetres. says: sentences. written: its certificate."""
+    """The result. rows: axis, verdict, and the bounds in millimetres. says: sentences. written: its certificate.
+    traced: the tube, where one was followed.
+    """
 
     name: str
     kind: Kind
@@ -28,6 +46,7 @@ class Verdict(NamedTuple):
     says: list[str]
     written: Path | None = None
     columns: tuple[str, ...] = ("axis", "verdict", "from the flight", "from the path")
+    traced: Traced | None = None
 
 
 def millimetres(metres: float) -> str:

@@ -1,0 +1,70 @@
+"""The report of `quadstep prove`: what it says, draws, and replaces."""
+
+import numpy as np
+import pytest
+
+from quadstep.prove.report import MARK
+from quadstep.prove.run import prove_mission
+from quadstep.prove.unknown import Unknown
+from tests.commands import quadstep, write
+
+MISSION = """
+name = "Sideways"
+vehicle = { type = "planar" }
+path = { type = "minimum-jerk", start = [0.0, 0.0, 5.0], end = [0.5, 0.0, 5.0], duration = 1.0 }
+controller = { type = "planar-pd" }
+"""
+
+
+@pytest.fixture(scope="module")
+def proved(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("proof")
+    file = write(folder, MISSION, "m.toml")
+    run = quadstep("prove", file, "--start", 1e-4, "--out", folder / "tube.json")
+    return run, file, folder
+
+
+def test_a_report_says_the_answer_and_draws_tube_and_boxes(proved):
+    run, _, folder = proved
+    assert (run.code, run.err) == (0, "")
+    assert f"Report: {folder / 'tube.html'}" in " ".join(run.out.split())
+    text = (folder / "tube.html").read_text(encoding="utf-8")
+    assert MARK in text
+    assert "<title>Sideways" in text
+    assert "Proved: every flight of " in text
+    assert text.count("<figure") == 2
+    for bound in (line.split()[-2] for line in run.out.splitlines() if line.startswith(("x ", "z "))):
+        assert bound in text
+
+
+def test_the_band_is_the_tube_of_the_proof(proved):
+    _, file, _ = proved
+    verdict = prove_mission(file, others=Unknown(start=1e-4))
+    traced = verdict.traced
+    assert traced.bound.shape == traced.error.shape == (len(traced.time), 2)
+    assert np.all(traced.bound[0] >= 1e-4)
+    assert len(traced.boxes) == len(traced.blocks)
+    position = [traced.states.index(name) for name in traced.states[:2]]
+    inside = traced.boxes[:, position]
+    last = np.searchsorted(traced.blocks, traced.time[1:], side="left") - 1
+    assert np.all(traced.bound[1:] <= inside[last] * (1.0 + 1e-9))
+
+
+def test_what_is_no_such_report_is_not_replaced(proved):
+    _, file, folder = proved
+    again = quadstep("prove", file, "--start", 1e-4, "--out", folder / "tube.json")
+    assert again.code == 0
+    (folder / "own.html").write_text("mine", encoding="utf-8")
+    refused = quadstep("prove", file, "--out", folder / "own.json")
+    assert refused.refused
+    assert "own.html: exists and is not a report of `quadstep prove`" in refused.err
+    assert (folder / "own.html").read_text(encoding="utf-8") == "mine"
+    assert quadstep("prove", file, "--out", folder / "new.html").refused
+
+
+def test_a_tube_that_stays_open_is_reported_as_far_as_it_is_closed(tmp_path):
+    run = quadstep("prove", write(tmp_path, MISSION, "m.toml"), "--start", 0.5, "--out", tmp_path / "tube.json")
+    assert run.code == 1
+    text = (tmp_path / "tube.html").read_text(encoding="utf-8")
+    assert "Open: under a start within" in text
+    assert not (tmp_path / "tube.json").exists()
