@@ -136,6 +136,12 @@ def test_the_worst_flights_have_their_values_commands_and_pictures(flown):
             assert float(found[f"{key} [{unit}]"][place]) == pytest.approx(drawn[flight][key], rel=1e-5)
 
 
+def test_outcomes_and_quantiles_are_a_table_for_a_paper(flown):
+    table = (flown[0] / "table.tex").read_text(encoding="utf-8")
+    assert r"completed, succeeded & " in table
+    assert r"position RMSE & 50 \% & " in table
+
+
 def test_ids_of_the_drawings_do_not_meet_on_the_page(flown):
     html = (flown[0] / "report.html").read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([^"]+)"', html)

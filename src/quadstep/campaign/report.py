@@ -38,7 +38,7 @@ from quadstep.report import page
 from quadstep.report.sheet import Sheet
 from quadstep.results.folder import names_in
 
-REPORT, FIGURES = "report.html", "figures"
+REPORT, FIGURES, TABLE = "report.html", "figures", "table.tex"
 
 GLANCE = {
     "outcomes": "How the flights ended, and when those that ended early did",
@@ -82,6 +82,7 @@ def write_report(store: Store, campaign: Campaign, summary: Summary, path: Path,
             warnings.filterwarnings("ignore", "Glyph")  # a name in a script that the font lacks
             body = sections(store, campaign, summary, path, out / FIGURES, sheet.with_svg())
         page.write_page(out / REPORT, campaign.file.name, body, "Campaign")
+        (out / TABLE).write_text(text.for_a_paper(summary, campaign.file.name), encoding="utf-8")
         names, before = draft.files(), names_in(store.manifest.get("files"))
         store.save(files=sorted({*before, *names}))  # so that files left by a killed run are known to be ours
         store.files.check_free(names)

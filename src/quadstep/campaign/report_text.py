@@ -19,6 +19,7 @@ from quadstep.metrics.quantities import position_errors
 from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
 from quadstep.report import page, units
+from quadstep.report.latex import booktabs
 
 ERROR, FAILURE = "position RMSE (its logarithm)", "failure"
 """Names of the explained quantities."""
@@ -106,6 +107,19 @@ def outcomes(summary: Summary) -> list[str]:
     shares = {name: share(count, summary.flights) for name, count in ended(summary).items()}
     rows = [(name, str(count), spanned(shares[name])) for name, count in ended(summary).items()]
     return [page.table(("outcome", "flights", "share of all [%]"), rows)]
+
+
+def for_a_paper(summary: Summary, name: str) -> str:
+    """Outcomes and quantiles as a LaTeX table; copies of one flight have no intervals."""
+    shares = {what: share(count, summary.flights) for what, count in ended(summary).items()}
+    ends = [(what, "", str(ended(summary)[what]) if summary.copies else units.percent(*one)) for what, one in shares.items()]
+    rows = [
+        (words, f"{100.0 * q:g} %", units.quantity(one.value, unit) if summary.copies else units.interval(*one, unit))
+        for (words, unit), known in ((units.metric(spread.metric), spread.quantiles) for spread in summary.spreads)
+        for q, one in known.items()
+    ]
+    comment = f"{name}: {units.counted(summary.flights, 'flight')}{'' if summary.copies else ', 95 % intervals'}"
+    return booktabs(("", "share below", "flights" if summary.copies else "value"), [ends, rows], [comment])
 
 
 def spanned(one: Estimate) -> page.Span:
