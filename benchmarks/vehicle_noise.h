@@ -23,8 +23,9 @@ INLINE Noise noise_of(const Numbers *p, num h, num air, num fix) {
     V shape = logarithm((num)0.177 + (num)0.000823 * FEET * p->height), vertical = (num)0.1 * p->wind_20;
     V length = p->height * exponential((num)-1.2 * shape), level = vertical * exponential((num)-0.4 * shape);
     n.steps[0][0] = step_of(all(FOR_EVER), level), n.steps[0][1] = step_of(all(FOR_EVER), vertical);
-    n.steps[1][0] = step_of(air * p->airspeed / length, level);
-    n.steps[1][1] = step_of(air * p->airspeed / p->height, vertical);
+    V airspeed = pick(p->airspeed > 0, p->airspeed, root(dot(p->wind, p->wind))); /* 0 stands for the mean wind's */
+    n.steps[1][0] = step_of(air * airspeed / length, level);
+    n.steps[1][1] = step_of(air * airspeed / p->height, vertical);
     V speed = root(p->wind[0] * p->wind[0] + p->wind[1] * p->wind[1]);
     I windy = speed > 0;
     n.ahead[0] = pick(windy, p->wind[0] / pick(windy, speed, all(1)), all(1));

@@ -141,9 +141,9 @@ def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_sam
 
 def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
     """80 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
-    slow = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}
+    slow, controller = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}, {"type": "lqr", **QUICK["lqr"]}
     once, often = (
-        studied(hover({"type": "lqr"}, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
+        studied(hover(controller, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
         for period in (0.008, 0.32)
     )
     assert sum(tick.sampled for tick in often.loop.period.ticks) == 80
