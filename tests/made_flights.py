@@ -11,6 +11,7 @@ from quadstep.airframe.allocation import allocation
 from quadstep.logs.flight import FlightRecord, Floats
 from quadstep.mission.airframe import AirframeSection
 from quadstep.mission.presets import preset_table
+from tests.quick_gains import QUICK
 
 PERIOD = 0.01
 TRUTH = {
@@ -35,13 +36,16 @@ NOMINAL = 3.8
 RATE = 1.3 / (TRUTH["rotor.rise_time"] + TRUTH["command.delay"])
 PID = {
     "type": "pid",
+    "position": 5.0,
+    "velocity": 6.2,
+    "velocity_integral": 5.2,
     "rate": [RATE, RATE, 0.4 * RATE],
     "rate_derivative": [RATE * TRUTH["rotor.rise_time"]] * 2 + [0.0],
     "rate_filter": 200.0,
     "rate_integral": 1.0,
     "attitude": [0.36 * RATE, 0.36 * RATE, 0.16 * RATE],
 }
-"""As fast as its rotors allow; the usual gains would shake this vehicle."""
+"""As fast as its rotors allow; quick gains shake this vehicle."""
 
 
 def start() -> AirframeSection:
@@ -65,7 +69,7 @@ def true_vehicle() -> dict[str, Any]:
 
 
 def missions(seed: int, guidance: float, shaken: bool) -> list[Mission]:
-    """Four flights along different paths. guidance: period of the position loop [s]. shaken: at the usual gains."""
+    """Four flights along different paths. guidance: period of the position loop [s]. shaken: at quick gains."""
     paths: list[dict[str, Any]] = [
         {"type": "figure-eight", "centre": [0.0, 0.0, 1.5], "length": 2.4, "width": 1.6, "period": 5.0},
         {"type": "circle", "centre": [0.0, 0.0, 1.5], "radius": 1.0, "period": 4.0},
@@ -78,7 +82,7 @@ def missions(seed: int, guidance: float, shaken: bool) -> list[Mission]:
             seed=17 * seed + i,
             vehicle=true_vehicle(),
             path=path,
-            controller={"type": "pid"} if shaken else PID,
+            controller={"type": "pid", **QUICK["pid"]} if shaken else PID,
             sensors={"gyro_noise": 2e-5, "imu_period": 0.002, "imu_latency": 0.012, "position_noise": 1e-4},
             simulation={"duration": 24.0, "log_period": 0.002, "guidance_period": guidance},
             limits={"distance": 10.0},
