@@ -53,7 +53,7 @@ preset = "x500"
 [path]
 type = "minimum-jerk"
 start = [0.0, 0.0, 5.0]
-end = [0.1, 0.0, 5.0]
+end = [0.01, 0.0, 5.0]
 duration = 0.1
 [controller]
 type = "law.py:Hover"
@@ -105,6 +105,10 @@ def command(folder, *arguments):
         ),
         (
             "start: the memory: it is a number, 0.0, where law.py:26 takes a vector",
+            {"start": "return 0.0", "law": "return Command(gains.mass + memory[0], torque), memory"},
+        ),
+        (
+            "start: the memory: it is a number, but `law` returns 3 numbers for it; both should return the same shape",
             {"start": "return 0.0", "law": "return Command(gains.mass, torque), memory + measured.rates"},
         ),
         (
