@@ -48,6 +48,7 @@ def logged(
     lag = table["rotor"]["rise_time"]
     rate = 1.3 / (lag + 0.013)
     gains = {
+        "position": 5.0, "velocity": 6.2, "velocity_integral": 5.2,
         "rate": [rate, rate, 0.4 * rate], "rate_derivative": [rate * lag] * 2 + [0.0], "rate_filter": 200.0,
         "rate_integral": 1.0, "attitude": [0.36 * rate, 0.36 * rate, 0.16 * rate],
     }  # fmt: skip
