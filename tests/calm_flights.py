@@ -46,9 +46,9 @@ def logged(
     """A flight as a log. noise: a factor of that of sensors and log. volts: logged at its beginning and end [V]."""
     table = preset_table(name)
     lag = table["rotor"]["rise_time"]
-    rate = 1.3 / (lag + 0.013)
+    rate, pace = 1.3 / (lag + 0.013), min(1.0, 0.04 / lag)
     gains = {
-        "position": 5.0, "velocity": 6.2, "velocity_integral": 5.2,
+        "position": 5.0 * pace, "velocity": 6.2 * pace, "velocity_integral": 5.2 * pace * pace,
         "rate": [rate, rate, 0.4 * rate], "rate_derivative": [rate * lag] * 2 + [0.0], "rate_filter": 200.0,
         "rate_integral": 1.0, "attitude": [0.36 * rate, 0.36 * rate, 0.16 * rate],
     }  # fmt: skip
