@@ -8,6 +8,7 @@ from quadstep.flight import eager
 from quadstep.flight.engines import fly_all
 from quadstep.mission.multirotor import MultirotorMission
 from quadstep.mission.presets import preset_table
+from tests.quick_gains import QUICK
 
 STEP = 0.002
 NET = {
@@ -18,14 +19,14 @@ NET = {
 }
 
 
-def plan(**vehicle):
+def plan(gains=None, **vehicle):
     """A short flight of a Crazyflie to one side."""
     return MultirotorMission.model_validate(
         {
             "vehicle": {**preset_table("crazyflie"), **vehicle},
             "path": {"type": "step", "end": [0.1, 0.0, 1.0], "time": 0.0, "duration": 0.2},
             "start": {"position": [0.0, 0.0, 1.0]},
-            "controller": {"type": "pid"},
+            "controller": {"type": "pid", **(gains or {})},
             "simulation": {"duration": 0.2, "log_period": STEP},
         }
     ).plan(warn=False)
@@ -47,7 +48,7 @@ def rotors(log, flown):
 
 @pytest.mark.parametrize(("delay", "late"), [(0.0, 0), (0.001, 0), (0.013, 6), (0.0151, 7)])
 def test_rotors_follow_what_they_were_told_so_many_samples_ago(delay, late):
-    flown = plan(command={"speed": 2675.0, "delay": delay})
+    flown = plan(QUICK["pid"], command={"speed": 2675.0, "delay": delay})
     told, turning = rotors(fly_all([flown])[0], flown)
     left = np.exp(-STEP / flown.parameters.airframe.rotor.rise)
     before, after = turning[late:-2], turning[late + 1 : -1]

@@ -11,6 +11,7 @@ from quadstep.flight.scored import metrics, scored
 from quadstep.flight.sweep import Sweep
 from quadstep.metrics.effort import EFFORT
 from quadstep.numbers import flatten
+from tests.quick_gains import QUICK
 from tests.studies import study
 
 UP = {"type": "step", "end": [0.5, 0.0, 1.0], "time": 0.2, "duration": 1.5}
@@ -18,7 +19,8 @@ UP = {"type": "step", "end": [0.5, 0.0, 1.0], "time": 0.2, "duration": 1.5}
 
 def mission(**more):
     return Mission(
-        vehicle={"preset": "research-2.6kg"}, path=UP, controller={"type": "pid"}, metrics=list(EFFORT), **more,
+        vehicle={"preset": "research-2.6kg"}, path=UP, metrics=list(EFFORT),
+        controller={"type": "pid", **QUICK["pid"]}, **more,
     )  # fmt: skip
 
 

@@ -38,7 +38,9 @@ PATHS = {
 
 
 def within(mission: Mission, path: Path) -> Mission:
-    """The mission with the gyro and the outputs as late as there, in whole samples."""
+    """The mission with the gyro and the outputs as late as there, in whole samples. Its gains are those that are exported,
+    which do not follow this delay.
+    """
     assert isinstance(mission, MultirotorMission)
     vehicle, sensors = mission.vehicle, mission.sensors
     period = sensors.imu_period or mission.simulation.period_of("law")
@@ -49,6 +51,7 @@ def within(mission: Mission, path: Path) -> Mission:
         update={
             "sensors": sensors.model_copy(update={"imu_latency": late}),
             "vehicle": vehicle.model_copy(update={"command": command.model_copy(update={"delay": delay})}),
+            "modelled": mission.modelled,
         }
     )
 
