@@ -209,7 +209,7 @@ def test_its_flights_are_proved_and_that_is_checked(mission, start):
     run = quadstep("prove", mission, "--start", start, "--out", "proofs/lift.json")
     assert run.code == 0, run
     assert "z     proved" in run.out
-    run = quadstep("prove", "--check", "proofs/lift.json")
+    run = quadstep("prove", "--check", "proofs/lift.json", "--controller", "rail.py")
     assert run.code == 0, run
     assert "confirmed" in run.out
 

@@ -36,9 +36,9 @@ class Loop:
     def __init__(self, plan: FlightPlan, states: tuple[str, ...], unknown: Unknown) -> None:
         self.plan, self.like = plan, plan.loop.start(plan.start, plan.parameters)
         named: dict[str, int] = {}
-        for place, name in enumerate(leaf_names(self.like)):  # by the last parts of the name, the first leaf that has them
-            brief = name.partition(".")[2]
-            named[name if brief in named else brief] = place
+        for place, name in enumerate(leaf_names(self.like)):  # by its name, or by the last parts of it the first that has them
+            named[name] = place
+            named.setdefault(name.partition(".")[2], place)
         self.start = [float(leaf) for leaf in flatten(self.like)]
         self.places = [named.get(name, -1) for name in states]
         moving = set(range(len(flatten(self.like.state))))
