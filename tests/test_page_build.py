@@ -13,7 +13,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome, Ticks
 from quadstep.flight.engines import fly
 from quadstep.mission.schema import Mission
-from quadstep.page import build, paper
+from quadstep.page import build
 from quadstep.page.build import build_page, fill, page_data
 from quadstep.page.flights import Flown, check_length, facts, length
 from quadstep.page.laws import Laws
@@ -22,6 +22,7 @@ from quadstep.page.model import ClaimView, json_number
 from quadstep.page.scenes import PANELS, panels, scene
 from quadstep.study.cases import NEURONS, case_1
 from quadstep.study.claims import check_claims
+from quadstep.study.page import TURN_NEURONS, paper_page
 from quadstep.study.study import fly_study, plan_study
 from quadstep.vehicle.rotors import rotor_map
 from tests.missions import EXAMPLES, MISSIONS, RECORDED
@@ -42,7 +43,7 @@ def paper_text():
     study = fly_study(plans)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "template", lambda: STAND_IN)
-        return paper.paper_page(study, plans, check_claims(study))
+        return paper_page(study, plans, check_claims(study))
 
 
 def test_every_flight_of_the_paper_is_there_and_live(paper_text):
@@ -75,7 +76,7 @@ def test_every_claim_says_where_to_look_and_each_flight_which_claims(paper_text)
             assert number in flights[flight]["claims"]
             assert set(claim["panels"]) <= {panel["id"] for panel in flights[flight]["panels"]}
     assert all(claim in range(17) for flight in data["flights"] for claim in flight["claims"])
-    assert str(NEURONS[0]) in paper.TURN_NEURONS
+    assert str(NEURONS[0]) in TURN_NEURONS
 
 
 def test_the_pages_own_part_is_small(paper_text):
