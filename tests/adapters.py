@@ -11,13 +11,17 @@ from quadstep.export.c99 import c99_files
 from quadstep.export.firmware import firmware_files
 from tests.exports import real_mission
 from tests.patience import PATIENCE
+from tests.quick_gains import QUICK
 
 STUBS = Path(__file__).parent / "firmware"
 
 
 def adapter(folder, target, kind="pid", vehicle="crazyflie"):
-    """The files of a target in a folder; gives the law's name and plan."""
-    plan = real_mission({"type": kind}, vehicle).plan()
+    """The files of a target in a folder, of a loop so quick that it saturates: a Crazyflie's defaults are; gives the law's
+    name and plan.
+    """
+    quick = {} if vehicle == "crazyflie" else QUICK.get(kind, {})
+    plan = real_mission({"type": kind, **quick}, vehicle).plan()
     law = exported(plan, False)
     for name, text in firmware_files(target, law, c99_files(law, plan)).items():
         (folder / name).write_text(text, encoding="utf-8")
