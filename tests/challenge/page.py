@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from quadstep.errors import UserError
 from quadstep.flight.engines import fly
 from quadstep.mission.schema import Mission
 from tests.challenge.search import Attempt, Search
@@ -120,6 +121,15 @@ def drawn(random: np.random.Generator, control: dict[str, Any]) -> Values:
     return [value(component) for component in control["components"]]
 
 
+def refused(content: Content) -> bool:
+    """Whether a file cannot say this."""
+    try:
+        Mission.model_validate(content)
+    except UserError:
+        return True
+    return False
+
+
 def settings(seed: int) -> Iterator[Attempt]:
     random = np.random.default_rng(seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -132,9 +142,12 @@ def settings(seed: int) -> Iterator[Attempt]:
                 content, values = copy.deepcopy(base), {}
                 mine = flights[name]["controllers"][0]["controls"]
                 for control in [*flights[name]["controls"], *mine]:
-                    new = drawn(random, control)
+                    new, before = drawn(random, control), copy.deepcopy(content)
                     if control["kind"] == "number" and random.random() < 0.5 and say(content, control, new, control in mine):
-                        values[control["id"]] = new
+                        if refused(content):  # a control's 0, say of a payload, is for the file no such event
+                            content = before
+                        else:
+                            values[control["id"]] = new
                 asked.append({"flight": name, "values": values})
                 contents.append(content)
             for request, answer, content in zip(asked, fly_page(path, *asked), contents, strict=True):
