@@ -143,6 +143,11 @@ def under_way(path, out, *more):
 # Lost, killed, interrupted
 
 
+def unsealed(folder):
+    """campaign.json without its digest of itself, which holds the engine too."""
+    return {name: value for name, value in manifest(folder).items() if name != "sha256"}
+
+
 def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_path, monkeypatch):
     path, straight = whole
     monkeypatch.setattr(cluster, "SPAN", 100)
@@ -165,7 +170,7 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
     assert counts == sorted(counts)
     assert counts[-1] == 3600
     assert flights(tmp_path / "out") == flights(straight)
-    assert manifest(tmp_path / "out") == {**manifest(straight), "engine": "ray"}
+    assert unsealed(tmp_path / "out") == {**unsealed(straight), "engine": "ray"}
 
 
 def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined, tmp_path):

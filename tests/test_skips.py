@@ -56,6 +56,7 @@ def test_only_what_a_machine_may_well_lack_is_spared():
         "a processor with other instructions",
         "the NanoBench flights",
         "the CrazyPAD recordings",
+        "a tree of the Crazyflie firmware",
         "Firefox",
         "version 12.2 of the compiler for Cortex-M, whose sizes docs/export.md gives",
     }
