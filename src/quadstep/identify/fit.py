@@ -48,6 +48,9 @@ UNSURE = math.log(2.0)
 UNSURE_SCALES = 25.0
 """The same for other parameters, in their scales."""
 
+REFITTED = 6
+"""Most steps of a search for the other parameters once those that are not determined are back at their values."""
+
 UNDETERMINED = "not identifiable from these flights"
 CHECKED = ("drag.rotor[2]", "drag.flapping")
 """Parameters from predictions that averages determine too, in another way."""
@@ -219,6 +222,11 @@ def identify(
     kept.update(why)
     before = leaves_of(numbers_of(vehicle, flights))  # what is not determined is as it was
     p = with_values(p, {leaf: before[leaf] for one in free if one.key in kept for leaf in one.leaves})
+    if rest := tuple(one for one in free if one.key not in kept):  # whose best values depend on those of the others
+        short = problem_of(flights, vehicle, p, SHORT, rest)
+        p = short.at(search(short, point_of(p, rest), SHORT_WEIGHTS, REFITTED, priors(rest, p, told)))
+        values = dict(zip((one.key for one in rest), values_at(point_of(p, rest), rest), strict=True))
+        fitted = {key: about(one, values.get(key, one.value)) for key, one in fitted.items()}
     if not predictors:
         return Identified(p, None, fitted, kept)
     say("predictor")
@@ -246,6 +254,11 @@ def predictor(
     if LIMITS[0] in free:
         point = limits_guess(problem, point, LONG_WEIGHTS)
     return problem.at(search(problem, point, LONG_WEIGHTS, rounds))
+
+
+def about(one: Fitted, value: float) -> Fitted:
+    """A parameter at another value, with an interval that holds both."""
+    return one._replace(value=value, low=min(one.low, value), high=max(one.high, value))
 
 
 def vehicle_alone(observer: Observer) -> Observer:
