@@ -14,12 +14,12 @@ import pytest
 
 from quadstep.campaign import cluster, cluster_connection
 from quadstep.campaign.cluster import Pieces, Span, flown_on_cluster, fly_span, order, over, span_size, spans
-from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.flown import Flyer
 from quadstep.campaign.run import fly_campaign
 from quadstep.campaign.schema import read_campaign
 from quadstep.campaign.store import Chunk, parquet
 from quadstep.errors import UserError
+from quadstep.flight.engine import Engine
 from tests.campaigns import (
     SHORT,
     ended,
@@ -165,7 +165,7 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
             joined.add_node(num_cpus=1, object_store_memory=STORE)
 
     with no_report():
-        fly_campaign(path, tmp_path / "out", engine=CampaignEngine.RAY, progress=progress)
+        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=progress)
     assert lost == ["worker", "node"]
     assert counts == sorted(counts)
     assert counts[-1] == 3600
@@ -192,7 +192,7 @@ def test_a_driver_that_was_interrupted_and_killed_is_gone_on_with(whole, joined,
     assert soon(lambda: not flying()), "its workers fly on"
 
     with no_report():
-        fly_campaign(path, out, engine=CampaignEngine.RAY, resume=True)
+        fly_campaign(path, out, engine=Engine.RAY, resume=True)
     assert flights(out) == flights(straight)
     assert not leftovers(out)
 

@@ -9,10 +9,8 @@ import pyarrow as pa
 import pytest
 
 from quadstep.campaign import run as run_module
-from quadstep.campaign.engine import CampaignEngine
-from quadstep.campaign.flown import Flyer
+from quadstep.campaign.flown import Flyer, on_lanes
 from quadstep.campaign.replay import replay
-from quadstep.campaign.run import engine_for
 from quadstep.campaign.schema import read_campaign
 from quadstep.campaign.store import Chunk, parquet
 from quadstep.errors import InterruptedRun, UserError
@@ -86,8 +84,8 @@ def test_flights_are_the_same_on_any_number_of_threads(one, threads, monkeypatch
 def test_chunks_in_any_order_make_the_same_files(tmp_path):
     made = campaign(tmp_path, MANY, head="chunk = 16\nflights = 48")
     chunks = [Chunk(f"{i}", 16 * i, 16 * i + 16) for i in range(3)]
-    forward = dict(engine_for(made, CampaignEngine.LANES)(chunks, lambda _: None))
-    backward = dict(engine_for(made, CampaignEngine.LANES)(chunks[::-1], lambda _: None))
+    forward = dict(on_lanes(made)(chunks, lambda _: None))
+    backward = dict(on_lanes(made)(chunks[::-1], lambda _: None))
     assert {chunk: parquet(table) for chunk, table in forward.items()} == {
         chunk: parquet(table) for chunk, table in backward.items()
     }

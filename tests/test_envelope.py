@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 
 from quadstep import flight_metrics
 from quadstep.analysis.statistics import share
+from quadstep.campaign.flown import Flyer, on_lanes
 from quadstep.envelope import cells as cells_module
 from quadstep.envelope.cells import CAUSES, Cells, fly_cells, middle
 from quadstep.envelope.picture import draw_panel, legend, length, scale
 from quadstep.envelope.request import NOISY_FLIGHTS, request
-from quadstep.envelope.run import Flyer, fly_envelope
+from quadstep.envelope.run import fly_envelope
 from quadstep.flight.engines import fly
 from quadstep.mission.key_units import label
 from quadstep.mission.read import check_mission
@@ -183,7 +184,7 @@ def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
     assert len(set(flown["vehicle.mass"].to_pylist())) == 120
     for cell in range(6):  # the file's own grid goes through its values within each cell
         assert flown["disturbance.force.0"].to_pylist()[cell::6] == [0.0, 9.0] * 10
-    cells = fly_cells(asked, Flyer)
+    cells = fly_cells(asked, on_lanes(asked.campaign))
     good = np.array(flown["success"].to_pylist()).reshape(20, 1, 2, 3).sum(axis=0)
     assert (cells.successes == good).all()
     assert 0 < good.sum() < 120
@@ -191,10 +192,10 @@ def test_a_campaign_keeps_what_varies_and_what_fails(tmp_path):
 
 def test_what_can_be_built_in_one_go_is_tried_all_over_the_map(tmp_path):
     asked = request(saved(tmp_path), "vehicle.mass=1:2:300", "disturbance.scale=0:7:2")
-    flyers = []
-    fly_cells(asked, lambda campaign: flyers.append(Flyer(campaign)) or flyers[0])
+    flyer = Flyer(asked.campaign)
+    fly_cells(asked, flyer.fly_spans)
     for name, ends in (("vehicle.mass", (1.0, 2.0)), ("disturbance.scale", (0.0, 7.0))):
-        column = flyers[0].planner.typical[name].column()
+        column = flyer.planner.typical[name].column()
         assert (column.min(), column.max()) == ends
 
 

@@ -97,7 +97,7 @@ def test_a_value_in_the_middle_that_cannot_be_flown(tmp_path):
         (["--failure", "position_rmse=x"], ["--failure position_rmse", "'x' is not a number"]),
         (["--failure", "position_rmse=0"], ["--failure position_rmse", "above 0"]),
         (["--failure", "position_rmse=nan"], ["--failure position_rmse", "'nan'"]),
-        (["--engine", "ray"], ["--engine", "lanes"]),
+        (["--engine", "python"], ["--engine", "lanes, gpu, ray"]),
     ],
 )
 def test_options_that_make_no_map(tmp_path, options, said):

@@ -9,6 +9,7 @@ import pytest
 
 from quadstep import fly, read_mission
 from quadstep.c99.compiler import BITS
+from quadstep.c99.flown import fly_c
 from quadstep.c99.law import recorded
 from quadstep.c99.subject import subject_of
 from quadstep.control.controller import Measured
@@ -16,7 +17,6 @@ from quadstep.control.registry import names
 from quadstep.errors import UserError
 from quadstep.export.measure import in_f32
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import flown_by_c
 from quadstep.numbers import Matrix, atan2, cos, exp, log, sigmoid, sin, sqrt, vector, where
 from quadstep.numbers.c_text import literal
 from tests.commands import quadstep, write
@@ -295,7 +295,7 @@ def test_a_mission_flies_through_the_compiled_code_to_the_same_log(name):
 def test_compiled_code_is_given_what_its_law_measures_and_sees_ahead(kind):
     flown = real_mission({"type": kind}, simulation={"duration": 0.2})
     np.testing.assert_array_equal(fly(flown).rows, fly(flown, engine="c").rows)
-    single = flown_by_c(flown.plan(), precise=False)
+    single = fly_c(flown.plan(), precise=False)
     assert single.outcome is Outcome.COMPLETED
 
 

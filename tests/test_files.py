@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from quadstep import files
-from quadstep.campaign.engine import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
+from quadstep.campaign.limits import LARGEST_CHUNK, MOST_CHUNKS, MOST_FLIGHTS
 from quadstep.campaign.manifest import read_manifest
 from quadstep.campaign.schema import read_campaign
 from quadstep.documents import DEEPEST, parse_toml, read_json

@@ -22,7 +22,6 @@ UPWARDS = {
     "control.planar_linearisation": {"plants.planar"},
     "control.planar_pd": {"plants.planar"},
     "control.registry": {"plants.planar"},
-    "flight.engines": {"c99.flown", "c99.subject"},
     "metrics.effort": {"flight.own_metric"},
     "metrics.of_log": {"flight.log"},
     "metrics.quantities": {"flight.log"},

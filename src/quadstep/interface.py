@@ -12,7 +12,7 @@ from quadstep.extras import needed_by
 from quadstep.flight import engines
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.eager import Progress
-from quadstep.flight.engine import Engine
+from quadstep.flight.engine import FLIGHTS, Engine, engine_for
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.of_log import Metrics, flight_metrics, metric
@@ -188,9 +188,7 @@ def fly_all(
     >>> [flight.outcome.name for flight in flights]
     ['COMPLETED', 'COMPLETED', 'COMPLETED']
     """
-    if engine not in list(Engine):
-        raise UserError(f"engine {shorten(engine)} is not known; allowed: {', '.join(Engine)}")
-    given, flown_by = list(missions), Engine(engine)
+    given, flown_by = list(missions), engine_for(FLIGHTS, engine)
     plans = [planned(one) for one in given]
     flights = []
     for one, plan, log in zip(given, plans, engines.fly_all(plans, flown_by, progress), strict=True):

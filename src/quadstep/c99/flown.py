@@ -6,9 +6,9 @@ Every call takes the whole memory and returns it, so a sample depends on nothing
 import ctypes
 import math
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -20,8 +20,12 @@ from quadstep.c99.interface import Exported, header
 from quadstep.c99.law import measured_part
 from quadstep.c99.source import parameters, source
 from quadstep.c99.structs import fields_of
-from quadstep.c99.subject import Planned, exported
+from quadstep.c99.subject import Planned, exported, refuse_opaque
 from quadstep.control.controller import Controller
+from quadstep.flight.eager import Progress
+from quadstep.flight.engines import FlightPlan, Flown, on_lanes
+from quadstep.flight.log import FlightLog
+from quadstep.flight.loop import Loop
 from quadstep.guidance.reference import Reference
 from quadstep.numbers import Number, flatten, leaf_names, rebuild
 from quadstep.numbers.opaque import call
@@ -192,3 +196,21 @@ def through_c(plan: Planned, precise: bool) -> Iterator[tuple[Compiled, Compiled
             raise_pending(handle)
         finally:
             release(handle)
+
+
+def on_c(plans: Sequence[FlightPlan]) -> Flown:
+    """What flies these on lanes, each controller as C. Raises UserError for one that cannot be written in C."""
+    for plan in plans:
+        if isinstance(plan.loop, Loop):
+            refuse_opaque(plan.loop.controller)
+    return lambda progress: [fly_c(plan, progress) for plan in plans]
+
+
+def fly_c(plan: FlightPlan, progress: Progress | None = None, precise: bool = True) -> FlightLog:
+    """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
+
+    Raises UserError for a controller that cannot be written in C, and if there is no C compiler.
+    """
+    with through_c(plan, precise) as (law, gains):
+        loop, parameters = replace(plan.loop, controller=law), plan.parameters._replace(gains=gains)
+        return on_lanes([plan._replace(loop=loop, parameters=parameters)])(progress)[0]

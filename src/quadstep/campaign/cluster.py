@@ -9,18 +9,19 @@ import platform
 import re
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
+from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from types import ModuleType
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, Generic, NamedTuple, NoReturn
 
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
 from quadstep.campaign.cluster_connection import connected, cores, first_line
-from quadstep.campaign.flown import Flyer, Progress
+from quadstep.campaign.flown import Fly, Flyer, Progress, S
+from quadstep.campaign.flown import Span as Whole
 from quadstep.campaign.schema import Campaign
-from quadstep.campaign.store import Chunk
 from quadstep.errors import UserError
 from quadstep.flight.sweep import Sweep, Swept
 from quadstep.results.code import code_digest
@@ -110,19 +111,25 @@ def refuse_others(here: str, wanted: Sequence[tuple[str, str]]) -> None:
 # What the driver does
 
 
-class Span(NamedTuple):
+class Span(NamedTuple, Generic[S]):
     """Flights from `first` up to `past` of a chunk."""
 
-    chunk: Chunk
+    chunk: S
     first: int
     past: int
 
 
-def flown_on_cluster(campaign: Campaign, chunks: Sequence[Chunk], progress: Progress) -> Iterator[tuple[Chunk, pa.Table]]:
+def on_cluster(campaign: Campaign) -> Fly[Whole]:
+    """What flies a campaign on the cluster. Raises UserError for one that cannot be flown."""
+    Flyer(campaign).rehearse()
+    return partial(flown_on_cluster, campaign)
+
+
+def flown_on_cluster(campaign: Campaign, chunks: Sequence[S], progress: Progress) -> Iterator[tuple[S, pa.Table]]:
     """The flights of each chunk, as they arrive. Raises UserError for a cluster that is absent or cannot fly."""
     with connected() as ray:
         size = span_size(sum(chunk.past - chunk.first for chunk in chunks), cores(ray))
-        pieces = Pieces()
+        pieces: Pieces[S] = Pieces()
         with closing(flown_spans(ray, order(campaign), spans(chunks, size))) as flown:
             for span, table in flown:
                 progress(table.num_rows)
@@ -137,14 +144,14 @@ def span_size(flights: int, cores: int) -> int:
     return min(max(even, SMALLEST_SPAN), SPAN)
 
 
-def spans(chunks: Sequence[Chunk], size: int) -> Iterator[Span]:
+def spans(chunks: Sequence[S], size: int) -> Iterator[Span[S]]:
     """The chunks in order, cut into spans."""
     for chunk in chunks:
         for first in range(chunk.first, chunk.past, size):
             yield Span(chunk, first, min(first + size, chunk.past))
 
 
-def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span]) -> Generator[tuple[Span, pa.Table], None, None]:
+def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span[S]]) -> Generator[tuple[Span[S], pa.Table], None, None]:
     """Spans as they come back, in any order. Raises UserError.
 
     Tasks still flying when this ends are ended with the connection: Ray aborts the driver where it cancels a task that
@@ -159,7 +166,7 @@ def flown_spans(ray: ModuleType, order: Order, waiting: Iterator[Span]) -> Gener
 
     task = ray.remote(num_cpus=1, max_retries=LOSSES)(quadstep_span)
     told = ray.put(tuple(order))
-    flying: dict[object, Span] = {}
+    flying: dict[object, Span[S]] = {}
     while True:
         room = max(0, AHEAD * max(1, cores(ray)) - len(flying))
         for span in islice(waiting, room):
@@ -177,7 +184,8 @@ def over(ray: ModuleType, flying: list[object]) -> list[object]:
     while not ray.wait(flying, num_returns=1, timeout=PATIENCE)[0]:
         if not cores(ray):
             raise UserError(
-                f"--engine ray: no core has been free on the cluster for {PATIENCE:g} s; start nodes with CPUs, then --resume"
+                f"--engine ray: no core has been free on the cluster for {PATIENCE:g} s; start nodes with CPUs, then "
+                "repeat the command, a campaign with --resume"
             )
     ready: list[object] = ray.wait(flying, num_returns=len(flying), timeout=0)[0]
     return ready
@@ -191,7 +199,8 @@ def fetched(ray: ModuleType, reference: object, what: str) -> Any:
         refuse(error)
     except ray.exceptions.RayError as error:
         raise UserError(
-            f"--engine ray: {what} were lost ({first_line(error)}); finished flights are kept, --resume continues from there"
+            f"--engine ray: {what} were lost ({first_line(error)}); finished flights of a campaign are "
+            "kept, --resume continues from there"
         ) from None
 
 
@@ -209,13 +218,13 @@ def refuse(error: Any) -> NoReturn:
     raise cause from error
 
 
-class Pieces:
+class Pieces(Generic[S]):
     """Tables of spans, kept until their chunk is complete."""
 
     def __init__(self) -> None:
-        self.tables: dict[Chunk, dict[int, pa.Table]] = {}
+        self.tables: dict[S, dict[int, pa.Table]] = {}
 
-    def add(self, span: Span, table: pa.Table) -> pa.Table | None:
+    def add(self, span: Span[S], table: pa.Table) -> pa.Table | None:
         """The table of the chunk if this completes it."""
         parts = self.tables.setdefault(span.chunk, {})
         parts[span.first] = table

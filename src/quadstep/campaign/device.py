@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from quadstep.campaign.draws import continuous, draw, shares
-from quadstep.campaign.flown import Flyer, Progress, table
+from quadstep.campaign.flown import Fly, Flyer, Progress, Span, table
 from quadstep.campaign.planner import TYPICAL, Batch, Planner
 from quadstep.campaign.schema import Campaign
 from quadstep.flight.cuda import Device
@@ -24,6 +24,13 @@ def device_flyer(campaign: Campaign) -> Flyer:
     flyer = Flyer(campaign, GpuSweep)
     only = generated_batch(flyer)
     return flyer if only is None else DeviceFlyer(campaign, flyer.planner, only)
+
+
+def on_gpu(campaign: Campaign) -> Fly[Span]:
+    """What flies a campaign there. Raises UserError where there is none, and for a campaign that cannot be flown."""
+    flyer = device_flyer(campaign)
+    flyer.rehearse()
+    return flyer.fly_spans
 
 
 def generated_batch(flyer: Flyer) -> Batch | None:

@@ -1,8 +1,8 @@
 """Spans of a campaign's flights: drawn, built, flown, and returned as a table with one row per flight."""
 
 import logging
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Iterator, Sequence
+from typing import Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -27,6 +27,25 @@ Progress = Callable[[int], None]
 log = logging.getLogger(__name__)
 
 
+class Span(Protocol):
+    """Flights from `first` up to `past`."""
+
+    @property
+    def first(self) -> int:
+        """The number of the first."""
+        ...
+
+    @property
+    def past(self) -> int:
+        """The number after the last."""
+        ...
+
+
+S = TypeVar("S", bound=Span)
+Fly: TypeAlias = Callable[[Sequence[S], Progress], Iterator[tuple[S, pa.Table]]]
+"""Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
+
+
 class Sweeper(Protocol):
     """What flies a batch: `Sweep` or a class with its methods."""
 
@@ -47,6 +66,10 @@ class Flyer:
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
         flights = np.arange(first, past)
         return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
+
+    def fly_spans(self, spans: Sequence[S], progress: Progress) -> Iterator[tuple[S, pa.Table]]:
+        """One after the other. Raises UserError for values that cannot be flown."""
+        return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
     def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Progress | None = None) -> pa.Table:
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
@@ -99,6 +122,13 @@ class Flyer:
                 batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, self.campaign.double
             )
         return self.sweeps[key]
+
+
+def on_lanes(campaign: Campaign) -> Fly[Span]:
+    """What flies a campaign on the cores of this machine. Raises UserError for one that cannot be flown."""
+    flyer = Flyer(campaign)
+    flyer.rehearse()
+    return flyer.fly_spans
 
 
 def table(

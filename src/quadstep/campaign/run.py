@@ -1,20 +1,17 @@
 """`quadstep campaign`: from file to folder."""
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
-import pyarrow as pa
-
-from quadstep.campaign.engine import CampaignEngine
-from quadstep.campaign.flown import Flyer, Progress
+from quadstep.campaign.flown import Fly
 from quadstep.campaign.manifest import read_manifest
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import Summary, as_json, summarise
 from quadstep.errors import InterruptedRun
+from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.report.sheet import Sheet
 
 REPORT = "report.html"
@@ -32,7 +29,7 @@ def fly_campaign(
     path: Path,
     folder: Path,
     flights: int | None = None,
-    engine: CampaignEngine = CampaignEngine.LANES,
+    engine: Engine = Engine.LANES,
     resume: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -46,7 +43,7 @@ def fly_campaign(
     campaign = read_campaign(path)
     count = flights or campaign.flights
     campaign.check_count(count)
-    fly = engine_for(campaign, engine)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
     with interruptible(folder), opened(folder, campaign, count, engine, resume, overwrite) as store:
         missing = store.missing
         over = store.flights - sum(chunk.past - chunk.first for chunk in missing)
@@ -80,29 +77,6 @@ def interruptible(folder: Path) -> Iterator[None]:
             raise
         kept, wanted = len(found["chunks"]), -(-found["flights"] // found["chunk"])
         raise InterruptedRun(f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume") from None
-
-
-Flown: TypeAlias = Iterator[tuple[Chunk, pa.Table]]
-
-
-def engine_for(campaign: Campaign, engine: CampaignEngine) -> Callable[[Sequence[Chunk], Progress], Flown]:
-    """The function that flies chunks of a campaign, yielding flights as they finish. Raises UserError where it cannot."""
-    if engine is CampaignEngine.GPU:
-        from quadstep.campaign.device import device_flyer  # noqa: PLC0415 (40 ms, only for graphics processors)
-
-        flyer = device_flyer(campaign)
-    else:
-        flyer = Flyer(campaign)
-    flyer.rehearse()
-    if engine is CampaignEngine.RAY:
-        from quadstep.campaign.cluster import flown_on_cluster  # noqa: PLC0415 (an extra, loaded where it is used)
-
-        return partial(flown_on_cluster, campaign)
-
-    def fly(chunks: Sequence[Chunk], progress: Progress) -> Flown:
-        return ((chunk, flyer.fly(chunk.first, chunk.past, progress)) for chunk in chunks)
-
-    return fly
 
 
 def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:

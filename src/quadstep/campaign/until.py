@@ -14,14 +14,15 @@ from typing import NamedTuple
 import pyarrow.compute as pc
 
 from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, incomplete_beta
-from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
-from quadstep.campaign.flown import SUCCESS
+from quadstep.campaign.flown import SUCCESS, Fly
+from quadstep.campaign.limits import MOST_FLIGHTS
 from quadstep.campaign.manifest import read_manifest
-from quadstep.campaign.run import Finished, engine_for, finish, interruptible
+from quadstep.campaign.run import Finished, finish, interruptible
 from quadstep.campaign.schema import Campaign, read_campaign
-from quadstep.campaign.store import Store, opened
+from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import summarise
 from quadstep.errors import UserError
+from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.report.sheet import Sheet
 from quadstep.terminal.screen import command
@@ -108,7 +109,7 @@ def fly_until(
     folder: Path,
     target: float,
     most: int | None = None,
-    engine: CampaignEngine = CampaignEngine.LANES,
+    engine: Engine = Engine.LANES,
     resume: bool = False,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -121,7 +122,7 @@ def fly_until(
     campaign = read_campaign(path)
     first = next(looks(target))
     check(campaign, path, first, most)
-    fly = engine_for(campaign, engine)
+    fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
     known = read_manifest(folder) if resume else None
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)

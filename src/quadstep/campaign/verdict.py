@@ -4,19 +4,17 @@ from pathlib import Path
 
 from quadstep.campaign import until
 from quadstep.campaign.copies import alike
-from quadstep.campaign.engine import CampaignEngine
 from quadstep.campaign.replay import replay_command
 from quadstep.campaign.run import REPORT, Finished
 from quadstep.campaign.summary import as_json
 from quadstep.exit_codes import UNMET
+from quadstep.flight.engine import Engine
 from quadstep.judging.share import Judged
 from quadstep.judging.verdict import Case, Verdict
 from quadstep.version import __version__
 
 
-def verdict(
-    done: Finished, file: Path, engine: CampaignEngine, least: float | None, decided: until.Decided | None = None
-) -> Verdict:
+def verdict(done: Finished, file: Path, engine: Engine, least: float | None, decided: until.Decided | None = None) -> Verdict:
     """Judge a finished campaign. least: share of flights that must succeed, None if nothing is required. decided: what
     `--until` has shown, if it was given. Raises UserError where the flights do not differ but something is required of them.
     """

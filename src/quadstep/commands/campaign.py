@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.campaign.engine import MOST_FLIGHTS, CampaignEngine
-from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption
+from quadstep.campaign.limits import MOST_FLIGHTS
+from quadstep.commands.options import FiguresOption, JsonOption, JunitOption, StyleOption, WidthOption, engine_option
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
+from quadstep.flight.engine import CAMPAIGNS, Engine
 from quadstep.judging.deliver import check_junit, deliver
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.terminal.bars import bar
@@ -24,9 +25,7 @@ if TYPE_CHECKING:
 def campaign(
     file: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file.", show_default=False)],
     flights: Annotated[int | None, typer.Option(help="Number of flights, instead of the file's.", show_default=False)] = None,
-    engine: Annotated[
-        CampaignEngine, typer.Option(help="lanes: all cores. gpu: an NVIDIA graphics processor. ray: a cluster.")
-    ] = CampaignEngine.LANES,
+    engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     resume: Annotated[bool, typer.Option("--resume", help="Resume the campaign in the folder.")] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<campaign's name>.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the campaign in the folder.")] = False,
@@ -81,7 +80,7 @@ def campaign(
         given = {
             "--until": until is not None,
             "--flights": flights is not None,
-            "--engine": engine is not CampaignEngine.LANES,
+            "--engine": engine is not Engine.LANES,
         }
         refused = [name for name, was in given.items() if was]
         if refused:

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.comparison.engine import CompareEngine
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
 from quadstep.errors import UserError
 from quadstep.exit_codes import BAD_INPUT
 from quadstep.extras import needed_by
+from quadstep.flight.engine import JOBS, Engine
 from quadstep.report.sheet import SCREEN, USUAL, Sheet, sheet
 from quadstep.terminal.bars import Bar, bar
 from quadstep.terminal.screen import complain, say, say_whole
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MOST_SEEDS, USUAL_SEEDS = 100_000, 100
 
-EngineOption = Annotated[CompareEngine, typer.Option(help="lanes: all cores. ray: a cluster.")]
+EngineOption = Annotated[Engine, engine_option(JOBS)]
 SeedsOption = Annotated[
     int | None, typer.Option(help="Flights per cell, instead of the study's; 100 for missions.", show_default=False)
 ]
@@ -36,7 +36,7 @@ def compare(
         list[Path], typer.Argument(metavar="STUDY.toml", help="A study; or two or more missions.", show_default=False)
     ],
     seeds: SeedsOption = None,
-    engine: EngineOption = CompareEngine.LANES,
+    engine: EngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<study's name>.")] = None,
@@ -75,7 +75,7 @@ def check_seeds(seeds: int | None) -> None:
 
 
 def run_study(
-    study: "Study", folder: Path, seeds: int | None, engine: CompareEngine, retune: bool, keep_going: bool, overwrite: bool,
+    study: "Study", folder: Path, seeds: int | None, engine: Engine, retune: bool, keep_going: bool, overwrite: bool,
     drawn_on: Sheet,
 ) -> None:  # fmt: skip
     """Work a study out, and say what was found."""
@@ -88,7 +88,7 @@ def run_study(
     show(done)
 
 
-def how_of(shown: Bar, engine: CompareEngine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
+def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune: bool, drawn_on: Sheet) -> "How":
     """How it is worked out. shown: the progress bar."""
     from quadstep.comparison.run import How
 

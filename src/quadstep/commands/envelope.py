@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption
-from quadstep.envelope.engine import EnvelopeEngine
+from quadstep.commands.options import FiguresOption, OverwriteOption, StyleOption, WidthOption, engine_option
 from quadstep.extras import needed_by
+from quadstep.flight.engine import CAMPAIGNS, Engine
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import say, say_whole
@@ -32,9 +32,7 @@ def envelope(
             metavar="METRIC=MOST", help="Limit above which a flight counts as failed; may be repeated.", show_default=False
         ),
     ] = None,
-    engine: Annotated[
-        EnvelopeEngine, typer.Option(help="lanes: all cores. gpu: an NVIDIA graphics processor.")
-    ] = EnvelopeEngine.LANES,
+    engine: Annotated[Engine, engine_option(CAMPAIGNS)] = Engine.LANES,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default: out/<mission's name>-envelope.")] = None,
     overwrite: OverwriteOption = False,
     figures: FiguresOption = USUAL,

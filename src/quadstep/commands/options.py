@@ -6,14 +6,23 @@ from typing import Annotated
 import typer
 
 from quadstep.errors import UserError
-from quadstep.flight.engine import Engine
+from quadstep.flight.engine import FLIGHTS, FLOWN_BY, WORDS, Engine
 
-EngineOption = Annotated[
-    Engine,
-    typer.Option(
-        help="lanes: compiled vector code. python: the same laws without a compiler, slower. c: the controller as exported C."
-    ),
-]
+
+def engine_option(work: str) -> object:
+    """`--engine` of a command that does this kind of work."""
+    allowed = FLOWN_BY[work]
+
+    def engine(text: str) -> Engine:
+        if text not in allowed:
+            raise ValueError(f"{text!r} is not one of {', '.join(allowed)}.")
+        return Engine(text)
+
+    told = ". ".join(f"{name}: {WORDS[name]}" for name in allowed)
+    return typer.Option(parser=engine, metavar=f"<{'|'.join(allowed)}>", autocompletion=lambda: list(allowed), help=f"{told}.")
+
+
+EngineOption = Annotated[Engine, engine_option(FLIGHTS)]
 ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace other results in the folder.")]
 FiguresOption = Annotated[str, typer.Option("--figures", metavar="FORMATS", help="Figure formats: png, svg, pdf.")]

@@ -7,9 +7,9 @@ import typer
 
 from quadstep.commands.compare import EngineOption, KeepGoingOption, RetuneOption, SeedsOption, check_seeds, run_study
 from quadstep.commands.options import OverwriteOption
-from quadstep.comparison.engine import CompareEngine
 from quadstep.exit_codes import FAILED
 from quadstep.extras import needed_by
+from quadstep.flight.engine import Engine
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 from quadstep.terminal.screen import say, say_whole
 from quadstep.terminal.tables import show_table
@@ -73,7 +73,7 @@ def region(
 def controllers(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/controllers"),
     seeds: SeedsOption = None,
-    engine: EngineOption = CompareEngine.LANES,
+    engine: EngineOption = Engine.LANES,
     retune: RetuneOption = False,
     keep_going: KeepGoingOption = False,
     overwrite: OverwriteOption = False,

@@ -10,7 +10,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from quadstep.comparison import cost, margins
-from quadstep.comparison.engine import CompareEngine
 from quadstep.comparison.entrants import Entrant, Problem, entrants, with_gains, write_gains
 from quadstep.comparison.found import Comparison, ranks, result
 from quadstep.comparison.jobs import Bear, Fly, Job, OfLaw, Tune, Worked
@@ -22,6 +21,7 @@ from quadstep.comparison.training import flown_in, read_lines
 from quadstep.comparison.workers import alone, work
 from quadstep.documents import parse_json
 from quadstep.errors import InterruptedRun, UserError
+from quadstep.flight.engine import Engine
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
@@ -40,7 +40,7 @@ class How(NamedTuple):
     for. doing, done: told the stage, and flights over and in all. sheet: what figures are drawn on.
     """
 
-    engine: CompareEngine = CompareEngine.LANES
+    engine: Engine = Engine.LANES
     overwrite: bool = False
     keep_going: bool = False
     again: bool = False
@@ -141,7 +141,7 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
         publishing(folder, identity, how.overwrite) as out,
         interruptible(run := Run(kept, how)),
     ):
-        asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is CompareEngine.LANES)
+        asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:
             run.met(problem)
         if not asked:

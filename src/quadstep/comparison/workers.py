@@ -9,8 +9,8 @@ from itertools import islice
 
 from quadstep.campaign.cluster import AHEAD, LOSSES, fetched, needs, over, refuse_others
 from quadstep.campaign.cluster_connection import connected, cores
-from quadstep.comparison.engine import CompareEngine
 from quadstep.comparison.jobs import Job, Worked, worked
+from quadstep.flight.engine import JOBS, Engine, loaded
 from quadstep.report.pool import drawing_pool
 
 LOOK = 0.5
@@ -19,11 +19,12 @@ LOOK = 0.5
 Look = Callable[[], None]
 
 
-def work(jobs: Sequence[Job], engine: CompareEngine, look: Look) -> Iterator[tuple[Job, Worked]]:
+def work(jobs: Sequence[Job], engine: Engine, look: Look) -> Iterator[tuple[Job, Worked]]:
     """Jobs as they are done, in any order. look: called while others go on. Raises UserError where there is no cluster."""
     if not jobs:
         return iter(())
-    return on_cluster(jobs) if engine is CompareEngine.RAY else on_cores(jobs, look)
+    done: Iterator[tuple[Job, Worked]] = loaded(JOBS, engine)(jobs, look)
+    return done
 
 
 def alone(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
@@ -43,7 +44,7 @@ def on_cores(jobs: Sequence[Job], look: Look) -> Iterator[tuple[Job, Worked]]:
                 yield going.pop(future), future.result()
 
 
-def on_cluster(jobs: Sequence[Job]) -> Iterator[tuple[Job, Worked]]:
+def on_cluster(jobs: Sequence[Job], _look: Look) -> Iterator[tuple[Job, Worked]]:
     """On a cluster: a task a job."""
     with connected() as ray:
 

@@ -1,6 +1,5 @@
 """The flights of a map gathered cell by cell."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.draws import draw
-from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer, Progress, drawn_column
+from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Fly, Progress, drawn_column
 from quadstep.envelope.request import Request
 from quadstep.flight.scored import LARGEST, RMSE
 
@@ -24,6 +23,13 @@ CAUSES = (OVER_LIMIT, *OUTCOMES[1:])
 """Why a flight does not succeed: it completed, but failed by a limit of the user's; or it ended early."""
 
 MEDIAN, MEAN = (RMSE.replace("[", f"_{what}[") for what in ("median", "mean"))
+
+
+class Span(NamedTuple):
+    """Flights from `first` up to `past`."""
+
+    first: int
+    past: int
 
 
 class Cells(NamedTuple):
@@ -65,16 +71,15 @@ class Cells(NamedTuple):
         return self.share >= FLYABLE
 
 
-def fly_cells(asked: Request, make: Callable[..., Flyer], progress: Progress | None = None) -> Cells:
-    """Fly the map. make: what flies a campaign. Raises UserError for values that cannot be flown."""
-    flyer, cells, total = make(asked.campaign), asked.cells, asked.cells * asked.flights
+def fly_cells(asked: Request, fly: Fly[Span], progress: Progress = lambda _: None) -> Cells:
+    """Fly the map. fly: what flies its campaign. Raises UserError for values that cannot be flown."""
+    cells, total = asked.cells, asked.cells * asked.flights
     causes = np.zeros((cells, len(CAUSES)), dtype=np.int64)
     outcomes = np.zeros((cells, len(OUTCOMES)), dtype=np.int64)
     rmse = np.full((asked.flights, cells), np.nan)
     largest = np.full(cells, np.nan)
-    for first in range(0, total, SPAN):
-        past = min(first + SPAN, total)
-        flown = flyer.fly(first, past, progress)
+    spans = [Span(first, min(first + SPAN, total)) for first in range(0, total, SPAN)]
+    for (first, past), flown in fly(spans, progress):
         turn, cell = np.divmod(np.arange(first, past), cells)
         outcome = flown[OUTCOME].combine_chunks().indices.to_numpy().astype(np.int64)
         failed = ~flown[SUCCESS].to_numpy()

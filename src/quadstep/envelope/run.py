@@ -5,15 +5,14 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from quadstep.campaign.flown import Flyer
 from quadstep.campaign.store import parquet
 from quadstep.envelope.axes import Axis, shown
 from quadstep.envelope.cells import CAUSES, FLYABLE, Cells, fly_cells, table
-from quadstep.envelope.engine import EnvelopeEngine
 from quadstep.envelope.found import Envelope, Panel
 from quadstep.envelope.picture import draw_map
 from quadstep.envelope.report import write_report
 from quadstep.envelope.request import Request
+from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.version import __version__
@@ -24,7 +23,7 @@ DATA, PICTURE, REPORT = "envelope.parquet", "envelope", "report.html"
 def fly_envelope(
     asked: Request,
     folder: Path,
-    engine: EnvelopeEngine = EnvelopeEngine.LANES,
+    engine: Engine = Engine.LANES,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
     sheet: Sheet | None = None,
@@ -43,22 +42,13 @@ def fly_envelope(
 
     with publishing(folder, identity(asked), overwrite) as out:
         told(0)
-        cells = fly_cells(asked, flyer(engine), told)
+        cells = fly_cells(asked, loaded(CAMPAIGNS, engine)(asked.campaign), told)
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
         draw_map(out / PICTURE, asked, cells, (sheet or Sheet()).shown())
         write_report(out / REPORT, found, PICTURE)
         write_json(out / MANIFEST, as_json(found, engine))
     return found
-
-
-def flyer(engine: EnvelopeEngine) -> Callable[..., Flyer]:
-    """The flyer of a campaign on this engine."""
-    if engine is EnvelopeEngine.GPU:
-        from quadstep.campaign.device import device_flyer  # noqa: PLC0415 (loaded only where it is used)
-
-        return device_flyer
-    return Flyer
 
 
 def identity(asked: Request) -> str:
@@ -88,7 +78,7 @@ def panel_name(by: Axis | None, place: int) -> str:
     return f"{by.key} = {shown(by.values[place])}" if by else ""
 
 
-def as_json(found: Envelope, engine: EnvelopeEngine) -> dict[str, object]:
+def as_json(found: Envelope, engine: Engine) -> dict[str, object]:
     """The content of metrics.json."""
     asked, file = found.asked, found.asked.campaign.file
     return {

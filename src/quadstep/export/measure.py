@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from quadstep.c99.flown import fly_c
 from quadstep.c99.interface import Exported
 from quadstep.errors import UserError
 from quadstep.export import arm, misra
 from quadstep.export.datasheet import Measured
 from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.engines import FlightPlan, flown_by_c, fly
+from quadstep.flight.engines import FlightPlan, fly
 
 LONGEST = 8.0
 """Seconds of the flight in f32."""
@@ -54,7 +55,7 @@ def in_f32(plan: FlightPlan, absent: list[str], told: Callable[[str], None]) -> 
     whole, ticks = plan.ticks, plan.ticks
     short = plan._replace(ticks=ticks._replace(last=min(whole.last, round(LONGEST / ticks.step))))
     try:
-        single = flown_by_c(short, precise=False)
+        single = fly_c(short, precise=False)
     except UserError as error:
         absent.append(f"the error of f32: {error}")
         return None

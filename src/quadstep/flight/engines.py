@@ -1,17 +1,15 @@
 """The engines by name: one way to fly a plan, or many."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from quadstep.c99.flown import through_c
-from quadstep.c99.subject import refuse_opaque
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Ticks
 from quadstep.flight.eager import Progress, fly_floats
-from quadstep.flight.engine import Engine
+from quadstep.flight.engine import FLIGHTS, Engine, loaded
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop, Numbers
 from quadstep.numbers import Table, flatten, in_matrix, leaf_names
@@ -51,14 +49,12 @@ def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | No
 def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
     controlled = [plan for plan in plans if isinstance(plan.loop, Loop)]  # the engines take any `ClosedLoop`
-    if engine is Engine.C:
-        for plan in controlled:
-            refuse_opaque(plan.loop.controller)
+    flown: Flown = loaded(FLIGHTS, engine)(plans)
     if len(plans) > 1 and any(plan.loop.controller.one_at_a_time for plan in controlled):
         return [fly(plan, engine, progress) for plan in plans]
     for plan in controlled:
         announce(plan.loop, plan.parameters, plan.start)
-    logs = flown(plans, engine, progress)
+    logs = flown(progress)
     for plan in controlled:
         plan.loop.controller.landed(plan.parameters.gains)
     return logs
@@ -70,12 +66,17 @@ def announce(loop: Loop, parameters: Numbers, start: tuple[object, ...]) -> None
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
 
 
-def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None) -> list[FlightLog]:
-    """The same, without raising its controllers' exceptions."""
-    if engine is Engine.PYTHON:
-        return [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
-    if engine is Engine.C:
-        return [flown_by_c(plan, progress) for plan in plans]
+Flown: TypeAlias = Callable[[Progress | None], list[FlightLog]]
+"""What flies plans; it does not raise their controllers' exceptions."""
+
+
+def on_floats(plans: Sequence[FlightPlan]) -> Flown:
+    """What flies these one by one, without a compiler."""
+    return lambda progress: [fly_floats(plan.loop, plan.parameters, plan.start, plan.ticks, progress) for plan in plans]
+
+
+def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
+    """What flies these in groups of the same structure and clock."""
     from quadstep.flight.lanes import fly_lanes  # noqa: PLC0415 (the compiler is loaded only where it is used)
 
     groups: dict[object, list[int]] = defaultdict(list)
@@ -83,21 +84,13 @@ def flown(plans: Sequence[FlightPlan], engine: Engine, progress: Progress | None
         pairs = zip(flatten(plan.parameters), in_matrix(plan.parameters), strict=True)
         common = tuple(leaf for leaf, entry in pairs if entry or isinstance(leaf, Table))
         groups[plan.loop, plan.ticks, tuple(leaf_names(plan.parameters)), common].append(i)
-    logs: dict[int, FlightLog] = {}
-    for members in groups.values():
-        first = plans[members[0]]
-        parameters, starts = [plans[i].parameters for i in members], [plans[i].start for i in members]
-        flown = fly_lanes(first.loop, parameters, starts, first.ticks, progress)
-        logs.update(zip(members, flown, strict=True))
-    return [logs[i] for i in range(len(plans))]
 
+    def fly(progress: Progress | None) -> list[FlightLog]:
+        logs: dict[int, FlightLog] = {}
+        for members in groups.values():
+            first = plans[members[0]]
+            parameters, starts = [plans[i].parameters for i in members], [plans[i].start for i in members]
+            logs.update(zip(members, fly_lanes(first.loop, parameters, starts, first.ticks, progress), strict=True))
+        return [logs[i] for i in range(len(plans))]
 
-def flown_by_c(plan: FlightPlan, progress: Progress | None = None, precise: bool = True) -> FlightLog:
-    """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
-
-    Raises UserError for a controller that cannot be written in C, and if there is no C compiler.
-    """
-    with through_c(plan, precise) as (law, gains):
-        loop = replace(plan.loop, controller=law)
-        parameters = plan.parameters._replace(gains=gains)
-        return flown([plan._replace(loop=loop, parameters=parameters)], Engine.LANES, progress)[0]
+    return fly

@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.campaign.engine import MOST_FLIGHTS
+from quadstep.campaign.limits import MOST_FLIGHTS
 from quadstep.errors import UserError, cut
 from quadstep.tuning.ground import Asked, Ground, Told
 from quadstep.tuning.judge import Judge, Judged

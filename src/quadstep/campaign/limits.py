@@ -1,15 +1,4 @@
-"""The names of a campaign's engines, and its limits, apart from the rest, so that the command line loads fast."""
-
-from enum import StrEnum
-
-
-class CampaignEngine(StrEnum):
-    """lanes: all cores of this machine. gpu: an NVIDIA graphics processor. ray: a cluster."""
-
-    LANES = "lanes"
-    GPU = "gpu"
-    RAY = "ray"
-
+"""The limits of a campaign, apart from the rest, so that the command line loads fast."""
 
 MOST_FLIGHTS = 10**9
 """Most flights of one campaign; the random numbers distinguish 2^32."""
