@@ -1,4 +1,4 @@
-"""Pictures of a comparison: marks for a few controllers, a square each for many."""
+"""Pictures of a comparison: marks for a few controllers, a square each for many. Its headline."""
 
 import math
 
@@ -7,10 +7,13 @@ import pytest
 from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.heat import said
+from quadstep.comparison.linear import Linear, rows, unlinearised
 from quadstep.comparison.picture import MANY, draw_vehicle
 from quadstep.comparison.ranking import Ranked
 from quadstep.comparison.spread import Effort, Spread
 from quadstep.comparison.study import Situation
+from quadstep.comparison.words import of_all, of_situation
+from quadstep.linear.grade import FRAGILE, NO_REST, SOUND, UNKNOWN, UNSTABLE
 from quadstep.report.sheet import SCREEN, USUAL, sheet
 
 WHERE = Situation("crazyflie", "hover", "calm")
@@ -39,3 +42,26 @@ def test_any_number_of_controllers_can_be_drawn(tmp_path, count):
 )
 def test_a_square_says_the_median_and_what_is_lost(median, lost, words):
     assert said(result("law", median, lost), "e", 100.0) == words
+
+
+@pytest.mark.parametrize(
+    ("grades", "words"),
+    [
+        ((SOUND, FRAGILE), "on second at rest its loop is fragile: why 1"),
+        ((UNSTABLE, FRAGILE), "on first at rest its loop is unstable: why 0"),
+        ((SOUND, UNKNOWN), "on second at rest its loop is not linearised: why 1"),
+        ((SOUND, NO_REST), "on second no rest of its loop is found: why 1"),
+        ((SOUND, SOUND), "on first at rest its loop is sound: why 0"),
+    ],
+)
+def test_the_headline_names_the_winner_with_the_worst_grade_of_its_loops(grades, words):
+    vehicles = "first", "second"
+    margins = {"phase_margin": 0.5}
+    loops = [Linear(word, f"why {i}", [word], {} if word in (UNKNOWN, NO_REST) else margins) for i, word in enumerate(grades)]
+    found = comparison(2)._replace(linear=dict(zip([(one, "law 0") for one in vehicles], loops, strict=True)))
+    (situation, ranked) = next(iter(found.ranked.items()))
+    twice = found._replace(ranked={situation: ranked, situation._replace(path="circle"): ranked})
+    assert of_all(twice).startswith(f"law 0 has the best mean rank; {words}; rotor activity 0 N/s. 2 controllers")
+    assert "at rest" not in of_situation(found, situation, ranked)  # on another vehicle
+    assert [row[2] for row in rows(found.linear)] == list(grades)
+    assert len(unlinearised(found.linear)) == (not all(one.metrics for one in loops))

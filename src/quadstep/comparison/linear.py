@@ -6,6 +6,7 @@ from typing import NamedTuple
 from quadstep.comparison.study import Cell
 from quadstep.errors import UserError
 from quadstep.linear.analysis import studied
+from quadstep.linear.grade import graded, refused
 from quadstep.linear.metrics import of_analysis
 from quadstep.linear.worst import ROW_HEADER, cells
 from quadstep.mission.multirotor import MultirotorMission
@@ -15,14 +16,14 @@ HEADER = ("vehicle", "controller", *ROW_HEADER[1:])
 
 
 class Linear(NamedTuple):
-    """What is said of a loop. cells: of `HEADER` after the names; metrics: margins by name.
-
-    refused: why it cannot be linearised, and then it has neither; empty where it can.
+    """What is said of a loop. grade, why: of `linear.grade`. cells: of `HEADER` after the names; metrics: margins by name;
+    neither where it cannot be linearised.
     """
 
+    grade: str
+    why: str
     cells: list[str]
     metrics: dict[str, float]
-    refused: str = ""
 
 
 def linear_of(cell: Cell) -> Linear:
@@ -30,8 +31,10 @@ def linear_of(cell: Cell) -> Linear:
     try:
         found = studied(without_estimator(cell.mission)).analysis
     except UserError as error:
-        return Linear([], {}, str(error).removeprefix(f"{cell.campaign.source}: "))
-    return Linear(cells(found), of_analysis(found))
+        grade = refused(error)
+        return Linear(grade.word, grade.why.removeprefix(f"{cell.campaign.source}: "), [], {})
+    grade = graded(found)
+    return Linear(grade.word, grade.why, cells(found), of_analysis(found))
 
 
 def without_estimator(mission: Mission) -> Mission:
@@ -46,14 +49,14 @@ def without_estimator(mission: Mission) -> Mission:
 
 def rows(found: Mapping[tuple[str, str], Linear]) -> list[list[str]]:
     """A row of `HEADER` for each controller: the least margins of all its channels."""
-    none = ["not linearised", *["-"] * (len(HEADER) - 3)]
-    return [[vehicle or "-", controller, *(one.cells or none)] for (vehicle, controller), one in found.items()]
+    none = ["-"] * (len(HEADER) - 3)
+    return [[vehicle or "-", controller, *(one.cells or [one.grade, *none])] for (vehicle, controller), one in found.items()]
 
 
-def refused(found: Mapping[tuple[str, str], Linear]) -> list[str]:
+def unlinearised(found: Mapping[tuple[str, str], Linear]) -> list[str]:
     """A line for each that cannot be linearised."""
     return [
-        f"{' on '.join(filter(None, (controller, vehicle)))}: {one.refused}"
+        f"{' on '.join(filter(None, (controller, vehicle)))}: {one.why}"
         for (vehicle, controller), one in found.items()
-        if one.refused
+        if not one.metrics
     ]

@@ -119,7 +119,7 @@ def sections(out: Path, found: Comparison, drawn: dict[str, Path], links: list[t
                 "compensates. `quadstep linear` gives details."
             ),
             page.table(linear.HEADER, linear.rows(found.linear)),
-            page.listing(linear.refused(found.linear)),
+            page.listing(linear.unlinearised(found.linear)),
         ]
     if found.margins:
         body += [
@@ -184,7 +184,9 @@ def as_json(found: Comparison, flights: Sequence[Fly]) -> dict[str, object]:
             {
                 "vehicle": vehicle,
                 "controller": controller,
-                **({"refused": one.refused} if one.refused else one.metrics),
+                "grade": one.grade,
+                "why": one.why,
+                **one.metrics,
             }
             for (vehicle, controller), one in found.linear.items()
         ],

@@ -231,4 +231,4 @@ def best(found: Comparison, situation: Situation) -> str:
 def loop_cell(found: Comparison, vehicle: str, controller: str, value: Callable[[Mapping[str, float]], float]) -> str:
     """A margin of a loop at rest; a dash where it is not linearised."""
     one = found.linear.get((vehicle, controller))
-    return NOTHING if one is None or one.refused else f"{value(one.metrics):.3g}"
+    return NOTHING if one is None or not one.metrics else f"{value(one.metrics):.3g}"

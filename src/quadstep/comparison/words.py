@@ -7,8 +7,9 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.comparison.study import Situation
+from quadstep.linear.grade import WORST_FIRST, phrase
 from quadstep.report.symbols import prose
-from quadstep.report.units import counted, listed, quantity
+from quadstep.report.units import counted, listed
 
 LOST, NOTHING = "lost", "-"
 
@@ -121,7 +122,7 @@ def of_all(found: Comparison) -> str:
     first = next(iter(found.overall()))
     text = f"{counted(len(found.controllers), 'controller')}, {counted(found.seeds, 'flight')} each in every situation."
     if many > 1:
-        text = f"{first} has the best mean rank{with_margins(found, first)}. {text}"
+        text = f"{first} has the best mean rank{with_grade(found, first)}. {text}"
     if pairs and found.seeds < fewest(len(pairs)):
         text += (
             f" With so few flights no difference can be significant: {counted(len(pairs), 'pair')} "
@@ -135,25 +136,19 @@ def of_all(found: Comparison) -> str:
     return text
 
 
-def with_margins(found: Comparison, controller: str, vehicle: str | None = None) -> str:
-    """What a winner's loop leaves and costs, to follow its name: least margins over vehicles, and rotor activity."""
-    loops = [one for (where, name), one in found.linear.items() if name == controller and vehicle in (None, where)]
+def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -> str:
+    """What a winner's loop is and costs, to follow its name: the worst grade over vehicles, and rotor activity."""
+    loops = [(one, where) for (where, name), one in found.linear.items() if name == controller and vehicle in (None, where)]
     if not loops:
         return ""
-    if any(one.refused for one in loops):
-        return ", margins unknown (its loop is not linearised)"
-    least = {name: min(one.metrics[name] for one in loops) for name in loops[0].metrics}
-    gain = min(least["gain_margin_up"], least["gain_margin_down"])
-    if gain <= 0.0:
-        return ", with a loop that is unstable at rest"
-    phase, delay = math.degrees(least["phase_margin"]), quantity(least["delay_margin"], "s")
-    text = f", with margins of {gain:.2g} dB, {phase:.2g}° and {delay}"
+    worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
+    text = f"; {f'on {where} ' if where and vehicle is None else ''}{phrase(worst.grade, worst.why)}"
     effort = [
         one.effort.activity
         for one in found.results
         if one.controller == controller and vehicle in (None, one.situation.vehicle) and math.isfinite(one.effort.activity)
     ]
-    return text + (f" and a rotor activity of {sum(effort) / len(effort):.3g} N/s" if effort else "")
+    return text + (f"; rotor activity {sum(effort) / len(effort):.3g} N/s" if effort else "")
 
 
 def ranked_in(found: Comparison) -> str:
@@ -200,7 +195,7 @@ def of_situation(found: Comparison, situation: Situation, ranked: Ranked) -> str
         text += f"{value} ({counted(found.seeds, 'flight')} {'are' if found.seeds > 1 else 'is'} too few for an interval)"
     else:
         text += f"{shown(median, unit.factor)} {unit.name}"
-    text += with_margins(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
+    text += with_grade(found, best, situation.vehicle) if len(found.ranked) == 1 else ""
     beaten: list[str] = []
     better: list[str] = []
     open_: list[str] = []

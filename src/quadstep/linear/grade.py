@@ -50,6 +50,14 @@ class Grade(NamedTuple):
         return f"{self.word[0].upper()}{self.word[1:]}: {self.why}."
 
 
+WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
+
+
+def phrase(word: str, why: str) -> str:
+    """A grade beside other results, without a full stop."""
+    return f"no rest of its loop is found: {why}" if word == NO_REST else f"at rest its loop is {word}: {why}"
+
+
 def graded(found: Analysis) -> Grade:
     """The grade of a linearised loop."""
     if not found.stable:
