@@ -1,4 +1,4 @@
-"""The own elementary functions on their short intervals, as `Elementary` computes them: what Gappa and rationals are asked.
+"""The own elementary functions on their short intervals, as `elementary.py` computes them: what Gappa and rationals are asked.
 
 A test feeds floats through these formulas and through the functions that fly, and wants the same bits.
 """
@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quadstep.numbers.elementary import (
+from quadstep.numbers.kinds import Number
+from quadstep.numbers.polynomials import (
     ARCTANGENT,
     COSINE,
     EXPONENTIAL,
@@ -20,7 +21,6 @@ from quadstep.numbers.elementary import (
     SINE,
     polynomial,
 )
-from quadstep.numbers.functions import Number
 
 PLACES = 40
 LN2 = Fraction(round(Fraction("0.69314718055994530941723212145817656807550013436026") * 2**110), 2**110)

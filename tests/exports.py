@@ -10,12 +10,13 @@ import numpy as np
 from quadstep import Mission
 from quadstep.c99.compiler import BITS, WARNINGS
 from quadstep.c99.expressions import Naming
-from quadstep.c99.functions import ARGUMENTS, STEPS, functions
+from quadstep.c99.functions import STEPS, functions
 from quadstep.c99.scans import ScanRecord
 from quadstep.c99.structs import Output, Stored
 from quadstep.c99.subject import exported
 from quadstep.c99.writing import Writer
 from quadstep.export.c99 import c99_files
+from quadstep.numbers.operation import OPERATIONS
 from tests.patience import PATIENCE
 
 CIRCLE = {"type": "circle", "centre": [0.0, 0.0, 3.0], "radius": 1.0, "period": 4.0, "turns": 2.0}
@@ -66,7 +67,7 @@ def through_c(folder, law, *columns):
     body = Writer(record, True, Naming({}, {}), frozenset(("in", "out", "i", "j", "k"))).body(wanted)
     parts = [
         "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n#include <string.h>\ntypedef double real;",
-        functions(frozenset((*STEPS, *ARGUMENTS)), True),
+        functions((*STEPS, *OPERATIONS), True),
         "void law(const real *in, real *out)\n{\n" + "\n".join(body) + "\n}\n",
     ]
     (folder / "law.c").write_text("\n".join(parts), encoding="utf-8")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from quadstep.numbers.elementary import Elementary
+from quadstep.numbers.operation import Elementary
 
 EXPONENT_BIAS, MANTISSA_BITS = 127, 23
 MANTISSA = (1 << MANTISSA_BITS) - 1

@@ -27,9 +27,9 @@ from quadstep.numbers import (
     where,
 )
 from quadstep.numbers.noise import key, normals, uniforms
+from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.script import CONSTANT, Record, ScriptNumber, constant_text
 from quadstep.numbers.script_functions import JAVASCRIPT
-from quadstep.page.elementary import FUNCTIONS
 from quadstep.page.writing import Output, Writer
 from tests.pages import needs_node, run_node
 from tests.scripts import through_script, written
@@ -208,5 +208,5 @@ def test_no_name_from_outside_reaches_the_text():
     names = set(re.findall(r"[A-Za-z_$][\w$]*", text))
     frame = {"use", "strict", "const", "new", "function", "law", "return", "Array", "from", "Float64Array"}
     assert {name for name in names if not re.fullmatch(r"[vf]\d+|[ABDKTWX]|[xy]", name)} - frame == {
-        *FUNCTIONS, "Math", "abs", "result", "buffer", "Int32Array", "Infinity", "NaN"}  # fmt: skip
+        *OPERATIONS, "Math", "abs", "result", "buffer", "Int32Array", "Infinity", "NaN"}  # fmt: skip
     assert all("{}" in form for form in JAVASCRIPT.values())

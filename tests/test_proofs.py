@@ -34,7 +34,8 @@ from proofs.statement import Claim, Statement, variables_of
 from quadstep.control.completed_backstepping import coupling_columns
 from quadstep.control.inversion import invert_force
 from quadstep.numbers import atan2, cos, exp, flatten, log, sigmoid, sin, sqrt, vector, where
-from quadstep.numbers.functions import FLOATS
+from quadstep.numbers.elementary import limited
+from quadstep.numbers.kinds import FLOATS
 from quadstep.numbers.terms import Term, coq, decimal, gappa, generalised, term, variable, variables
 from quadstep.theory.region import decay
 from quadstep.vehicle.kinematics import Kinematics
@@ -123,8 +124,8 @@ def test_kernels_are_the_functions_that_fly_to_the_bit():
             assert f - (half - s * (half + logarithm_tail(s, True))) == log(1.0 + f)
     for octaves in draw.uniform(-0.49, 0.49, 500).tolist():
         argument = -octaves * math.log(2.0)
-        held = FLOATS.held(
-            argument * -float(1 / Fraction("0.69314718055994530941723212145817656807550013436026")), -1023.0, 1024.0
+        held = limited(
+            FLOATS, argument * -float(1 / Fraction("0.69314718055994530941723212145817656807550013436026")), -1023.0, 1024.0
         )
         assert 1.0 / (1.0 + power_of_two(held, True)) == sigmoid(argument)
 

@@ -5,14 +5,12 @@ from heapq import heappop, heappush
 from typing import NamedTuple
 
 from quadstep.c99.scans import FILLED, SCAN
+from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.rows import LEFT
 from quadstep.numbers.script import Node
 
 HALVES = {"sin": "sine", "cos": "cosine"}
 """Functions that are members of what `qs_sincos` returns: both cost little more than one."""
-
-COSTLY = frozenset(("sin", "cos", "exp", "sigmoid", "log", "atan2"))
-"""A branch is worth an `if` where it has one of these."""
 
 MANY = 4
 """As many choices by one condition are worth one too."""
@@ -94,7 +92,7 @@ def branches(nodes: Sequence[Node], needed: Sequence[int], wanted: set[int], joi
         alike = [one for one in choosing[nodes[last].operands[0]] if one <= last and owners.get(one) == owners.get(last)]
         choices = [one for one in alike if one not in taken and all(user > last for user in uses.users[one])]
         sides = uses.only(choices, 1), uses.only(choices, 2)
-        if len(choices) >= MANY or any(nodes[place].operation in COSTLY for side in sides for place in side):
+        if len(choices) >= MANY or any(nodes[place].operation in OPERATIONS for side in sides for place in side):
             taken.update(choices)
             found[last] = choices
             owners |= {place: (last, number) for number, side in enumerate(sides) for place in side}

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from quadstep.c99.scans import ScanRecord
 from quadstep.numbers.c_text import C_TEXT, bare, literal
+from quadstep.numbers.operation import OPERATIONS
 from quadstep.numbers.rows import LEFT
 from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT
 
@@ -97,6 +98,8 @@ class Expressions:
         if node.operation == "bit":
             x, mask = node.operands
             return C_TEXT["bit"].format(self.text(x), f"{int(float(self.nodes[mask].text))}u")
+        if node.operation in OPERATIONS:
+            return f"qs_{node.operation}({', '.join(bare(self.text(operand)) for operand in node.operands)})"
         if node.operation not in C_TEXT:
             raise TypeError(f"the operation {node.operation!r} cannot be written in C")
         word = node.operation.startswith("word ")

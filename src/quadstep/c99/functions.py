@@ -1,7 +1,8 @@
-"""sin, cos, exp, sigmoid, log and atan2 in C, generated from the engines' own functions, with the same bits."""
+"""The elementary functions in C, generated from the engines' own functions, with the same bits."""
 
-from functools import lru_cache, reduce
-from typing import cast
+from collections.abc import Iterable
+from functools import cache, reduce
+from typing import NamedTuple, cast
 
 from quadstep.c99.branches import HALVES
 from quadstep.c99.expressions import Naming
@@ -9,10 +10,9 @@ from quadstep.c99.scans import ScanRecord
 from quadstep.c99.structs import INDENT, Output, Stored
 from quadstep.c99.writing import Writer
 from quadstep.numbers.c_text import CSteps
-from quadstep.numbers.elementary import Elementary
-from quadstep.numbers.functions import Number
-
-ARGUMENTS = {"sincos": "x", "sin": "x", "cos": "x", "exp": "x", "sigmoid": "x", "log": "x", "atan2": "yx"}
+from quadstep.numbers.elementary import turn
+from quadstep.numbers.kinds import Number
+from quadstep.numbers.operation import OPERATIONS, Elementary
 
 STEPS = {
     "abs": "static inline real qs_abs(real x)\n{\n    return {abs}(x);\n}",
@@ -42,11 +42,11 @@ STEPS = {
 
 PAIR = "typedef struct\n{\n    real sine;\n    real cosine;\n} qs_sine_cosine;"
 
-NEEDS = {
-    "power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",),
-    "sin": ("sincos",), "cos": ("sincos",), "sincos": ("abs", "bits"), "exp": ("power",), "sigmoid": ("power",),
-    "log": ("fraction", "exponent", "equal"), "atan2": ("abs",),
-}  # fmt: skip
+CALLS = {"magnitude": "abs", "==": "equal", "!=": "equal", "bit": "bits"}
+"""Recorded operations by another name than that of the step that they call."""
+
+NEEDS = {"power": ("bits", "of_bits"), "fraction": ("bits", "of_bits"), "exponent": ("bits",)}
+"""Steps that call others."""
 
 KINDS = {
     True: {"abs": "fabs", "sqrt": "sqrt", "word": "uint64_t", "size": "52", "bias": "1023", "mantissa": "0xFFFFFFFFFFFFFu",
@@ -57,47 +57,60 @@ KINDS = {
 """Words filled into these texts for f64 (True) and f32 (False)."""
 
 
-def functions(used: frozenset[str], precise: bool) -> str:
-    """The functions that a law uses, and those that they need, in order."""
-    wanted = set(used)
-    while True:
-        more = wanted.union(*(NEEDS.get(name, ()) for name in wanted))
-        if more == wanted:
-            break
-        wanted = more
+class Function(NamedTuple):
+    """text: in C. uses: the operations in it."""
+
+    text: str
+    uses: tuple[str, ...]
+
+
+def functions(used: Iterable[str], precise: bool) -> str:
+    """The functions that these operations call, and those that they need, in order."""
+    known = ("sincos", *OPERATIONS)
+    wanted: set[str] = set()
+    waiting = list(used)
+    while waiting:
+        operation = waiting.pop()
+        name = CALLS.get(operation, operation)
+        if name not in wanted and (name in STEPS or name in known):
+            wanted.add(name)
+            waiting += NEEDS.get(name, ()) if name in STEPS else written(name, precise).uses
     texts = []
     for name, text in STEPS.items():
         if name in wanted:
             texts.append(reduce(lambda said, one: said.replace(f"{{{one[0]}}}", one[1]), KINDS[precise].items(), text))
-    texts += [written(name, precise) for name in ARGUMENTS if name in wanted]
+    texts += [written(name, precise).text for name in known if name in wanted]
     return "\n\n".join(texts)
 
 
-@lru_cache(maxsize=32)
-def written(name: str, precise: bool) -> str:
+@cache
+def written(name: str, precise: bool) -> Function:
     """One function."""
     if name in HALVES:
-        return f"static inline real qs_{name}(real x)\n{{\n{INDENT}return qs_sincos(x).{HALVES[name]};\n}}"
-    given = ", ".join(f"real {one}" for one in ARGUMENTS[name])
+        text = f"static inline real qs_{name}(real x)\n{{\n{INDENT}return qs_sincos(x).{HALVES[name]};\n}}"
+        return Function(text, ("sincos",))
+    arguments = OPERATIONS["sin" if name == "sincos" else name].arguments
+    given = ", ".join(f"real {one}" for one in arguments)
     record = ScanRecord()
-    numbers = [cast(Number, record.input(one)) for one in ARGUMENTS[name]]
-    writer = Writer(record, precise, Naming({}, {}), frozenset(("result", *ARGUMENTS[name])))
+    numbers = [cast(Number, record.input(one)) for one in arguments]
+    writer = Writer(record, precise, Naming({}, {}), frozenset(("result", *arguments)))
     if name == "sincos":
         results = sine_cosine(CSteps(precise), *numbers)
         outputs = [Output(f"result.{one}", record.at(number)) for one, number in zip(HALVES.values(), results, strict=True)]
         body = ["qs_sine_cosine result;", *writer.body(Stored(outputs, [])), "return result;"]
         head = f"{PAIR}\n\nstatic qs_sine_cosine qs_sincos({given})"
     else:
-        result = getattr(CSteps(precise), name)(*numbers)
+        result = OPERATIONS[name].steps(CSteps(precise), *numbers)
         *body, last = writer.body(Stored([Output("result", record.at(result))], []))
         body.append("return " + last.removeprefix("result = "))
         head = f"static inline real qs_{name}({given})"
-    return "\n".join([head, "{", *(INDENT + line for line in body), "}"])
+    text = "\n".join([head, "{", *(INDENT + line for line in body), "}"])
+    return Function(text, tuple({node.operation for node in record.nodes}))
 
 
 def sine_cosine(steps: Elementary, x: Number) -> tuple[Number, Number]:
-    """`Elementary.sin` and `cos` to the bit, from one reduction of the angle."""
-    sine, cosine, quarter = steps.turn(x)
+    """Sine and cosine to the bit, from one reduction of the angle."""
+    sine, cosine, quarter = turn(steps, x)
     odd, back = steps.bit(quarter, 0), steps.bit(quarter, 1)
     rise, run = steps.where(odd, cosine, sine), steps.where(odd, -sine, cosine)
     return steps.where(back, -rise, rise), steps.where(back, -run, run)

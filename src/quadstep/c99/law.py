@@ -100,8 +100,7 @@ class Subject(NamedTuple):
 
 
 class Code(NamedTuple):
-    """A law in C. functions: the statements of each. reads: what each takes from memory. used: functions of numbers that
-    they call.
+    """A law in C. functions: the statements of each. reads: what each takes from memory. used: operations in them.
 
     memory, vehicle, command, made: the contents of C's structs; NamedTuples, perhaps empty. asked: a command as the
     law returns it. operations: of all functions, counting every turn of a loop.

@@ -2,7 +2,7 @@
 
 import re
 
-from quadstep.c99.functions import STEPS, functions
+from quadstep.c99.functions import functions
 from quadstep.c99.guards import finite, guards
 from quadstep.c99.interface import Exported, head, title
 from quadstep.c99.structs import has_numbers, initialiser
@@ -11,13 +11,12 @@ from quadstep.c99.structs import has_numbers, initialiser
 def source(exported: Exported) -> str:
     """The source."""
     name, code = exported.name, exported.code
-    used = frozenset(("bits", *(word for word in code.used if word in STEPS), *named(code.used)))
     raw = {what: f"static void {what}_step" for what in code.functions}
     parts = [
         head(exported, f"{title(exported)}: a control law in C99. Do not edit."),
         f'#include "{name}.h"\n\n#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <string.h>',
         PRAGMAS,
-        functions(used, exported.precise),
+        functions(("bits", *code.used), exported.precise),
         finite(exported),
     ]
     for what, lines in code.functions.items():
@@ -30,14 +29,6 @@ def source(exported: Exported) -> str:
     parts += guards(exported)
     return "\n\n".join(parts) + "\n"
 
-
-def named(used: frozenset[str]) -> set[str]:
-    """Steps by the operations that call them."""
-    return {name for operation, name in OPERATIONS.items() if operation in used} | {one for one in used if one in CALLED}
-
-
-OPERATIONS = {"magnitude": "abs", "sqrt": "sqrt", "==": "equal", "!=": "equal", "bit": "bits", "power": "power"}
-CALLED = frozenset(("sincos", "sin", "cos", "exp", "sigmoid", "log", "atan2"))
 
 PRAGMAS = """/*
  * Bits: every operation must be rounded separately, in the order written. Compile with -ffp-contract=off and without

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.flight.log import FlightLog
-from quadstep.numbers.functions import ARRAYS
+from quadstep.numbers.kinds import ARRAYS
 
 Numbers = NDArray[np.float64]
 
@@ -75,7 +75,8 @@ def angles_of(cosines: Numbers) -> Numbers:
     """The angles [rad] of these cosines; round-off beyond 1 counts as 1."""
     cosines = np.clip(cosines, -1.0, 1.0)
     sines = np.sqrt((1.0 - cosines) * (1.0 + cosines))
-    return ARRAYS.atan2(sines, cosines)
+    angles: Numbers = ARRAYS.atan2(sines, cosines)
+    return angles
 
 
 def share_at_limits(log: FlightLog, least: float, greatest: float) -> float:

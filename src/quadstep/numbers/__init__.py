@@ -14,25 +14,10 @@ This folder holds the functions, vectors and named structures that work for all 
 array([8., 1.])
 """
 
-from quadstep.numbers.functions import (
-    Condition,
-    Number,
-    absolute,
-    atan2,
-    clip,
-    cos,
-    exp,
-    largest,
-    log,
-    maximum,
-    minimum,
-    power,
-    sigmoid,
-    sin,
-    smallest,
-    sqrt,
-    where,
-)
+from quadstep.numbers import elementary
+from quadstep.numbers.elementary import *  # noqa: F403 (whatever it declares)
+from quadstep.numbers.functions import absolute, clip, largest, maximum, minimum, power, smallest, sqrt, where
+from quadstep.numbers.kinds import Condition, Number
 from quadstep.numbers.linear import Matrix, Vector, matrix, outer, solve_symmetric, total, vector
 from quadstep.numbers.scan import scan
 from quadstep.numbers.structure import Structure, Table, flatten, in_matrix, leaf_names, rebuild
@@ -45,15 +30,11 @@ __all__ = [
     "Table",
     "Vector",
     "absolute",
-    "atan2",
     "clip",
-    "cos",
-    "exp",
     "flatten",
     "in_matrix",
     "largest",
     "leaf_names",
-    "log",
     "matrix",
     "maximum",
     "minimum",
@@ -61,8 +42,6 @@ __all__ = [
     "power",
     "rebuild",
     "scan",
-    "sigmoid",
-    "sin",
     "smallest",
     "solve_symmetric",
     "sqrt",
@@ -70,3 +49,4 @@ __all__ = [
     "vector",
     "where",
 ]
+__all__ += elementary.__all__

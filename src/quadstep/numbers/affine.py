@@ -11,13 +11,13 @@ of the form itself. Without directions it is a ball. Arrays throughout: one oper
 
 from __future__ import annotations
 
-from typing import NamedTuple, Never, TypeAlias, overload
+from typing import NamedTuple, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.caller import place
-from quadstep.numbers.functions import Functions
+from quadstep.numbers.operation import Kind
 from quadstep.numbers.truth import Choice, Truth
 
 Array: TypeAlias = NDArray[np.float64]
@@ -73,7 +73,7 @@ class Enclosure:
 
     __slots__ = ("centre", "floor", "fresh", "known", "parts", "reach", "rest")
     __array_ufunc__ = None
-    functions: Functions[Enclosure, Truth, Never]
+    functions: Kind
 
     def __init__(
         self,

@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quadstep.numbers.caller import place
-from quadstep.numbers.functions import FLOATS, Number, power
+from quadstep.numbers.functions import power
+from quadstep.numbers.kinds import FLOATS, Number
+from quadstep.numbers.operation import Kind, Operation, Rule
 
 Slopes: TypeAlias = NDArray[np.float64]
 
@@ -176,28 +178,27 @@ def value_of(x: Dual | float) -> float:
     return x.value if isinstance(x, Dual) else x
 
 
-class Duals:
+class Duals(Kind):
     """The functions of `quadstep.numbers` for them. Values are those of floats, to the bit."""
 
-    def sin(self, x: Dual) -> Dual:
-        return Dual(FLOATS.sin(x.value), x.slopes * FLOATS.cos(x.value), x.seeds, x.lost)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """The value, and of each slope its tangent, or none where that does not exist."""
 
-    def cos(self, x: Dual) -> Dual:
-        return Dual(FLOATS.cos(x.value), x.slopes * -FLOATS.sin(x.value), x.seeds, x.lost)
+        def dual(_: Duals, *given: Dual | float) -> Dual:
+            values = [value_of(one) for one in given]
+            moving = [(one, tangent) for one, tangent in zip(given, operation.tangents, strict=True) if isinstance(one, Dual)]
+            seeds, slopes = moving[0][0].seeds, np.zeros_like(moving[0][0].slopes)
+            value = operation.steps(FLOATS, *values)
+            lost = next((one.lost for one, _ in moving if one.lost), None)
+            if not operation.singular(*values):
+                for one, tangent in moving:
+                    slopes = slopes + tangent(one.slopes, *values, value)
+            elif any(one.slopes.any() for one, _ in moving):
+                lost = lost or f"{operation.undefined} ({place()})"
+            return Dual(value, slopes, seeds, lost)
 
-    def exp(self, x: Dual) -> Dual:
-        value = FLOATS.exp(x.value)
-        return Dual(value, x.slopes * value, x.seeds, x.lost)
-
-    def sigmoid(self, x: Dual) -> Dual:
-        value = FLOATS.sigmoid(x.value)
-        return Dual(value, x.slopes * (value * (1.0 - value)), x.seeds, x.lost)
-
-    def log(self, x: Dual) -> Dual:
-        if x.value == 0.0:
-            broken = x.lost or (f"a logarithm of zero ({place()})" if x.slopes.any() else None)
-            return Dual(FLOATS.log(0.0), np.zeros_like(x.slopes), x.seeds, broken)
-        return Dual(FLOATS.log(x.value), x.slopes / x.value, x.seeds, x.lost)
+        return dual
 
     def sqrt(self, x: Dual) -> Dual:
         value = FLOATS.sqrt(x.value)
@@ -237,21 +238,6 @@ class Duals:
         if ways.any():
             lost = lost or f"a norm at zero ({place()})"
         return Dual(FLOATS.sqrt(square.value), np.zeros_like(square.slopes), square.seeds, lost)
-
-    def atan2(self, y: Dual | float, x: Dual | float) -> Dual:
-        rise, run = value_of(y), value_of(x)
-        some = y if isinstance(y, Dual) else x
-        assert isinstance(some, Dual)
-        square = rise * rise + run * run
-        broken = (y.lost if isinstance(y, Dual) else None) or (x.lost if isinstance(x, Dual) else None)
-        slopes = np.zeros_like(some.slopes)
-        if square == 0.0:
-            return Dual(0.0, slopes, some.seeds, broken or f"the angle of a point at the origin ({place()})")
-        if isinstance(y, Dual):
-            slopes = slopes + y.slopes * (run / square)
-        if isinstance(x, Dual):
-            slopes = slopes - x.slopes * (rise / square)
-        return Dual(FLOATS.atan2(rise, run), slopes, some.seeds, broken)
 
     def where(self, condition: bool, yes: Dual | float, no: Dual | float) -> Dual | float:
         return yes if condition else no

@@ -1,190 +1,349 @@
-"""sin, cos, exp, sigmoid, log and atan2, written once for every kind of number from operations that IEEE 754 fixes to the bit.
+"""sin, cos, exp, sigmoid, log and atan2: of each what laws call, its steps, its enclosure, and its other rules.
 
-Sums, products, quotients, comparisons and `where` in the order written here, and four steps on the bits of a number: so the
-same argument gives the same bits on every engine, processor and compiler. Each function is a reduction to a short interval and
-a polynomial, fitted there by Chebyshev interpolation in 40 digits (`mpmath.chebyfit`). Largest errors in units of the last
-place, measured without fused operations: docs/decisions/0012-equal-bits.md.
+Steps are written once for every kind of number from operations that IEEE 754 fixes to the bit: sums, products, quotients,
+comparisons and `where` in the order written here, and four steps on the bits of a number. So the same argument gives the same
+bits on every engine, processor and compiler. Each function is a reduction to a short interval and a polynomial there
+(`polynomials.py`). Largest errors in units of the last place, measured without fused operations:
+docs/decisions/0012-equal-bits.md.
+
+A further function is one more such section here, and a name in `__all__`.
 """
 
 import math
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
-PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-LN2 = Fraction("0.69314718055994530941723212145817656807550013436026")
+import numpy as np
 
-# (sin r - r) / r^3, (cos r - 1 + r^2/2) / r^4 over r^2; (exp r - 1 - r) / r^2 over r; (2^r - 1) / r over r;
-# (atan r - r) / r^3 over r^2; (log((1 + s) / (1 - s)) - 2 s) / s^3 over s^2; each for f64 (True) and f32 (False)
-SINE = {
-    True: (-0.16666666666666666, 0.0083333333333307, -0.00019841269836387345, 2.755731591191116e-06,
-           -2.5051092507061385e-08, 1.59153232122714e-10),
-    False: (-0.16666664539989612, 0.008332724732630293, -0.0001958285585078999),
-}  # fmt: skip
-COSINE = {
-    True: (0.041666666666666664, -0.0013888888888887241, 2.4801587298533456e-05, -2.755731715246704e-07,
-           2.087612165887116e-09, -1.1380876948169717e-11),
-    False: (0.04166666453694609, -0.0013888279449649538, 2.454289633694463e-05),
-}  # fmt: skip
-EXPONENTIAL = {
-    True: (0.5, 0.1666666666666667, 0.04166666666666667, 0.008333333333325544, 0.0013888888888883327,
-           0.00019841269876864356, 2.4801587327007187e-05, 2.755725283351691e-06, 2.75572718102198e-07,
-           2.5106274733573296e-08, 2.0915442297780116e-09),
-    False: (0.5, 0.16666573381900845, 0.04166655011030512, 0.008363773874405574, 0.0013926926614021907),
-}  # fmt: skip
-POWER_OF_TWO = {
-    True: (0.6931471805599462, 0.24022650695910075, 0.05550410866465167, 0.009618129107618665, 0.0013333558200794592,
-           0.00015403530424776529, 1.5252672924850737e-05, 1.3215451633221434e-06, 1.0205905413765595e-07,
-           7.070977866508138e-09),
-    False: (0.6931471805599453, 0.2402234903802036, 0.05550381013796457, 0.009666368515385448, 0.0013381302537320797),
-}  # fmt: skip
-ARCTANGENT = {
-    True: (-0.3333333333333333, 0.19999999999999785, -0.14285714285654638, 0.11111111104652255, -0.09090908728587459,
-           0.07692295658327873, -0.06666412077725274, 0.058787824694439814, -0.0522938047378184, 0.045467195095551666,
-           -0.034445844423577385, 0.016148228546771868),
-    False: (-0.33333331686451945, 0.1999952339722771, -0.1426336657972561, 0.1073739696716272, -0.06431038710715442),
-}  # fmt: skip
-LOGARITHM = {
-    True: (0.666666666666667, 0.39999999999899505, 0.28571428625975487, 0.2222221113479508, 0.18182889125261723,
-           0.15331721600556042, 0.14616449685043406),
-    False: (0.6666668503957586, 0.3998878056602198, 0.2957994939197279),
-}  # fmt: skip
+from quadstep.numbers.affine import (
+    ELEMENTARY,
+    REDUCED,
+    TINY,
+    Array,
+    Enclosure,
+    Operand,
+    Third,
+    UndefinedError,
+    added,
+    curved,
+    finite,
+    merged,
+    of_its_own,
+    without_fresh_error,
+    zeros_like,
+)
+from quadstep.numbers.caller import place
+from quadstep.numbers.kinds import ARRAYS, Number, functions_of
+from quadstep.numbers.operation import Elementary, declare
+from quadstep.numbers.polynomials import (
+    ARCTANGENT,
+    COSINE,
+    EXPONENTIAL,
+    EXPONENTS,
+    LN2,
+    LOGARITHM,
+    MOST_ANGLE,
+    OCTAVE,
+    PI,
+    POWER_OF_TWO,
+    QUARTER_TURN,
+    SHIFTER,
+    SINE,
+    polynomial,
+)
+from quadstep.numbers.undecided import lifted
 
-
-def parts(value: Fraction, bits: int, count: int) -> tuple[float, ...]:
-    """`value` as a sum of floats of `bits` bits each, so that a small integer times each but the last is exact."""
-    result = []
-    for _ in range(count - 1):
-        scale = Fraction(2) ** (bits - 1 - math.floor(math.log2(value)))
-        part = Fraction(math.floor(value * scale)) / scale
-        result.append(float(part))
-        value -= part
-    return (*result, float(value))
-
-
-QUARTER_TURN = {True: parts(PI / 2, 33, 3), False: parts(PI / 2, 11, 3)}
-OCTAVE = {True: parts(LN2, 33, 2), False: parts(LN2, 12, 2)}
-
-MOST_ANGLE = {True: 2.0**20 * (math.pi / 2.0), False: 2.0**13 * (math.pi / 2.0)}
-"""Up to here the reduction of an angle is exact except for its last step; sine and cosine beyond it are NaN [rad]."""
-
-EXPONENTS = {True: (-1023.0, 1024.0), False: (-127.0, 128.0)}
-"""Two to the first counts as zero, to the second as infinity, as in the bits that `power` makes."""
-
-SHIFTER = {True: 1.5 * 2.0**52, False: 1.5 * 2.0**23}
-"""A number plus this has no bits for a fraction: it is rounded to the nearest integer, which its low bits then contain."""
+__all__ = ["atan2", "cos", "exp", "log", "sigmoid", "sin"]
 
 ROOT_HALF = 0.7071067811865476
 
 
-class Elementary:
-    """The functions for a kind of number that supplies
+def sin(x: Number) -> Number:
+    """Sine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond. The same to the bit on every engine.
 
-    where(condition, yes, no), abs(x), and `precise(x)`: f64, not f32?
-    bit(x, place): whether the bit of this place, 0 the lowest, is set in x;
-    power(m): 2^n for m = n + SHIFTER, n within EXPONENTS;
-    fraction(x), exponent(x): x = fraction 2^exponent with fraction in [1/2, 1), for a normal x > 0; else meaningless.
-
-    The type checker reads the resulting functions as over floats, as it does a law.
+    >>> from quadstep.numbers import sin
+    >>> sin(0.5)
+    0.479425538604203
     """
-
-    where: Callable[..., Any]
-    bit: Callable[..., Any]
-    power: Callable[..., Any]
-    fraction: Callable[..., Any]
-    exponent: Callable[..., Any]
-    precise: Callable[..., bool]
-
-    def sin(self, x: float) -> float:
-        """NaN beyond MOST_ANGLE."""
-        sine, cosine, quarter = self.turn(x)
-        value = self.where(self.bit(quarter, 0), cosine, sine)
-        result: float = self.where(self.bit(quarter, 1), -value, value)
-        return result
-
-    def cos(self, x: float) -> float:
-        """NaN beyond MOST_ANGLE."""
-        sine, cosine, quarter = self.turn(x)
-        value = self.where(self.bit(quarter, 0), sine, cosine)
-        result: float = self.where(self.bit(quarter + 1.0, 1), -value, value)
-        return result
-
-    def turn(self, x: float) -> tuple[float, float, float]:
-        """Sine and cosine of the remainder of x after whole quarter turns, and the number of these plus SHIFTER."""
-        double = self.precise(x)
-        x = self.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
-        quarter = x * float(2 / PI) + SHIFTER[double]
-        count = quarter - SHIFTER[double]
-        high, middle, low = QUARTER_TURN[double]
-        r = x - count * high - count * middle - count * low
-        z = r * r
-        sine = r + (r * z) * polynomial(z, SINE[double])
-        cosine = 1.0 - (0.5 * z - (z * z) * polynomial(z, COSINE[double]))
-        return sine, cosine, quarter
-
-    def exp(self, x: float) -> float:
-        """Infinite above and zero below EXPONENTS."""
-        double = self.precise(x)
-        x = self.held(x, *(float(LN2) * limit for limit in EXPONENTS[double]))
-        octave = x * float(1 / LN2) + SHIFTER[double]
-        count = octave - SHIFTER[double]
-        high, low = OCTAVE[double]
-        r = x - count * high - count * low
-        result: float = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * self.power(octave)
-        return result
-
-    def sigmoid(self, x: float) -> float:
-        """1 / (1 + exp(-x)): its error is small relative to 1, as is that of -x / ln 2 where it matters."""
-        double = self.precise(x)
-        octaves = self.held(x * -float(1 / LN2), *EXPONENTS[double])
-        nearest = octaves + SHIFTER[double]
-        r = octaves - (nearest - SHIFTER[double])
-        result: float = 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * self.power(nearest))
-        return result
-
-    def held(self, x: float, least: float, most: float) -> float:
-        """x between these limits; NaN stays."""
-        x = self.where(x < least, least, x)
-        result: float = self.where(x > most, most, x)
-        return result
-
-    def log(self, x: float) -> float:
-        """As in IEEE 754, except that numbers below the smallest normal one count as between half of it and it."""
-        double = self.precise(x)
-        mantissa, exponent = self.fraction(x), self.exponent(x)
-        small = mantissa < ROOT_HALF
-        f = self.where(small, 2.0 * mantissa, mantissa) - 1.0
-        count = self.where(small, exponent - 1.0, exponent)  # x = (1 + f) 2^count, 1 + f from 1/sqrt(2) to sqrt(2)
-        s = f / (2.0 + f)
-        z = s * s
-        half = 0.5 * f * f
-        high, low = OCTAVE[double]
-        tail = count * low + s * (half + z * polynomial(z, LOGARITHM[double]))
-        value = count * high + (f - (half - tail))  # s (f^2/2 + ...) - f^2/2 + f is log(1 + f)
-        extreme = self.where(x == 0.0, -math.inf, self.where(x > 0.0, x, math.nan))
-        result: float = self.where((x > 0.0) & (x < math.inf), value, extreme)
-        return result
-
-    def atan2(self, y: float, x: float) -> float:
-        """Zero at the origin, whose zeros' signs do not count; NaN where both are infinite."""
-        rise, run = abs(y), abs(x)
-        steep = rise > run
-        small, large = self.where(steep, run, rise), self.where(steep, rise, run)
-        eighth = small > large * (math.sqrt(2.0) - 1.0)  # above tan(pi/8), measure from pi/4
-        over, under = self.where(eighth, small - large, small), self.where(eighth, small + large, large)
-        r = over / self.where(under <= 0.0, 1.0, under)  # 1 at the origin; NaN stays
-        z = r * r
-        angle = r + r * (z * polynomial(z, ARCTANGENT[self.precise(r)]))
-        angle = self.where(eighth, angle + math.pi / 4.0, angle)
-        angle = self.where(steep, math.pi / 2.0 - angle, angle)
-        angle = self.where(x < 0.0, math.pi - angle, angle)
-        result: float = self.where(y < 0.0, -angle, angle)
-        return result
+    result: Number = functions_of(x).sin(x)
+    return result
 
 
-def polynomial(x: float, coefficients: tuple[float, ...]) -> float:
-    """Sum of coefficients[i] x^i by Horner's rule."""
-    value: float = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = value * x + coefficient
-    return value
+def cos(x: Number) -> Number:
+    """Cosine of an angle [rad], at most 1.6e6 (f32: 12867); NaN beyond. The same to the bit on every engine.
+
+    >>> from quadstep.numbers import cos
+    >>> cos(0.0)
+    1.0
+    """
+    result: Number = functions_of(x).cos(x)
+    return result
+
+
+def sin_steps(kind: Elementary, x: float) -> float:
+    """NaN beyond MOST_ANGLE."""
+    sine, cosine, quarter = turn(kind, x)
+    value = kind.where(kind.bit(quarter, 0), cosine, sine)
+    result: float = kind.where(kind.bit(quarter, 1), -value, value)
+    return result
+
+
+def cos_steps(kind: Elementary, x: float) -> float:
+    """NaN beyond MOST_ANGLE."""
+    sine, cosine, quarter = turn(kind, x)
+    value = kind.where(kind.bit(quarter, 0), sine, cosine)
+    result: float = kind.where(kind.bit(quarter + 1.0, 1), -value, value)
+    return result
+
+
+def turn(kind: Elementary, x: float) -> tuple[float, float, float]:
+    """Sine and cosine of the remainder of x after whole quarter turns, and the number of these plus SHIFTER."""
+    double = kind.precise(x)
+    x = kind.where(abs(x) <= MOST_ANGLE[double], x, math.nan)
+    quarter = x * float(2 / PI) + SHIFTER[double]
+    count = quarter - SHIFTER[double]
+    high, middle, low = QUARTER_TURN[double]
+    r = x - count * high - count * middle - count * low
+    z = r * r
+    sine = r + (r * z) * polynomial(z, SINE[double])
+    cosine = 1.0 - (0.5 * z - (z * z) * polynomial(z, COSINE[double]))
+    return sine, cosine, quarter
+
+
+def sin_enclosed(x: Enclosure) -> Enclosure:
+    value, slope = ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)
+    third = Third(-0.5 * value, x.tight**3 / 6.0)
+    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
+
+
+def cos_enclosed(x: Enclosure) -> Enclosure:
+    value, slope = ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)
+    third = Third(-0.5 * value, x.tight**3 / 6.0)
+    return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
+
+
+def reduction(x: Enclosure) -> Array:
+    """Error of sines, relative to 1, from subtracting quarter turns from the angle."""
+    return np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
+
+
+declare(
+    sin,
+    sin_steps,
+    tangents=(lambda t, x, _: t * cos(x),),
+    enclosure=sin_enclosed,
+    exact=lambda x: Fraction(0) if x == 0 else None,
+)
+declare(
+    cos,
+    cos_steps,
+    tangents=(lambda t, x, _: t * -sin(x),),
+    enclosure=cos_enclosed,
+    exact=lambda x: Fraction(1) if x == 0 else None,
+)
+
+
+def exp(x: Number) -> Number:
+    """Exponential; infinite above 709.4 (f32: 88.3), zero below -708.7 (f32: -87.6).
+
+    >>> from quadstep.numbers import exp
+    >>> exp(0.0), exp(-800.0)
+    (1.0, 0.0)
+    """
+    result: Number = functions_of(x).exp(x)
+    return result
+
+
+def exp_steps(kind: Elementary, x: float) -> float:
+    """Infinite above and zero below EXPONENTS."""
+    double = kind.precise(x)
+    x = limited(kind, x, *(float(LN2) * limit for limit in EXPONENTS[double]))
+    octave = x * float(1 / LN2) + SHIFTER[double]
+    count = octave - SHIFTER[double]
+    high, low = OCTAVE[double]
+    r = x - count * high - count * low
+    result: float = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL[double]))) * kind.power(octave)
+    return result
+
+
+def exp_enclosed(x: Enclosure) -> Enclosure:
+    value = ARRAYS.exp(x.centre)
+    most = finite(ARRAYS.exp(x.high)) * (1.0 + ELEMENTARY)
+    third = Third(0.5 * value, x.tight**3 * most / 6.0)
+    return without_fresh_error(x, value, value, 0.5 * x.tight * x.tight * most, third=third)
+
+
+declare(
+    exp,
+    exp_steps,
+    tangents=(lambda t, _, value: t * value,),
+    enclosure=exp_enclosed,
+    exact=lambda x: Fraction(1) if x == 0 else None,
+)
+
+
+def sigmoid(x: Number) -> Number:
+    """Logistic function 1 / (1 + exp(-x)), the activation of the paper's nets.
+
+    >>> from quadstep.numbers import sigmoid
+    >>> sigmoid(0.0)
+    0.5
+    """
+    result: Number = functions_of(x).sigmoid(x)
+    return result
+
+
+def sigmoid_steps(kind: Elementary, x: float) -> float:
+    """1 / (1 + exp(-x)): its error is small relative to 1, as is that of -x / ln 2 where it matters."""
+    double = kind.precise(x)
+    octaves = limited(kind, x * -float(1 / LN2), *EXPONENTS[double])
+    nearest = octaves + SHIFTER[double]
+    r = octaves - (nearest - SHIFTER[double])
+    result: float = 1.0 / (1.0 + (1.0 + r * polynomial(r, POWER_OF_TWO[double])) * kind.power(nearest))
+    return result
+
+
+def limited(kind: Elementary, x: float, least: float, most: float) -> float:
+    """x between these limits; NaN stays."""
+    x = kind.where(x < least, least, x)
+    result: float = kind.where(x > most, most, x)
+    return result
+
+
+def sigmoid_enclosed(x: Enclosure) -> Enclosure:
+    value = ARRAYS.sigmoid(x.centre)
+    bend = 0.0482 * x.tight * x.tight  # |s''| <= 1/(6 sqrt 3); |x s'| < 1/4, so that the exponent's rounding adds 2^-54
+    return without_fresh_error(x, value, value * (1.0 - value), bend, REDUCED)
+
+
+declare(
+    sigmoid,
+    sigmoid_steps,
+    tangents=(lambda t, _, value: t * (value * (1.0 - value)),),
+    enclosure=sigmoid_enclosed,
+    exact=lambda x: Fraction(1, 2) if x == 0 else None,
+    sympy=lambda sympy, x: 1 / (1 + sympy.exp(-x)),
+)
+
+
+def log(x: Number) -> Number:
+    """Natural logarithm; -inf at zero, NaN below. It is constant below the smallest normal number.
+
+    >>> from quadstep.numbers import log
+    >>> log(1.0), log(-1.0)
+    (0.0, nan)
+    """
+    result: Number = functions_of(x).log(x)
+    return result
+
+
+def log_steps(kind: Elementary, x: float) -> float:
+    """As in IEEE 754, except that numbers below the smallest normal one count as between half of it and it."""
+    double = kind.precise(x)
+    mantissa, exponent = kind.fraction(x), kind.exponent(x)
+    small = mantissa < ROOT_HALF
+    f = kind.where(small, 2.0 * mantissa, mantissa) - 1.0
+    count = kind.where(small, exponent - 1.0, exponent)  # x = (1 + f) 2^count, 1 + f from 1/sqrt(2) to sqrt(2)
+    s = f / (2.0 + f)
+    z = s * s
+    half = 0.5 * f * f
+    high, low = OCTAVE[double]
+    tail = count * low + s * (half + z * polynomial(z, LOGARITHM[double]))
+    value = count * high + (f - (half - tail))  # s (f^2/2 + ...) - f^2/2 + f is log(1 + f)
+    extreme = kind.where(x == 0.0, -math.inf, kind.where(x > 0.0, x, math.nan))
+    result: float = kind.where((x > 0.0) & (x < math.inf), value, extreme)
+    return result
+
+
+def log_enclosed(x: Enclosure) -> Enclosure:
+    low, high = x.low, x.high
+    if not np.all(low > 1e-300):
+        raise UndefinedError(f"a logarithm of a number that may be zero or negative ({place()})")
+    near = x.centre < low  # a floor may lie above the centre, where the line is drawn: then all that lies between
+    centre, least = np.where(near, high, x.centre), np.where(near, high, low)
+    bend = np.where(near, 0.0, 0.5 * x.tight * x.tight / (least * least))
+    smooth = without_fresh_error(x, ARRAYS.log(centre), 1.0 / centre, bend)
+    if not np.any(near):
+        return smooth
+    least, most = ARRAYS.log(low), ARRAYS.log(high)
+    middle, half = 0.5 * (least + most), 0.5 * (most - least)
+    lost = ELEMENTARY * (np.abs(least) + np.abs(most) + half)
+    return merged(near, x.made(middle, zeros_like(x.parts), half, half, lost), smooth)
+
+
+declare(
+    log,
+    log_steps,
+    tangents=(lambda t, x, _: t / x,),
+    enclosure=log_enclosed,
+    exact=lambda x: Fraction(0) if x == 1 else None,
+    coq="ln",
+    singular=(lambda x: x == 0.0, "a logarithm of zero"),
+)
+
+
+def atan2(y: Number, x: Number) -> Number:
+    """Angle of the point (x, y), in (-pi, pi] [rad]; zero at the origin.
+
+    >>> from quadstep.numbers import atan2
+    >>> atan2(1.0, 0.0), atan2(0.0, 0.0)
+    (1.5707963267948966, 0.0)
+    """
+    result: Number = functions_of(y, x).atan2(y, x)
+    return result
+
+
+def atan2_steps(kind: Elementary, y: float, x: float) -> float:
+    """Zero at the origin, whose zeros' signs do not count; NaN where both are infinite."""
+    rise, run = abs(y), abs(x)
+    steep = rise > run
+    small, large = kind.where(steep, run, rise), kind.where(steep, rise, run)
+    eighth = small > large * (math.sqrt(2.0) - 1.0)  # above tan(pi/8), measure from pi/4
+    over, under = kind.where(eighth, small - large, small), kind.where(eighth, small + large, large)
+    r = over / kind.where(under <= 0.0, 1.0, under)  # 1 at the origin; NaN stays
+    z = r * r
+    angle = r + r * (z * polynomial(z, ARCTANGENT[kind.precise(r)]))
+    angle = kind.where(eighth, angle + math.pi / 4.0, angle)
+    angle = kind.where(steep, math.pi / 2.0 - angle, angle)
+    angle = kind.where(x < 0.0, math.pi - angle, angle)
+    result: float = kind.where(y < 0.0, -angle, angle)
+    return result
+
+
+def atan2_enclosed(y: Operand, x: Operand) -> Enclosure:
+    """The angle's second derivative along a unit vector is 1 / distance^2 at most; its cut lies along negative x."""
+    like = next(one for one in (y, x) if isinstance(one, Enclosure))
+    y, x = lifted(y, like), lifted(x, like)
+    across, along = y.tight, x.tight
+    move = np.sqrt(across * across + along * along) * (1.0 + 1e-12)
+    away = np.sqrt(y.centre * y.centre + x.centre * x.centre) * (1.0 - 1e-12) - move
+    clear = (x.low > 0.0) | (y.low > 0.0) | (y.high < 0.0)
+    if not (np.all(away > 1e-6 * move + TINY) and np.all(clear)):
+        raise UndefinedError(f"an angle across its jump from -pi to pi, or of a point that may be the origin ({place()})")
+    square = y.centre * y.centre + x.centre * x.centre
+    slope_y, slope_x = x.centre / square, -y.centre / square
+    value = ARRAYS.atan2(y.centre, x.centre)
+    bend = 0.5 * (move * move) / (away * away) * (1.0 + 1e-12)
+    size_y, size_x = np.abs(slope_y), np.abs(slope_x)
+    parts = added(None if y.parts is None else slope_y * y.parts, None if x.parts is None else slope_x * x.parts)
+    reach = size_y * y.reach + size_x * x.reach + bend
+    lost = ELEMENTARY * (np.abs(value) + reach) + TINY
+    if y.fresh is not None and y.fresh.second and y.parts is not None and x.parts is not None:
+        along_both, across_both = slope_x * slope_y, slope_x * slope_x - slope_y * slope_y
+        parts, bend_x = curved(parts, x, x, -along_both, bend)
+        parts, bend_y = curved(parts, y, y, along_both, bend)
+        parts, bend_xy = curved(parts, y, x, across_both, bend)
+        bend = bend_x + bend_y + bend_xy + bend * (2.0 / 3.0) * move / away * (1.0 + 1e-12)
+    return of_its_own(y.made(value, parts, size_y * y.rest + size_x * x.rest + bend, reach, lost))
+
+
+declare(
+    atan2,
+    atan2_steps,
+    tangents=(
+        lambda t, y, x, _: t * (x / (y * y + x * x)),
+        lambda t, y, x, _: t * -(y / (y * y + x * x)),
+    ),
+    enclosure=atan2_enclosed,
+    exact=lambda y, x: Fraction(0) if y == 0 and x is not None and x >= 0 else None,
+    singular=(lambda y, x: y * y + x * x == 0.0, "the angle of a point at the origin"),
+)

@@ -9,7 +9,6 @@ import numpy as np
 from quadstep.numbers.affine import (
     ELEMENTARY,
     PLAIN,
-    REDUCED,
     ROUNDING,
     TINY,
     Array,
@@ -21,18 +20,17 @@ from quadstep.numbers.affine import (
     UndefinedError,
     added,
     ball,
-    curved,
-    finite,
     inverse,
     merged,
-    of_its_own,
     straight,
     without_fresh_error,
     zeros_like,
 )
 from quadstep.numbers.caller import place
-from quadstep.numbers.functions import ARRAYS, sinc
+from quadstep.numbers.functions import sinc
+from quadstep.numbers.kinds import ARRAYS
 from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.operation import Kind, Operation, Rule
 from quadstep.numbers.series import half_turn, turn_ratio
 from quadstep.numbers.truth import Choice, Truth
 from quadstep.numbers.undecided import lifted, undecided
@@ -53,18 +51,13 @@ __all__ = [
 ]
 
 
-class Enclosures:
+class Enclosures(Kind):
     """The functions of `quadstep.numbers` for them. Values at the centre are those of floats, to the bit."""
 
-    def sin(self, x: Enclosure) -> Enclosure:
-        value, slope = ARRAYS.sin(x.centre), ARRAYS.cos(x.centre)
-        third = Third(-0.5 * value, x.tight**3 / 6.0)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
-
-    def cos(self, x: Enclosure) -> Enclosure:
-        value, slope = ARRAYS.cos(x.centre), -ARRAYS.sin(x.centre)
-        third = Third(-0.5 * value, x.tight**3 / 6.0)
-        return without_fresh_error(x, finite(value), slope, 0.5 * x.tight * x.tight, reduction(x), third)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """Its enclosure."""
+        return lambda _, *given: operation.enclosure(*given)
 
     def sinc(self, x: Enclosure) -> Enclosure:
         """sin(x) / x: its second derivative is 1/3 at most."""
@@ -74,32 +67,6 @@ class Enclosures:
         lost = 1e-9 * x.tight  # x^3 / 30 of the slope, and its cancellation
         value = np.asarray(sinc(x.centre))  # type: ignore[arg-type]
         return without_fresh_error(x, value, slope, x.tight * x.tight / 6.0 + lost)
-
-    def exp(self, x: Enclosure) -> Enclosure:
-        value = ARRAYS.exp(x.centre)
-        most = finite(ARRAYS.exp(x.high)) * (1.0 + ELEMENTARY)
-        third = Third(0.5 * value, x.tight**3 * most / 6.0)
-        return without_fresh_error(x, value, value, 0.5 * x.tight * x.tight * most, third=third)
-
-    def sigmoid(self, x: Enclosure) -> Enclosure:
-        value = ARRAYS.sigmoid(x.centre)
-        bend = 0.0482 * x.tight * x.tight  # |s''| <= 1/(6 sqrt 3); |x s'| < 1/4, so that the exponent's rounding adds 2^-54
-        return without_fresh_error(x, value, value * (1.0 - value), bend, REDUCED)
-
-    def log(self, x: Enclosure) -> Enclosure:
-        low, high = x.low, x.high
-        if not np.all(low > 1e-300):
-            raise UndefinedError(f"a logarithm of a number that may be zero or negative ({place()})")
-        near = x.centre < low  # a floor may lie above the centre, where the line is drawn: then all that lies between
-        centre, least = np.where(near, high, x.centre), np.where(near, high, low)
-        bend = np.where(near, 0.0, 0.5 * x.tight * x.tight / (least * least))
-        smooth = without_fresh_error(x, ARRAYS.log(centre), 1.0 / centre, bend)
-        if not np.any(near):
-            return smooth
-        least, most = ARRAYS.log(low), ARRAYS.log(high)
-        middle, half = 0.5 * (least + most), 0.5 * (most - least)
-        lost = ELEMENTARY * (np.abs(least) + np.abs(most) + half)
-        return merged(near, x.made(middle, zeros_like(x.parts), half, half, lost), smooth)
 
     def sqrt(self, x: Enclosure) -> Enclosure:
         """For a radicand that is a sum of squares and may vanish: anything between zero and the root of its largest value."""
@@ -119,32 +86,6 @@ class Enclosures:
             found = merged(far, found, x.made(half, zeros_like(x.parts), half, half, ROUNDING * half))
         found.floor = np.zeros_like(high)
         return found
-
-    def atan2(self, y: Operand, x: Operand) -> Enclosure:
-        """The angle's second derivative along a unit vector is 1 / distance^2 at most; its cut lies along negative x."""
-        like = next(one for one in (y, x) if isinstance(one, Enclosure))
-        y, x = lifted(y, like), lifted(x, like)
-        across, along = y.tight, x.tight
-        move = np.sqrt(across * across + along * along) * (1.0 + 1e-12)
-        away = np.sqrt(y.centre * y.centre + x.centre * x.centre) * (1.0 - 1e-12) - move
-        clear = (x.low > 0.0) | (y.low > 0.0) | (y.high < 0.0)
-        if not (np.all(away > 1e-6 * move + TINY) and np.all(clear)):
-            raise UndefinedError(f"an angle across its jump from -pi to pi, or of a point that may be the origin ({place()})")
-        square = y.centre * y.centre + x.centre * x.centre
-        slope_y, slope_x = x.centre / square, -y.centre / square
-        value = ARRAYS.atan2(y.centre, x.centre)
-        bend = 0.5 * (move * move) / (away * away) * (1.0 + 1e-12)
-        size_y, size_x = np.abs(slope_y), np.abs(slope_x)
-        parts = added(None if y.parts is None else slope_y * y.parts, None if x.parts is None else slope_x * x.parts)
-        reach = size_y * y.reach + size_x * x.reach + bend
-        lost = ELEMENTARY * (np.abs(value) + reach) + TINY
-        if y.fresh is not None and y.fresh.second and y.parts is not None and x.parts is not None:
-            along_both, across_both = slope_x * slope_y, slope_x * slope_x - slope_y * slope_y
-            parts, bend_x = curved(parts, x, x, -along_both, bend)
-            parts, bend_y = curved(parts, y, y, along_both, bend)
-            parts, bend_xy = curved(parts, y, x, across_both, bend)
-            bend = bend_x + bend_y + bend_xy + bend * (2.0 / 3.0) * move / away * (1.0 + 1e-12)
-        return of_its_own(y.made(value, parts, size_y * y.rest + size_x * x.rest + bend, reach, lost))
 
     @overload
     def where(self, condition: Truth | Choice | bool, yes: Enclosure, no: Enclosure) -> Enclosure: ...
@@ -221,11 +162,6 @@ class Enclosures:
 
     def opaque(self, *_: object) -> NoReturn:
         raise UndefinedError(f"it calls an opaque function, which has no equations ({place()})")
-
-
-def reduction(x: Enclosure) -> Array:
-    """Error of sines, relative to 1, from subtracting quarter turns from the angle."""
-    return np.where(np.abs(x.centre) + x.tight > 0.78, REDUCED, 0.0)
 
 
 def cofactors(m: Array, sign: float = -1.0) -> tuple[Array, Array]:

@@ -14,7 +14,8 @@ from typing import Any, ClassVar, NamedTuple, Protocol, TypeAlias, cast
 
 from llvmlite import ir
 
-from quadstep.numbers.functions import Number, entry
+from quadstep.numbers.functions import entry
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 

@@ -4,11 +4,11 @@ import struct
 
 from llvmlite import ir
 
-from quadstep.numbers.elementary import Elementary
 from quadstep.numbers.lane import Condition, Emitter, Lane, Operand
 from quadstep.numbers.lane_calls import call
 from quadstep.numbers.lane_scan import scan
 from quadstep.numbers.lane_words import LaneWord
+from quadstep.numbers.operation import Elementary
 
 
 class LaneFunctions(Elementary):

@@ -14,7 +14,7 @@ import numpy as np
 from llvmlite import binding as llvm
 from llvmlite import ir
 
-from quadstep.numbers.functions import Number
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.lane import Lane, Operand
 from quadstep.numbers.registered import answer
 

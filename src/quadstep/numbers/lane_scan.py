@@ -12,7 +12,7 @@ from typing import cast
 
 from llvmlite import ir
 
-from quadstep.numbers.functions import Number
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.lane import Emitter, Lane, Operand, Stored
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped

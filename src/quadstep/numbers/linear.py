@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar, overload
 
-from quadstep.numbers.functions import Number, functions_of, length
+from quadstep.numbers.functions import length
+from quadstep.numbers.kinds import Number, functions_of
 
 Summand = TypeVar("Summand", float, "Vector", "Matrix")
 

@@ -9,7 +9,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
-from quadstep.numbers.functions import Number, Word, cos, log, number, sin, sqrt, where, word
+from quadstep.numbers.elementary import cos, log, sin
+from quadstep.numbers.functions import number, sqrt, where, word
+from quadstep.numbers.kinds import Number, Word
 from quadstep.numbers.linear import Vector
 
 EVERY_BIT = 0xFFFFFFFF

@@ -1,7 +1,7 @@
 """The standard normal distribution: shares below a float, and the quantile function over numbers."""
 
 from quadstep.numbers import Number, exp, minimum, sqrt, where
-from quadstep.numbers.functions import log
+from quadstep.numbers.elementary import log
 
 PEAK = 0.3989422804014326779
 """Density at the mean, 1 / sqrt(2 pi)."""

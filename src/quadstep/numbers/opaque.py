@@ -17,7 +17,7 @@ from typing import cast
 
 import numpy as np
 
-from quadstep.numbers.functions import ARRAYS, FLOATS, Number, functions_of
+from quadstep.numbers.kinds import ARRAYS, FLOATS, Number, functions_of
 from quadstep.numbers.registered import answer
 
 

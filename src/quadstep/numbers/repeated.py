@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from quadstep.numbers.functions import functions_of
+from quadstep.numbers.kinds import functions_of
 from quadstep.numbers.structure import flatten
 
 S = TypeVar("S")

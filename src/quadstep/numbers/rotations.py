@@ -1,6 +1,8 @@
 """Rotations as unit quaternions (w, x, y, z) and as matrices. An attitude turns body vectors into world vectors."""
 
-from quadstep.numbers.functions import Number, absolute, atan2, cos, functions_of, sin, sqrt, where
+from quadstep.numbers.elementary import atan2, cos, sin
+from quadstep.numbers.functions import absolute, sqrt, where
+from quadstep.numbers.kinds import Number, functions_of
 from quadstep.numbers.linear import Matrix, Vector, matrix, vector
 
 IDENTITY = vector(1.0, 0.0, 0.0, 0.0)

@@ -11,7 +11,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, cast
 
-from quadstep.numbers.functions import Number, sqrt
+from quadstep.numbers.functions import sqrt
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.script import INPUT, Record, ScriptNumber
 

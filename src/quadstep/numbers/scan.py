@@ -8,7 +8,7 @@ code the turns are unrolled. The bits are the same everywhere.
 from collections.abc import Callable, Iterator
 from typing import TypeAlias, TypeVar, Union, cast, overload
 
-from quadstep.numbers.functions import functions_of
+from quadstep.numbers.kinds import functions_of
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.structure import flatten
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
-from quadstep.numbers.functions import Number, entry
+from quadstep.numbers.functions import entry
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 
 

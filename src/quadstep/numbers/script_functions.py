@@ -1,6 +1,10 @@
 """The functions of script numbers, and how each operation is written in JavaScript."""
 
-from quadstep.numbers.elementary import Elementary
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from quadstep.numbers.operation import OPERATIONS, Elementary, Kind, Operation, Rule
 from quadstep.numbers.script import Operand, Record, ScriptCondition, ScriptNumber
 from quadstep.numbers.script_scan import scan
 from quadstep.numbers.script_words import ScriptWord
@@ -21,12 +25,6 @@ JAVASCRIPT = {
     "or": "({}||{})",
     "not": "(!{})",
     "where": "({}?{}:{})",
-    "sin": "sin({})",
-    "cos": "cos({})",
-    "exp": "exp({})",
-    "sigmoid": "sigmoid({})",
-    "log": "log({})",
-    "atan2": "atan2({},{})",
     "sqrt": "Math.sqrt({})",
     "magnitude": "Math.abs({})",
     "bit": "((D[0]={},W[0]&{})!==0)",
@@ -43,36 +41,32 @@ JAVASCRIPT = {
     "word <<": "({}<<{})",
     "word >>": "({}>>>{}|0)",
 }
-"""Every operation as text around its operands; brackets keep each separate, so that none combines with its neighbours.
-
-sin and its like are functions that `library` writes; D and W are the bits of one number, see there.
+"""Every operation but the elementary functions as text around its operands; brackets keep each separate, so that none combines
+with its neighbours. D and W are the bits of one number, see `page/elementary.py`.
 """
 
 
-class ScriptFunctions:
+def in_javascript(operation: str, operands: Iterable[str]) -> str:
+    """An operation around its operands; an elementary function is called by its name."""
+    if operation in OPERATIONS:
+        return f"{operation}({','.join(operands)})"
+    return JAVASCRIPT[operation].format(*operands)
+
+
+class ScriptFunctions(Kind):
     """The functions of `quadstep.numbers` for script numbers."""
 
-    def sin(self, x: ScriptNumber) -> ScriptNumber:
-        return written(x.record, "sin", x)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """A call, of what back ends write from its steps."""
 
-    def cos(self, x: ScriptNumber) -> ScriptNumber:
-        return written(x.record, "cos", x)
+        def called(_: ScriptFunctions, *given: Operand) -> ScriptNumber:
+            return written(next(one.record for one in given if isinstance(one, ScriptNumber)), operation.name, *given)
 
-    def exp(self, x: ScriptNumber) -> ScriptNumber:
-        return written(x.record, "exp", x)
-
-    def sigmoid(self, x: ScriptNumber) -> ScriptNumber:
-        return written(x.record, "sigmoid", x)
-
-    def log(self, x: ScriptNumber) -> ScriptNumber:
-        return written(x.record, "log", x)
+        return called
 
     def sqrt(self, x: ScriptNumber) -> ScriptNumber:
         return written(x.record, "sqrt", x)
-
-    def atan2(self, y: Operand, x: Operand) -> ScriptNumber:
-        record = next(one.record for one in (y, x) if isinstance(one, ScriptNumber))
-        return written(record, "atan2", y, x)
 
     def where(self, condition: ScriptCondition | bool, yes: Operand, no: Operand) -> Operand:
         if not isinstance(condition, ScriptCondition):
@@ -81,7 +75,7 @@ class ScriptFunctions:
         a, b = record.at(yes), record.at(no)
         return yes if a == b else ScriptNumber(record, record.place("where", condition.place, a, b))
 
-    scan: "staticmethod[..., tuple[object, object]]" = staticmethod(scan)
+    scan: staticmethod[..., tuple[object, object]] = staticmethod(scan)
 
     def word(self, x: ScriptNumber) -> ScriptWord:
         return ScriptWord.of(x)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple, cast
 
-from quadstep.numbers.functions import Number
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
 from quadstep.numbers.scan import C, Rows, Step, matrices, same_shape, shaped, turn_by_turn
 from quadstep.numbers.script import INPUT, Operand, Record, ScriptNumber

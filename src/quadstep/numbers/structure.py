@@ -10,7 +10,8 @@ from typing import Any, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.numbers.functions import Number, entry
+from quadstep.numbers.functions import entry
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
 
 S = TypeVar("S")

@@ -6,19 +6,18 @@ Comparing symbols gives a relational, which `where` turns into a `Piecewise`. Lo
 import sympy
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
+from quadstep.numbers.operation import Kind, Operation, Rule
 
-class Symbols:
+
+class Symbols(Kind):
     """The functions of `quadstep.numbers` for SymPy expressions."""
 
-    sin = staticmethod(sympy.sin)
-    cos = staticmethod(sympy.cos)
-    exp = staticmethod(sympy.exp)
-    log = staticmethod(sympy.log)
-    sqrt = staticmethod(sympy.sqrt)
-    atan2 = staticmethod(sympy.atan2)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """Its expression."""
+        return lambda _, *given: operation.sympy(sympy, *given)
 
-    def sigmoid(self, x: sympy.Expr) -> sympy.Expr:
-        return 1 / (1 + sympy.exp(-x))
+    sqrt = staticmethod(sympy.sqrt)
 
     def where(self, condition: object, yes: sympy.Expr, no: sympy.Expr) -> sympy.Expr:
         """Decided at once where the condition is known."""

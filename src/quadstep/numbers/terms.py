@@ -11,7 +11,8 @@ from fractions import Fraction
 from functools import reduce
 from typing import ClassVar, TypeAlias, cast
 
-from quadstep.numbers.functions import Number
+from quadstep.numbers.kinds import Number
+from quadstep.numbers.operation import Kind, Operation, Rule
 
 Operand: TypeAlias = "Term | float | int | Fraction"
 
@@ -92,29 +93,16 @@ class Term:
         return coq(self)
 
 
-class Functions:
+class Functions(Kind):
     """The functions of `quadstep.numbers` for terms."""
 
-    def sin(self, x: Operand) -> Term:
-        return Term("sin", term(x))
-
-    def cos(self, x: Operand) -> Term:
-        return Term("cos", term(x))
-
-    def exp(self, x: Operand) -> Term:
-        return Term("exp", term(x))
-
-    def sigmoid(self, x: Operand) -> Term:
-        return Term("sigmoid", term(x))
-
-    def log(self, x: Operand) -> Term:
-        return Term("ln", term(x))
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """Its name in Coq."""
+        return lambda _, *given: Term(operation.coq, *map(term, given))
 
     def sqrt(self, x: Operand) -> Term:
         return Term("sqrt", term(x))
-
-    def atan2(self, y: Operand, x: Operand) -> Term:
-        return Term("atan2", term(y), term(x))
 
     def where(self, condition: Term | bool, yes: Operand, no: Operand) -> Operand:
         """Decided at once where the condition is known."""

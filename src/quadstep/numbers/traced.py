@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar, TypeAlias, cast
 
-from quadstep.numbers.elementary import Elementary
-from quadstep.numbers.functions import Number, entry
+from quadstep.numbers.functions import entry
+from quadstep.numbers.kinds import Number
 from quadstep.numbers.linear import Matrix, Vector
+from quadstep.numbers.operation import Elementary
 from quadstep.numbers.python_operators import CHOOSE, PythonOperators
 from quadstep.numbers.scan import C, Rows, Step, scan
 from quadstep.numbers.structure import flatten

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from quadstep.numbers.script import CONDITIONS, CONSTANT, INPUT, Record, constant_text
-from quadstep.numbers.script_functions import JAVASCRIPT
+from quadstep.numbers.script_functions import in_javascript
 from quadstep.numbers.script_scan import ARRAY, ITEM, LOOP, STATEMENTS, Loop
 
 DEEPEST = 40
@@ -213,5 +213,4 @@ class Writer:
         node = self.nodes[place]
         if node.operation == ITEM:
             return node.text
-        operands = (self._named(operand, names) for operand in node.operands)
-        return JAVASCRIPT[node.operation].format(*operands)
+        return in_javascript(node.operation, [self._named(operand, names) for operand in node.operands])

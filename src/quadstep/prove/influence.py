@@ -7,6 +7,7 @@ from typing import NoReturn, TypeAlias
 import numpy as np
 
 from quadstep.numbers.enclosure import PLAIN
+from quadstep.numbers.operation import Kind, Operation, Rule
 
 Operand: TypeAlias = "Influence | float"
 
@@ -45,16 +46,16 @@ class Influence:
     __pos__ = __abs__ = __invert__ = __neg__
 
 
-class Influences:
+class Influences(Kind):
     """The functions of `quadstep.numbers` for them."""
 
-    def one(self, x: Operand) -> Operand:
+    @staticmethod
+    def rule(_: Operation) -> Rule:
+        """All arguments' inputs."""
+        return lambda _, *given: Influence(frozenset()).with_(*given)
+
+    def sqrt(self, x: Operand) -> Operand:
         return x
-
-    sin = cos = exp = sigmoid = log = sqrt = one
-
-    def atan2(self, y: Operand, x: Operand) -> Influence:
-        return Influence(frozenset()).with_(y, x)
 
     def where(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
         if not isinstance(condition, Influence):

@@ -8,12 +8,15 @@ if its radicand is known to be of second order, as a sum of squares of numbers w
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import add
 from typing import NoReturn, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
 
 from quadstep.numbers.caller import place
 from quadstep.numbers.enclosure import ENCLOSURES, PLAIN, Choice, Enclosure, Plain, Truth, UndefinedError, ball, inverse
+from quadstep.numbers.operation import Kind, Operation, Rule
 
 Operand: TypeAlias = "Jet | Plain"
 
@@ -144,25 +147,21 @@ def zero(x: Enclosure) -> bool:
     return bool(np.all((x.centre == 0.0) & (x.reach == 0.0)))
 
 
-class Jets:
+class Jets(Kind):
     """The functions of `quadstep.numbers` for them."""
 
-    def sin(self, x: Jet) -> Jet:
-        return Jet(ENCLOSURES.sin(x.value), x.slopes * ENCLOSURES.cos(x.value), x.kinked)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """The value's enclosure, and the tangent's."""
 
-    def cos(self, x: Jet) -> Jet:
-        return Jet(ENCLOSURES.cos(x.value), x.slopes * -ENCLOSURES.sin(x.value), x.kinked)
+        def jet(_: Jets, *given: Operand) -> Jet:
+            values = [plain(one) for one in given]
+            value = operation.enclosure(*values)
+            moving = [(one, tangent) for one, tangent in zip(given, operation.tangents, strict=True) if isinstance(one, Jet)]
+            slopes = [tangent(one.slopes, *values, value) for one, tangent in moving]
+            return Jet(value, reduce(add, slopes), any(one.kinked for one, _ in moving))
 
-    def exp(self, x: Jet) -> Jet:
-        value = ENCLOSURES.exp(x.value)
-        return Jet(value, x.slopes * value, x.kinked)
-
-    def sigmoid(self, x: Jet) -> Jet:
-        value = ENCLOSURES.sigmoid(x.value)
-        return Jet(value, x.slopes * (value * (1.0 - value)), x.kinked)
-
-    def log(self, x: Jet) -> Jet:
-        return Jet(ENCLOSURES.log(x.value), x.slopes * inverse(x.value), x.kinked)
+        return jet
 
     def sqrt(self, x: Jet) -> Jet:
         value = ENCLOSURES.sqrt(x.value)
@@ -171,17 +170,6 @@ class Jets:
         if x.flat and x.value.floor is not None:
             return Jet(value, ball(np.zeros_like(x.slopes.centre)), True)
         return Jet(value, UNBOUNDED)
-
-    def atan2(self, y: Operand, x: Operand) -> Jet:
-        b, a = plain(y), plain(x)
-        value = ENCLOSURES.atan2(b, a)
-        nothing = ball(np.zeros_like(next(one for one in (y, x) if isinstance(one, Jet)).slopes.centre))
-        db, da = (one.slopes if isinstance(one, Jet) else nothing for one in (y, x))
-        square = a * a + b * b
-        assert isinstance(square, Enclosure)
-        slopes = (db * a - da * b) * inverse(square)
-        assert isinstance(slopes, Enclosure)
-        return Jet(value, slopes, any(one.kinked for one in (y, x) if isinstance(one, Jet)))
 
     def where(self, condition: Truth | Choice | bool, yes: Yes, no: No) -> Yes | No:
         if not isinstance(condition, Truth):

@@ -10,6 +10,8 @@ from fractions import Fraction
 from math import isqrt
 from typing import NoReturn, TypeAlias
 
+from quadstep.numbers.operation import Kind, Operation, Rule
+
 Operand: TypeAlias = "Known | float"
 
 
@@ -96,32 +98,19 @@ def compared(a: Known, b: Operand, relation: Callable[[Fraction, float | Fractio
     return Known(None) if a.value is None or right is None else relation(a.value, right)
 
 
-class Knowns:
+class Knowns(Kind):
     """The functions of `quadstep.numbers`, where their values are fractions."""
 
-    def sin(self, x: Known) -> Known:
-        return Known(Fraction(0) if x.value == 0 else None)
-
-    def cos(self, x: Known) -> Known:
-        return Known(Fraction(1) if x.value == 0 else None)
-
-    exp = cos
-
-    def sigmoid(self, x: Known) -> Known:
-        return Known(Fraction(1, 2) if x.value == 0 else None)
-
-    def log(self, x: Known) -> Known:
-        return Known(Fraction(0) if x.value == 1 else None)
+    @staticmethod
+    def rule(operation: Operation) -> Rule:
+        """Its exact value."""
+        return lambda _, *given: Known(operation.exact(*(exact(one).value for one in given)))
 
     def sqrt(self, x: Known) -> Known:
         if x.value is None or x.value < 0:
             return Known(None)
         root = Fraction(isqrt(x.value.numerator), isqrt(x.value.denominator))
         return Known(root if root * root == x.value else None)
-
-    def atan2(self, y: Operand, x: Operand) -> Known:
-        y, x = exact(y), exact(x)
-        return Known(Fraction(0) if y.value == 0 and x.value is not None and x.value >= 0 else None)
 
     def where(self, condition: bool | Known, yes: Operand, no: Operand) -> Operand:
         return condition if isinstance(condition, Known) else yes if condition else no

@@ -1,0 +1,128 @@
+"""Python floats and NumPy arrays as numbers of laws, and which kind a number is.
+
+A new kind of number needs a class attribute `functions`: a `Kind` with the methods that laws call.
+"""
+
+import math
+import struct
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quadstep.numbers.operation import Elementary, Kind
+
+Array: TypeAlias = NDArray[np.float64]
+
+Number: TypeAlias = float
+"""A number in a law. The type checker reads a law as if it were over floats; any other kind behaves the same."""
+
+Condition: TypeAlias = bool
+"""The result of comparing two numbers. Pass it to `where`; a lane's condition refuses `if`."""
+
+Word: TypeAlias = int
+"""Bits of a number: adds, shifts, ands, ors and xors like an integer. At least 32 bits; mask anything that may grow beyond."""
+
+DOUBLE, WHOLE = struct.Struct("<d"), struct.Struct("<q")
+EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
+MANTISSA = (1 << MANTISSA_BITS) - 1
+EXPONENT = (1 << 11) - 1
+
+
+def bits_of(x: float) -> int:
+    """The 64 bits of a float, as a whole number with sign."""
+    bits: int = WHOLE.unpack(DOUBLE.pack(x))[0]
+    return bits
+
+
+def float_of(bits: int) -> float:
+    """The float of these bits, below 2^63."""
+    x: float = DOUBLE.unpack(WHOLE.pack(bits))[0]
+    return x
+
+
+class Floats(Elementary):
+    """Python floats, with IEEE results where `math` would raise: a diverging flight is an outcome, not an exception."""
+
+    def precise(self, x: float) -> bool:
+        return True
+
+    def bit(self, x: float, place: int) -> bool:
+        return bits_of(x) >> place & 1 == 1
+
+    def power(self, m: float) -> float:
+        return float_of((bits_of(m) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS)
+
+    def fraction(self, x: float) -> float:
+        return float_of(bits_of(x) & MANTISSA | EXPONENT_BIAS - 1 << MANTISSA_BITS)
+
+    def exponent(self, x: float) -> float:
+        return float((bits_of(x) >> MANTISSA_BITS & EXPONENT) - EXPONENT_BIAS + 1)
+
+    def sqrt(self, x: float) -> float:
+        return math.sqrt(x) if x >= 0.0 else math.nan
+
+    def where(self, condition: bool, yes: float, no: float) -> float:
+        return yes if condition else no
+
+    def word(self, x: float) -> int:
+        return int(x)
+
+    def number(self, word: int) -> float:
+        return float(word)
+
+
+class Arrays(Elementary):
+    """NumPy arrays: one flight per element."""
+
+    sqrt = staticmethod(np.sqrt)
+    where = staticmethod(np.where)
+
+    def precise(self, x: Array) -> bool:
+        return True
+
+    def bit(self, x: Array, place: int) -> NDArray[np.bool_]:
+        is_set: NDArray[np.bool_] = x.view(np.int64) >> place & 1 == 1
+        return is_set
+
+    def power(self, m: Array) -> Array:
+        return ((m.view(np.int64) + EXPONENT_BIAS & EXPONENT) << MANTISSA_BITS).view(np.float64)
+
+    def fraction(self, x: Array) -> Array:
+        return (np.asarray(x).view(np.int64) & MANTISSA | EXPONENT_BIAS - 1 << MANTISSA_BITS).view(np.float64)
+
+    def exponent(self, x: Array) -> Array:
+        return ((np.asarray(x).view(np.int64) >> MANTISSA_BITS & EXPONENT) - EXPONENT_BIAS + 1).astype(np.float64)
+
+    def word(self, x: Array) -> NDArray[np.uint64]:
+        return x.astype(np.uint64)
+
+    def number(self, word: NDArray[np.uint64]) -> Array:
+        return word.astype(np.float64)
+
+
+FLOATS = Floats()
+ARRAYS = Arrays()
+
+
+def functions_of(*values: object) -> Kind:
+    """The functions for these values: the first that is neither a float nor an int decides."""
+    for value in values:
+        if isinstance(value, float | int):
+            continue
+        if isinstance(value, np.ndarray | np.generic):
+            return ARRAYS
+        if hasattr(value, "functions"):
+            found: Kind = value.functions
+            return found
+        return foreign_functions(value)
+    return FLOATS
+
+
+def foreign_functions(value: object) -> Kind:
+    """The functions for a number of another package, which need not be installed: SymPy."""
+    if type(value).__module__.partition(".")[0] == "sympy":
+        from quadstep.numbers.symbols import SYMBOLS  # noqa: PLC0415 (loaded only where it is used)
+
+        return SYMBOLS
+    raise TypeError(f"{type(value).__name__} is not a number that a law can use")
