@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from quadstep.terminal.screen import say
+from tests import durations
 from tests.changes import Change, changes, changes_of
 
 MOST_SECONDS = 120
@@ -42,6 +43,15 @@ def mutants(source: str) -> list[Change]:
     return [change for function in functions for change in changes_of(function, changed)]
 
 
+class CheapestFirst:
+    """Plugin: of a file's tests those that have been measured as slow come last, so that most mutants fail early."""
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        seconds = durations.recorded()
+        items.sort(key=lambda item: seconds.get(durations.function(item.nodeid), 0.0))
+
+
 def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
     """Whether the tests fail where the module is this, in a process of its own. tests: as pytest takes them."""
     child = os.fork()
@@ -53,7 +63,7 @@ def caught(module: types.ModuleType, tree: ast.Module, *tests: str) -> bool:
         code = 1
         try:
             exec(compile(tree, module.__file__ or "", "exec"), module.__dict__)
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]))
+            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], [CheapestFirst()]))
         finally:
             os._exit(code)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])

@@ -140,14 +140,14 @@ def test_margins_do_not_depend_on_how_often_the_integrator_steps_between_two_sam
 
 
 def test_margins_do_not_depend_on_how_often_the_law_runs_until_all_loops_meet():
-    """80 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
+    """45 samples: values are followed one by one, and crossovers lie beyond half of the period's rate."""
     slow, controller = {"control_period": 0.004, "air_period": 0.004, "step": 0.004}, {"type": "lqr", **QUICK["lqr"]}
     once, often = (
         studied(hover(controller, simulation={**slow, "guidance_period": period, "log_period": period})).analysis
-        for period in (0.008, 0.32)
+        for period in (0.008, 0.18)
     )
-    assert sum(tick.sampled for tick in often.loop.period.ticks) == 80
-    assert max(one.phase_at for one in often.margins) > 1.5 * math.pi / 0.32
+    assert sum(tick.sampled for tick in often.loop.period.ticks) == 45
+    assert max(one.phase_at for one in often.margins) > 1.05 * math.pi / 0.18
     for one, other in zip(once.margins, often.margins, strict=True):
         assert other[2:] == pytest.approx(one[2:], rel=2e-3)
         assert other[:2] == pytest.approx(one[:2], rel=1.2e-2)  # 0.1 dB

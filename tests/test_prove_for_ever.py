@@ -15,8 +15,11 @@ from quadstep import Mission, exit_codes
 from quadstep import numbers as n
 from quadstep.control.controller import Measured
 from quadstep.control.registry import names
+from quadstep.mission.read import check_mission
 from quadstep.numbers.enclosure import Enclosure, Fresh
 from quadstep.numbers.rotations import from_rotation_vector, rotation_vector
+from quadstep.prove.check_loop import Loop
+from quadstep.prove.check_set import UNKNOWNS, box, mapped, starts_of
 from quadstep.prove.hold import Left, held
 from quadstep.prove.rest import holds, rest
 from quadstep.prove.sampled import Sampled
@@ -308,8 +311,34 @@ def test_turns_are_held_where_a_root_would_vanish(angle):
 # The table of docs/prove.md
 
 
-def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(tmp_path):
-    """The flag of `hedged-backstepping` that its loop has begun."""
+def test_a_state_that_a_law_writes_whatever_it_was_is_checked_as_one(proved, monkeypatch):
+    """As a flag that a loop has begun: out of the sample comes a float."""
+    found, after = read_set(proved[1]), Loop.after
+    count, place = len(found.live), found.live[-1]
+    plan = check_mission(tomllib.loads(found.mission), "proof").plan()
+    loop = Loop(plan, found.states, starts_of(found))
+    directions = count + count * count + UNKNOWNS
+    numbers = box(found, found.spread * found.radii, count, directions)
+    usual = mapped(loop, found, numbers, np.array([100.0]), directions)
+
+    def written(self, *arguments):
+        numbers = after(self, *arguments)
+        assert not isinstance(numbers[place], float)
+        numbers[place] = float(found.rest[place]) + 0.5
+        return numbers
+
+    monkeypatch.setattr(Loop, "after", written)
+    image = mapped(loop, found, numbers, np.array([100.0]), directions)
+    assert image.gap[-1] == pytest.approx(0.5)
+    assert not image.parts[-1].any()
+    assert image.left[-1] < 1e-14
+    for one, other in zip(image, usual, strict=True):
+        np.testing.assert_array_equal(one[:-1], other[:-1])
+    assert usual.parts[-1].any()
+
+
+@pytest.mark.thorough
+def test_a_law_with_a_flag_that_its_loop_has_begun_is_proved_and_checked(tmp_path):
     text = HOVER.replace('"geometric"', '"hedged-backstepping"\nnets.enabled = false').replace("guidance_period = 0.002\n", "")
     run = quadstep("prove", write(tmp_path, text), "--out", tmp_path / "proof.json")
     assert (run.code, run.err) == (0, "")

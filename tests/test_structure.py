@@ -3,6 +3,7 @@
 import ast
 import contextlib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,16 +39,14 @@ class Import(NamedTuple):
     inner: bool
 
 
-def parsed() -> dict[str, ast.Module]:
-    """Every module of the package."""
+@cache
+def modules() -> dict[str, ast.Module]:
+    """Every module of the package, parsed."""
     found = {}
     for path in sorted(SOURCE.rglob("*.py")):
         parts = path.relative_to(SOURCE).with_suffix("").parts
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = ast.parse(path.read_text(encoding="utf-8"))
     return found
-
-
-MODULES = parsed()
 
 
 def imports(node: ast.AST, inner: bool = False) -> Iterator[Import]:
@@ -59,7 +58,7 @@ def imports(node: ast.AST, inner: bool = False) -> Iterator[Import]:
             yield from (Import(one.name, inner) for one in child.names)
         elif isinstance(child, ast.ImportFrom):
             names = [f"{child.module}.{one.name}" for one in child.names]
-            yield from (Import(name if name in MODULES else str(child.module), inner) for name in names)
+            yield from (Import(name if name in modules() else str(child.module), inner) for name in names)
         yield from imports(child, inner or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
@@ -142,8 +141,8 @@ def test_a_circle_is_found():
 
 def test_no_modules_import_one_another_in_a_circle_not_even_inside_functions():
     graph = {
-        name: [one.module for one in imports(tree) if one.module in MODULES and one.module != name]
-        for name, tree in MODULES.items()
+        name: [one.module for one in imports(tree) if one.module in modules() and one.module != name]
+        for name, tree in modules().items()
     }
     assert circle(graph) == []
 
@@ -178,8 +177,8 @@ def test_an_import_upwards_or_across_is_found():
 
 def test_rooms_import_only_what_is_below_them_in_the_picture():
     graph = {
-        name: [one.module for one in imports(tree) if one.module in MODULES and one.module != "quadstep"]
-        for name, tree in MODULES.items()
+        name: [one.module for one in imports(tree) if one.module in modules() and one.module != "quadstep"]
+        for name, tree in modules().items()
         if name != "quadstep"
     }
     floor = floors()
@@ -190,10 +189,10 @@ def test_rooms_import_only_what_is_below_them_in_the_picture():
 
 
 def test_any_and_imports_inside_functions_become_fewer():
-    count = anything(MODULES)
+    count = anything(modules())
     inner = sum(
         one.inner and one.module.partition(".")[0] not in EXTRAS
-        for name, tree in MODULES.items()
+        for name, tree in modules().items()
         if not name.startswith("quadstep.commands.")
         for one in imports(tree)
     )
