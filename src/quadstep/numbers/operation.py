@@ -9,7 +9,8 @@ from fractions import Fraction
 from inspect import signature
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-Rule: TypeAlias = Callable[..., Any]
+Rule: TypeAlias = Callable[..., object]
+"""A function that a declaration states; the type checker reads steps and tangents as over floats, as it does a law."""
 
 
 def nowhere(*_: float) -> bool:
@@ -31,8 +32,8 @@ class Operation(NamedTuple):
 
     name: str
     arguments: tuple[str, ...]
-    steps: Rule
-    tangents: tuple[Rule, ...]
+    steps: Callable[..., float]
+    tangents: tuple[Callable[..., float], ...]
     enclosure: Rule
     exact: Callable[..., Fraction | None]
     sympy: Rule
@@ -89,8 +90,8 @@ class Elementary(Kind):
 
 def declare(
     function: Callable[..., float],
-    steps: Rule,
-    tangents: tuple[Rule, ...],
+    steps: Callable[..., float],
+    tangents: tuple[Callable[..., float], ...],
     enclosure: Rule,
     exact: Callable[..., Fraction | None],
     coq: str = "",

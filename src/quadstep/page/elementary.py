@@ -20,5 +20,5 @@ def function(operation: Operation) -> str:
     """One of them."""
     record = Record()
     result = operation.steps(ScriptSteps(), *map(record.input, operation.arguments))
-    (text,) = Writer(record, ()).functions([Output("const result", result.place)])
+    (text,) = Writer(record, ()).functions([Output("const result", record.at(result))])
     return f"function {operation.name}({','.join(operation.arguments)}){{{text}return result}}"

@@ -156,10 +156,10 @@ class Jets(Kind):
 
         def jet(_: Jets, *given: Operand) -> Jet:
             values = [plain(one) for one in given]
-            value = operation.enclosure(*values)
+            value = cast(Enclosure, operation.enclosure(*values))
             moving = [(one, tangent) for one, tangent in zip(given, operation.tangents, strict=True) if isinstance(one, Jet)]
             slopes = [tangent(one.slopes, *values, value) for one, tangent in moving]
-            return Jet(value, reduce(add, slopes), any(one.kinked for one, _ in moving))
+            return Jet(value, cast(Enclosure, reduce(add, slopes)), any(one.kinked for one, _ in moving))
 
         return jet
 
