@@ -17,6 +17,7 @@ from docs.site.pages import DOCS, ROOT, mentions, name_of, pages, run_pages
 from docs.site.reference import equations, keys
 from docs.site.reference.commands import commands
 from docs.site.reference.commands import page as commands_page
+from docs.site.reference.files import page as files_page
 from docs.site.reference.python import page as python_page
 from docs.site.running import Ran, prepare
 from docs.site.runs import run_one
@@ -162,7 +163,7 @@ def test_a_page_runs_from_the_top_down_and_says_what_failed(tmp_path):
 
 
 def test_every_mention_of_a_page_is_of_one_that_is_there():
-    made = {f"docs/reference/{name}.md" for name in ("commands", "python", "equations", *keys.FILES)}
+    made = {f"docs/reference/{name}.md" for name in ("commands", "python", "equations", "files", *keys.FILES)}
     texts = [
         *pages(),
         ROOT / "README.md",
@@ -174,6 +175,30 @@ def test_every_mention_of_a_page_is_of_one_that_is_there():
         if path.suffix in (".md", ".py", ".toml"):
             for name in mentions(path.read_text(encoding="utf-8")) - made - {"docs/NAME.py", "docs/NAME.png"}:
                 assert (ROOT / name).is_file(), f"{path} names {name}"
+
+
+def test_decisions_are_numbered_without_holes_and_every_one_that_is_named_is_there():
+    numbers = sorted(path.name[:4] for path in (DOCS / "decisions").glob("0*.md"))
+    assert numbers == [f"{one:04}" for one in range(1, len(numbers) + 1)]
+    index = (DOCS / "decisions" / "index.md").read_text(encoding="utf-8")
+    for path in (DOCS / "decisions").glob("0*.md"):
+        title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+        assert f"- [{path.name[:4]}]({path.name}) {title}\n" in index
+    for path in (*pages(), *(ROOT / "src").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        assert {*re.findall(r"\bdecisions/(0\d{3})", text)} <= {*numbers}, path
+
+
+def test_contributing_fits_a_screen():
+    lines = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 60
+    assert max(map(len, lines)) <= 110
+
+
+def test_every_file_of_the_package_says_what_it_is():
+    rows = re.findall(r"^\| `(\w+\.py)` \| (.*) \|$", files_page(), re.MULTILINE)
+    assert len(rows) == sum(1 for _ in (ROOT / "src").rglob("*.py"))
+    assert not [name for name, text in rows if not text]
 
 
 def test_every_picture_has_the_module_that_draws_it():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from docs.site.listings import MARK, Kind, listings
 from docs.site.pages import DOCS, ROOT, pages
-from docs.site.reference import commands, equations, keys, python
+from docs.site.reference import commands, equations, files, keys, python
 from docs.site.running import Ran
 
 LEXERS = {Kind.SHELL: "bash", Kind.TOML: "toml", Kind.PYTHON: "python", Kind.TEXT: "text"}
@@ -123,7 +123,7 @@ def with_further(text: str, places: Iterable[str]) -> str:
 
 def reference() -> dict[str, str]:
     """The pages made from code, by name."""
-    made = {"commands": commands.page, "python": python.page, "equations": equations.page}
+    made = {"commands": commands.page, "python": python.page, "equations": equations.page, "files": files.page}
     return {**{name: make() for name, make in made.items()}, **{name: keys.page(name) for name in keys.FILES}}
 
 
