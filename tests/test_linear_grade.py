@@ -13,7 +13,10 @@ from quadstep.linear.quick import quick_grade
 from quadstep.linear.record import record
 from quadstep.linear.tables import sentences
 from quadstep.mission.read import read_mission
+from quadstep.page.folder import results
+from quadstep.page.opened import open_result
 from tests.commands import quadstep, strict_json, write
+from tests.pages import data_of
 from tests.quick_gains import QUICK
 
 HOLD = {"type": "step", "start": [0.0, 0.0, 2.0], "end": [0.0, 0.0, 2.0], "duration": 5.0}
@@ -96,6 +99,40 @@ def test_fly_says_the_grade_in_its_output_its_report_and_its_metrics(tmp_path):
     assert strict_json(tmp_path / "out" / "metrics.json")["margins_at_rest"] == {"grade": found.word, "why": found.why}
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
     assert found.why.split(";")[0] in report
+    (one,) = data_of((tmp_path / "out" / "page.html").read_text(encoding="utf-8"))["flights"]
+    assert ["loop at rest", f"{found.word}: {found.why}"] in one["facts"]
+    (again,) = data_of(open_result(tmp_path / "out"))["flights"]
+    assert again["facts"] == one["facts"]
+    (listed,) = results(tmp_path)
+    assert listed.says.endswith(f"; at rest its loop is {found.word}")
+    page = quadstep("page", mission, "--out", tmp_path / "page.html")
+    assert page.code == 0
+    (shown,) = data_of((tmp_path / "page.html").read_text(encoding="utf-8"))["flights"]
+    assert shown["facts"] == one["facts"]
+
+
+CAMPAIGN = """
+mission = "mission.toml"
+flights = 40
+failure = { largest_error = 0.05 }
+vary = { "vehicle.mass" = { type = "uniform", low = 2.0, high = 2.2 } }
+"""
+
+
+@pytest.mark.parametrize("more", [("--flights", 2), ("--rare",)])
+def test_a_campaign_says_the_grade_of_the_mission_as_written(tmp_path, more):
+    mission = write(tmp_path, MISSION.replace('"lqr"', '"geometric", k_Omega = 30.0'))
+    rare = "rare = { flights = 200, replicates = 5, opinions = 0 }" if "--rare" in more else ""
+    file = write(tmp_path, CAMPAIGN + rare, "campaign.toml")
+    run = quadstep("campaign", file, "--out", tmp_path / "out", *more)
+    assert run.code in (0, 4), run.err  # 4: a probability that is not shown
+    found = grade(read_mission(mission))
+    sentence = f"At rest the loop of the mission as written is {found.word}: {found.why}."
+    assert sentence in " ".join(run.out.split())
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
+    assert found.why.split(";")[0] in report
+    kept = strict_json(tmp_path / "out" / ("rare.json" if "--rare" in more else "campaign.json"))
+    assert kept["summary"]["margins_at_rest"] == {"grade": found.word, "why": found.why}
 
 
 def test_a_quick_grade_is_cached_and_leaves_out_what_takes_long(monkeypatch):

@@ -33,7 +33,6 @@ from quadstep.flight.engines import fly_all
 from quadstep.flight.log import FlightLog
 from quadstep.flight.scored import LARGEST, RMSE
 from quadstep.mission.key_units import label
-from quadstep.mission.read import check_mission
 from quadstep.report import page
 from quadstep.report.sheet import Sheet
 from quadstep.results.folder import names_in
@@ -166,7 +165,7 @@ def key_sections(
         what = "Nothing" if copies else "Only the noise"
         return [page.heading("Sensitivity", "ranking"), page.paragraph(f"{what} varies from flight to flight.")]
     columns = {key: varied(store.read([key])[key], campaign.file.vary.get(key)) for key in keys}
-    mission = check_mission(campaign.content, campaign.source, campaign.folder)
+    mission = campaign.mission
     found = {text.ERROR: explained_error(columns, rmse, campaign), text.FAILURE: explained_failure(columns, success, campaign)}
     ranking = ranked(keys, {name: one.shares for name, one in found.items()})
     body = [page.heading("Sensitivity", "ranking")]

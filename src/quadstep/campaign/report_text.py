@@ -17,7 +17,6 @@ from quadstep.campaign.varied import text_of, told
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.quantities import position_errors
 from quadstep.mission.key_units import label
-from quadstep.mission.read import check_mission
 from quadstep.report import page, units
 from quadstep.report.latex import booktabs
 
@@ -31,9 +30,9 @@ def glance(summary: Summary, figures: Sequence[str]) -> str:
     """The findings: one sentence, three numbers with their intervals, and figures that show them."""
     good, low, high = summary.success
     if summary.copies:
-        answer = f"{succeeded(summary)}. {COPIES.format(summary.flights)}"
+        answer = f"{succeeded(summary)}. {' '.join([COPIES.format(summary.flights), *summary.graded])}"
         return page.summary(answer, [page.Fact("succeed", units.percent(good)), *map(alone, summary.spreads)], figures)
-    answer = f"{succeeded(summary)}; the 95 % interval is {within(low, high)}."
+    answer = f"{succeeded(summary)}; the 95 % interval is {' '.join([f'{within(low, high)}.', *summary.graded])}"
     facts = [page.Fact("succeed", units.percent(good), f"95 % interval: {within(low, high)}", page.Span("", low, good, high))]
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
@@ -79,7 +78,7 @@ def opening(store: Store, campaign: Campaign, summary: Summary, path: Path) -> l
         page.table(("", ""), rows, escape),
     ]
     if file.keys:
-        mission = check_mission(campaign.content, campaign.source, campaign.folder)
+        mission = campaign.mission
         body.append(page.table(("what varies", "how"), [(label(mission, key), told(file, key)) for key in file.keys], escape))
     files = ((f"campaign file {path.name}", campaign.text),)
     body += [f"<details><summary>{escape(name)}</summary><pre>{escape(content)}</pre></details>" for name, content in files]

@@ -12,6 +12,7 @@ from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import Summary, as_json, summarise
 from quadstep.errors import InterruptedRun
 from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
+from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
 
 REPORT = "report.html"
@@ -34,9 +35,10 @@ def fly_campaign(
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
     sheet: Sheet | None = None,
+    grading: Grading = ungraded,
 ) -> Finished:
     """Fly the campaign in `path` into `folder`. progress: called with flights done and flights in all. sheet: what the
-    figures are drawn on.
+    figures are drawn on. grading: of the loop at rest.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
@@ -58,7 +60,7 @@ def fly_campaign(
         try:
             for chunk, table in fly(missing, told):
                 store.write(chunk, table)
-            summary = summarise(store, campaign.varies)
+            summary = summarise(store, campaign.varies, grading(campaign.mission))
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
             store.save()  # names every file: the last one may just have been written

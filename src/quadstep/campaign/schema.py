@@ -22,6 +22,7 @@ from quadstep.mission.keys import parts
 from quadstep.mission.looks import CAMPAIGN, refuse_others
 from quadstep.mission.presets import DEEPEST
 from quadstep.mission.read import check_mission
+from quadstep.mission.schema import Mission
 from quadstep.user_code.installed import all_installed
 from quadstep.user_code.places import digest, place
 
@@ -129,6 +130,11 @@ class Campaign(NamedTuple):
     def thresholds(self) -> dict[str, str]:
         """Metrics that can define a failure, by their names without units."""
         return bare(self.metrics)
+
+    @property
+    def mission(self) -> Mission:
+        """As written, nothing of it drawn."""
+        return check_mission(self.content, self.source, self.folder)
 
     @property
     def flights(self) -> int:

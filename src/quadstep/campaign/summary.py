@@ -1,5 +1,7 @@
 """The results of a campaign, every number with its interval."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +13,7 @@ from quadstep.analysis.statistics import Estimate, quantile, share
 from quadstep.campaign.flown import FLIGHT, OUTCOME, OUTCOMES, SUCCESS, TIME
 from quadstep.campaign.store import Store
 from quadstep.flight.scored import LARGEST, RMSE
+from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.report import units
 
 QUANTILES = (0.5, 0.9, 0.99, 0.999)
@@ -54,9 +57,15 @@ class Summary(NamedTuple):
     spreads: list[Spread]
     worst: list[Worst]
     copies: bool = False
+    rest: Mapping[str, str] = {}
+
+    @property
+    def graded(self) -> list[str]:
+        """The grade of the loop at rest in words, if it is known."""
+        return at_rest_sentences(self.rest, WRITTEN)
 
 
-def summarise(store: Store, varied: bool = False) -> Summary:
+def summarise(store: Store, varied: bool = False, rest: Mapping[str, str] = MappingProxyType({})) -> Summary:
     """The summary of all finished flights. varied: whether any key varies: those lost at once may then end alike by chance.
 
     Raises UserError for files that cannot be read.
@@ -74,7 +83,7 @@ def summarise(store: Store, varied: bool = False) -> Summary:
             spreads.append(Spread(metric, len(values), known))
     scored = not varied or flown[RMSE].null_count == 0
     copies = scored and alike(flown) and alike(store.read(store.manifest["metrics"]))
-    return Summary(count, share(good, count), counted, spreads, worst(flown), copies)
+    return Summary(count, share(good, count), counted, spreads, worst(flown), copies, rest)
 
 
 def alike(flown: pa.Table) -> bool:
@@ -120,6 +129,7 @@ def sentences(summary: Summary) -> list[str]:
     lost = ", ".join(f"{count} {name}" for name, count in sorted(summary.outcomes.items()) if name != OUTCOMES[0])
     if lost:
         lines.append(f"Ended early: {lost}.")
+    lines += summary.graded
     for spread in summary.spreads:
         words, unit = units.metric(spread.metric)
         parts = [f"{100 * q:g} % below {units.interval(*e, unit)}" for q, e in spread.quantiles.items()]
@@ -138,6 +148,7 @@ def as_json(summary: Summary) -> dict[str, Any]:
     return {
         "flights": summary.flights,
         "copies": summary.copies,
+        AT_REST: dict(summary.rest),
         "success": summary.success._asdict(),
         "outcomes": summary.outcomes,
         "quantiles": {

@@ -24,6 +24,7 @@ from quadstep.campaign.summary import summarise
 from quadstep.errors import UserError
 from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.mission.distributions import Grid, Sobol
+from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
 from quadstep.terminal.screen import command
 
@@ -114,6 +115,7 @@ def fly_until(
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
     sheet: Sheet | None = None,
+    grading: Grading = ungraded,
 ) -> Decided:
     """Fly the campaign in `path` into `folder` until its failures are known to be rarer than the target, or not to be.
 
@@ -150,7 +152,7 @@ def fly_until(
                 seen.append(look_at(store, look))
                 if seen[-1].rate.high <= target or seen[-1].rate.low >= target:
                     break
-            summary = summarise(store, campaign.varies)
+            summary = summarise(store, campaign.varies, grading(campaign.mission))
             finish(store, campaign, summary, path, sheet or Sheet())
         except KeyboardInterrupt:
             store.save()

@@ -67,6 +67,7 @@ def campaign(
         from quadstep.campaign.run import fly_campaign
         from quadstep.campaign.verdict import verdict
         from quadstep.judging import share
+        from quadstep.linear.quick import quick_grade
 
     if flights is not None and not 1 <= flights <= MOST_FLIGHTS:
         raise UserError(f"--flights: should be from 1 to {MOST_FLIGHTS}, not {flights}")
@@ -93,8 +94,14 @@ def campaign(
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         decided = None
         if target is not None:
-            decided = limit.fly_until(file, folder, target, flights, engine, resume, overwrite, shown.to, drawn_on)
-        done = decided.done if decided else fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on)
+            decided = limit.fly_until(
+                file, folder, target, flights, engine, resume, overwrite, shown.to, drawn_on, quick_grade
+            )
+        done = (
+            decided.done
+            if decided
+            else fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on, quick_grade)
+        )
     judged = verdict(done, file, engine, least, decided)
     if not as_json:
         for sentence in limit.sentences(decided, file) if decided else ():
@@ -112,11 +119,12 @@ def estimate_rare(
     """`--rare`."""
     started = time.perf_counter()
     with needed_by("`quadstep campaign`"):
+        from quadstep.linear.quick import quick_grade
         from quadstep.rare.run import estimate
         from quadstep.rare.verdict import verdict
 
     with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
-        found = estimate(file, folder, resume, overwrite, lambda over, note: shown.to(over, note=note), drawn_on)
+        found = estimate(file, folder, resume, overwrite, lambda over, note: shown.to(over, note=note), drawn_on, quick_grade)
     judged = verdict(found, file, least)
     if not as_json:
         show_rare(found)

@@ -3,8 +3,9 @@
 import math
 import os
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -92,7 +93,8 @@ def fly(
         start_server()
     folder = out or Path("out") / (mission.stem if flight is None else f"{mission.stem}-flight{flight}")
     with bar("loading") as shown:
-        from quadstep.linear.quick import quick_grade, sentences
+        from quadstep.linear.quick import quick_grade
+        from quadstep.metrics.margins import AT_REST, at_rest_sentences
         from quadstep.mission.fly import Piloting, fly_mission
 
         def told(stage: str, done: int, total: int) -> None:
@@ -111,7 +113,7 @@ def fly(
         if result.facts:
             show_table("", ("limits", "value"), result.facts)
         say(result.ending)
-        for sentence in sentences(result.rest):
+        for sentence in at_rest_sentences(cast("Mapping[str, str]", result.metrics.get(AT_REST, {}))):
             say(sentence)
         for one in result.judged:
             say(one.case.sentence)

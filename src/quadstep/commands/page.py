@@ -51,9 +51,10 @@ def page_of(missions: list[Path], engine: Engine, story: Path | None) -> str:
 
     walk = read_story(story) if story else None
     if missions or (walk and not walk.of_others):
+        from quadstep.linear.quick import quick_grade
         from quadstep.page.missions import fly_missions
 
-        return fly_missions(missions, engine, walk)
+        return fly_missions(missions, engine, walk, quick_grade)
     from quadstep.study.page import fly_paper
 
     return fly_paper(engine, walk)

@@ -51,7 +51,8 @@ def tune(
 
 def show(done: "Tuned", folder: Path) -> None:
     """Print the gains, the comparison and its verdict."""
-    from quadstep.linear.quick import quick_grade, sentences
+    from quadstep.linear.quick import quick_grade
+    from quadstep.metrics.margins import at_rest_sentences
     from quadstep.mission.read import read_mission
     from quadstep.tuning.unseen import AGGREGATES
 
@@ -79,7 +80,7 @@ def show(done: "Tuned", folder: Path) -> None:
         say(f"Even with the best gains found, {wrong} in tuning.")
     say(compared.verdict)
     if not done.elsewhere:
-        for sentence in sentences(quick_grade(read_mission(folder / "tuned.toml"))):
+        for sentence in at_rest_sentences(quick_grade(read_mission(folder / "tuned.toml"))):
             say(f"With the tuned gains: {sentence[0].lower()}{sentence[1:]}")
     for gain in done.asked.gains:
         if edge := gain.edge(done.values):

@@ -62,7 +62,7 @@ class Cell(NamedTuple):
     @property
     def mission(self) -> Mission:
         """As written, nothing of it drawn. Raises UserError."""
-        return check_mission(self.campaign.content, self.campaign.source, self.campaign.folder)
+        return self.campaign.mission
 
     @property
     def law(self) -> type[Controller]:

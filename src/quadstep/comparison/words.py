@@ -7,7 +7,8 @@ from quadstep.analysis.statistics import Estimate
 from quadstep.comparison.found import Comparison, Result
 from quadstep.comparison.ranking import ALPHA, Ranked, by_chance, fewest
 from quadstep.comparison.study import Situation
-from quadstep.linear.grade import WORST_FIRST, phrase
+from quadstep.linear.grade import WORST_FIRST
+from quadstep.metrics.margins import at_rest
 from quadstep.report.symbols import prose
 from quadstep.report.units import counted, listed
 
@@ -142,7 +143,7 @@ def with_grade(found: Comparison, controller: str, vehicle: str | None = None) -
     if not loops:
         return ""
     worst, where = min(loops, key=lambda loop: WORST_FIRST.index(loop[0].grade))
-    text = f"; {f'on {where} ' if where and vehicle is None else ''}{phrase(worst.grade, worst.why)}"
+    text = f"; {f'on {where} ' if where and vehicle is None else ''}{at_rest(worst._asdict())}"
     effort = [
         one.effort.activity
         for one in found.results

@@ -13,9 +13,10 @@ from quadstep.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
 from quadstep.linear.margins import Margins
 from quadstep.linear.sampled import NoRestError
+from quadstep.metrics.margins import NO_REST
 from quadstep.mission.schema import Mission
 
-SOUND, FRAGILE, UNSTABLE, NO_REST, UNKNOWN = "sound", "fragile", "unstable", "no rest found", "not linearised"
+SOUND, FRAGILE, UNSTABLE, UNKNOWN = "sound", "fragile", "unstable", "not linearised"
 
 
 class Measure(NamedTuple):
@@ -51,11 +52,6 @@ class Grade(NamedTuple):
 
 
 WORST_FIRST = UNSTABLE, NO_REST, UNKNOWN, FRAGILE, SOUND
-
-
-def phrase(word: str, why: str) -> str:
-    """A grade beside other results, without a full stop."""
-    return f"no rest of its loop is found: {why}" if word == NO_REST else f"at rest its loop is {word}: {why}"
 
 
 def graded(found: Analysis) -> Grade:

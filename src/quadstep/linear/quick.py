@@ -11,7 +11,7 @@ from quadstep.control.opaque import Opaque
 from quadstep.flight import code_cache
 from quadstep.linear.analysis import limits, of_even_rotors, of_loop, worst_of
 from quadstep.linear.equilibrium import hovering, newton, warmed
-from quadstep.linear.grade import Grade, graded, phrase
+from quadstep.linear.grade import Grade, graded
 from quadstep.linear.sampled import Loops, linearising
 from quadstep.linear.states import states
 from quadstep.mission.schema import Mission
@@ -40,12 +40,6 @@ def quick_grade(mission: Mission) -> Mapping[str, str]:
     except Exception:
         return {}
     return found
-
-
-def sentences(rest: Mapping[str, str]) -> list[str]:
-    """What a quick grade says; nothing where there is none."""
-    text = phrase(rest["grade"], rest["why"]) if rest else ""
-    return [f"{text[0].upper()}{text[1:]}."] if text else []
 
 
 def own_digest() -> str:

@@ -1,6 +1,7 @@
 """Names of margins as metrics: `phase_margin` is the least over all channels, `phase_margin_roll` that of one."""
 
 import math
+from collections.abc import Mapping
 
 LEAST_GAIN, LEAST_PHASE, DELAYS = 6.0, math.radians(30.0), 2.0
 """Margins asked of a sound loop unless a mission says otherwise: of gain [dB], upwards and downwards, and of phase [rad], the
@@ -24,6 +25,28 @@ LESS_IS_BETTER = "sensitivity_peak"
 
 MARGINS = {f"{kind}{ending}": unit for kind, unit in UNITS.items() for ending in ("", *(f"_{name}" for name in CHANNELS))}
 """Units by name."""
+
+
+AT_REST, NO_REST = "margins_at_rest", "no rest found"
+"""The key of a result under which "grade" and "why" of its loop at rest are, and the grade of a loop that has no rest."""
+
+WRITTEN = "the loop of the mission as written"
+"""Whose grade it is where a mission is varied."""
+
+
+def at_rest(rest: Mapping[str, str], whose: str = "its loop") -> str:
+    """A grade beside other results, in words without a full stop; empty where none is known."""
+    if not rest:
+        return ""
+    if rest["grade"] == NO_REST:
+        return f"no rest of {whose} is found: {rest['why']}"
+    return f"at rest {whose} is {rest['grade']}: {rest['why']}"
+
+
+def at_rest_sentences(rest: Mapping[str, str], whose: str = "its loop") -> list[str]:
+    """The same as a sentence, if a grade is known."""
+    text = at_rest(rest, whose)
+    return [f"{text[0].upper()}{text[1:]}."] if text else []
 
 
 def is_margin(name: str) -> bool:

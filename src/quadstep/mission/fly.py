@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -31,7 +31,7 @@ from quadstep.mission.check import check
 from quadstep.mission.kinds import REAL, kind
 from quadstep.mission.read import plan_mission, read_mission
 from quadstep.mission.report import write_report
-from quadstep.mission.schema import Mission
+from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.plants.multirotor import Multirotor
 from quadstep.report.pool import DrawingPool, drawing_pool
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
@@ -58,19 +58,8 @@ class Piloting(NamedTuple):
     said: Callable[[str], None] = lambda _: None
 
 
-Grading: TypeAlias = Callable[[Mission], Mapping[str, str]]
-"""Gives "grade" and "why" of a mission's loop at rest; empty where it cannot in less than about a second."""
-
-
-def ungraded(_: Mission) -> Mapping[str, str]:
-    """No grade."""
-    return {}
-
-
 class Summary(NamedTuple):
-    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements. rest:
-    "grade" and "why" of its loop at rest, if known.
-    """
+    """What the command line prints about a flight: a table, single numbers and a last line. judged: its requirements."""
 
     name: str
     header: list[str]
@@ -81,7 +70,6 @@ class Summary(NamedTuple):
     warnings: tuple[str, ...]
     metrics: Metrics
     judged: list[Judged]
-    rest: Mapping[str, str] = {}
 
     def verdict(self, about: Metrics) -> Verdict:
         """The verdict for machines. about: the run, as text."""
@@ -169,10 +157,10 @@ def fly_planned(
     with publishing(folder, fingerprint([plan]), overwrite) as out, drawing_pool() as pool:
         log = flown(plan, engine, told)
         why = "" if log.outcome is Outcome.COMPLETED else reason(plan, log)
-        metrics, warnings, rest = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
+        metrics, warnings = write_results(out, pool, mission, plan, log, engine, beside, told, sheet, why, grading)
     diverged = None if log.outcome is Outcome.COMPLETED else f"was lost at {log.ended:g} s"
     judged = [judge(one, scalars(metrics), diverged) for one in required]
-    summary = summarise(mission.name, log, metrics, warnings, judged, why)._replace(rest=rest)
+    summary = summarise(mission.name, log, metrics, warnings, judged, why)
     lost = plan.loop.controller.why_lost(plan.parameters.gains)
     if lost:
         return summary._replace(ending=f"{lost}. The log up to that point is kept.")
@@ -193,15 +181,15 @@ def write_results(
     sheet: Sheet | None = None,
     why: str = "",
     grading: Grading = ungraded,
-) -> tuple[Metrics, tuple[str, ...], Mapping[str, str]]:
-    """Tables, page and figures of a flight; gives its metrics, warnings and the grade of its loop at rest. beside: where files
-    of the mission are. why: it ended early, if known.
+) -> tuple[Metrics, tuple[str, ...]]:
+    """Tables, page and figures of a flight; gives its metrics and warnings. beside: where files of the mission are. why: it
+    ended early, if known.
     """
-    measured = mission.flight_metrics(log)
-    metrics, warnings = measured[0], (*plan.warnings, *measured[1])
     (out / "figures").mkdir()
     jobs = mission.figures(log) if len(log.rows) > 1 else []
     drawn = [pool.submit(job.draw, out / "figures", sheet and sheet.shown()) for job in jobs]
+    measured = mission.flight_metrics(log, grading)  # while processes draw
+    metrics, warnings = measured[0], (*plan.warnings, *measured[1])
     told("writing tables", 0, 1)
     write_log(out / "flight.csv", log)
     write_weights(out / "weights.json", mission, log)
@@ -213,17 +201,15 @@ def write_results(
 
     write_mission_page(out / "page.html", mission, plan, log, beside, measured)
     about = {"name": mission.name, "version": __version__, "engine": engine, "warnings": list(warnings)}
-    rest = grading(mission)  # while processes draw
-    stated = {"margins_at_rest": dict(rest)} if rest else {}
     described = {"mission": json.loads(mission.model_dump_json())}
-    write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **stated, **metrics, **described})
+    write_json(out / MANIFEST, {**about, **graded(metrics).as_json(), **metrics, **described})
     told("drawing figures", 0, len(jobs))
     for done, figure in enumerate(as_completed(drawn), 1):
         figure.result()
         told("drawing figures", done, len(jobs))
     captions = {f"figures/{job.name}": job.title.removeprefix(f"{mission.name}: ").capitalize() for job in jobs}
-    write_report(out / REPORT, mission, log, metrics, warnings, captions, why, rest)
-    return metrics, warnings, rest
+    write_report(out / REPORT, mission, log, metrics, warnings, captions, why)
+    return metrics, warnings
 
 
 def flown(plan: FlightPlan, engine: Engine, told: Told) -> FlightLog:

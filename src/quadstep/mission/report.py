@@ -5,12 +5,12 @@ import re
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, cast
 
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.grade import graded
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.report import page, units
 
@@ -32,13 +32,12 @@ def write_report(
     warnings: Sequence[str],
     figures: dict[str, str],
     why: str = "",
-    rest: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Write it beside the flight's other files. figures: their captions by path from there, without ending. why: it ended
-    early, if known. rest: "grade" and "why" of its loop at rest, if known.
+    early, if known.
     """
     drawn = [page.figure(path.parent / name, caption) for name, caption in figures.items()]
-    body = [page.summary(answer(log, metrics, why), facts(metrics) + margins(rest), drawn[:IN_SUMMARY])]
+    body = [page.summary(answer(log, metrics, why), facts(metrics), drawn[:IN_SUMMARY])]
     body += [page.paragraph(f"Warning: {one}", escape) for one in warnings]
     body.append(
         page.links([("page.html", "Fly it in your browser"), ("flight.csv", "the log"), ("metrics.json", "all metrics")])
@@ -85,12 +84,10 @@ def facts(metrics: Metrics) -> list[page.Fact]:
         found.append(page.Fact("least thrust margin", units.percent(1.0 - share), more))
     if "saturated_share" in metrics:
         found.append(page.Fact("rotors saturated", units.percent(metric(metrics, "saturated_share")), "of the time"))
+    if AT_REST in metrics:
+        rest = cast(Mapping[str, str], metrics[AT_REST])
+        found.append(page.Fact("margins at rest", rest["grade"], rest["why"]))
     return found
-
-
-def margins(rest: Mapping[str, str]) -> list[page.Fact]:
-    """How stable the loop is where its path begins."""
-    return [page.Fact("margins at rest", rest["grade"], rest["why"])] if rest else []
 
 
 HEADER = ("", "RMSE", "largest", "final", "unit")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeAlias, cast
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, ValidationInfo, model_validator
 
@@ -26,7 +26,7 @@ from quadstep.flight.scored import bare, score_names
 from quadstep.flight.trial import NotFiniteError, try_metrics, try_out
 from quadstep.guidance.reference import Reference
 from quadstep.metrics.effort import EFFORT
-from quadstep.metrics.margins import MARGINS, UNITS, is_margin
+from quadstep.metrics.margins import AT_REST, MARGINS, UNITS, is_margin
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.check import explained
 from quadstep.mission.clock import PERIODS, ClockSection
@@ -49,6 +49,15 @@ from quadstep.sensing.suite import Suite
 def as_it_is(law: Controller, periods: Mapping[str, float]) -> Controller:  # noqa: ARG001 (others need it)
     """A controller that is given nothing beside its law."""
     return law
+
+
+Grading: TypeAlias = Callable[["Mission"], Mapping[str, str]]
+"""Gives "grade" and "why" of a mission's loop at rest; empty where it cannot in less than about a second."""
+
+
+def ungraded(_: "Mission") -> Mapping[str, str]:
+    """No grade."""
+    return {}
 
 
 class Built(NamedTuple):
@@ -210,14 +219,15 @@ class Mission(Section):
     def plant_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
         """What a flight of this plant was like, and warnings that only flying it could give."""
 
-    def flight_metrics(self, log: FlightLog) -> tuple[Metrics, list[str]]:
-        """The same, with metrics of the user's own."""
+    def flight_metrics(self, log: FlightLog, grading: Grading = ungraded) -> tuple[Metrics, list[str]]:
+        """The same, with metrics of the user's own and, where it is known, the grade of the loop at rest."""
         found, warnings = self.plant_metrics(log)
         half = 0.5 * self.simulation.step
         own = of_log(self.own_metrics, log, self.plant.columns, self.scored_from - half)
         for name in own.keys() & found.keys():
             raise UserError(f"metrics: {name}: every flight already has a metric of this name")
-        return {**found, **own}, warnings
+        rest = dict(grading(self))
+        return {**found, **own, **({AT_REST: rest} if rest else {})}, warnings
 
     def figures(self, log: FlightLog) -> list[FigureJob]:
         """What is drawn of a flight."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from quadstep.errors import UserError
 from quadstep.flight.cause import reason
@@ -11,6 +11,7 @@ from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import LIMITS as LIMITS_PASSED
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.grade import RULES, graded
+from quadstep.metrics.margins import AT_REST
 from quadstep.metrics.of_log import Metrics, group, metric
 from quadstep.mission.derived import ControllerSection
 from quadstep.mission.lagrange import LagrangeMission
@@ -220,6 +221,9 @@ def facts(metrics: Metrics) -> tuple[tuple[str, str], ...]:
     ]
     if torques:
         found.append(("largest torque", f"{max(torques):.3g} N m"))
+    if AT_REST in metrics:
+        rest = cast(Metrics, metrics[AT_REST])
+        found.append(("loop at rest", f"{rest['grade']}: {rest['why']}"))
     return tuple(found)
 
 

@@ -19,6 +19,7 @@ from quadstep.errors import UserError
 from quadstep.flight.closed_loop import Outcome
 from quadstep.flight.log import REASONS, FlightLog
 from quadstep.judging.grade import Grade
+from quadstep.metrics.margins import AT_REST
 from quadstep.mission.clock import MOST_ROWS
 from quadstep.report.publish import MANIFEST
 
@@ -147,7 +148,14 @@ def ending(content: dict[str, object]) -> str:
         return f"lost at {time:g} s: {REASONS[Outcome[outcome.upper()]] if known else outcome}"
     reasons = content.get("grade_reasons")
     but = " and ".join(one for one in reasons if isinstance(one, str)) if isinstance(reasons, list) else ""
-    return f"flew {time:g} s{f', but {but}' if but else ''}"
+    return f"flew {time:g} s{f', but {but}' if but else ''}{loop(content)}"
+
+
+def loop(content: dict[str, object]) -> str:
+    """The grade of a flight's loop at rest, to follow how it ended; nothing where it is not known."""
+    rest = content.get(AT_REST)
+    word = rest.get("grade") if isinstance(rest, dict) else None
+    return f"; at rest its loop is {word}" if isinstance(word, str) else ""
 
 
 def grade(content: dict[str, object]) -> str:

@@ -11,7 +11,7 @@ from quadstep.flight.engines import FlightPlan, fly
 from quadstep.flight.log import FlightLog
 from quadstep.metrics.of_log import Metrics
 from quadstep.mission.read import plan_mission, read_mission
-from quadstep.mission.schema import Mission
+from quadstep.mission.schema import Grading, Mission, ungraded
 from quadstep.page.build import Walk, build_page
 from quadstep.page.flights import Flown
 from quadstep.page.identity import identity
@@ -21,23 +21,29 @@ from quadstep.page.story import Story
 GROUP, WALK = "Missions", "From the guided walk"
 
 
-def fly_missions(paths: Sequence[Path], engine: Engine = Engine.LANES, story: Story | None = None) -> str:
+def fly_missions(
+    paths: Sequence[Path], engine: Engine = Engine.LANES, story: Story | None = None, grading: Grading = ungraded
+) -> str:
     """The page of these mission files, and of those of a story. Raises UserError naming the file."""
-    flown = flown_files(paths, engine)
+    flown = flown_files(paths, engine, grading=grading)
     if story is None:
         return missions_page(flown)
     flown, walk = with_walk(flown, story, engine)
     return build_page(story.title, "", flown, walk=walk)
 
 
-def flown_files(paths: Sequence[Path], engine: Engine, group: str = GROUP, taken: Sequence[str] = ()) -> list[Flown]:
+def flown_files(
+    paths: Sequence[Path], engine: Engine, group: str = GROUP, taken: Sequence[str] = (), grading: Grading = ungraded
+) -> list[Flown]:
     """Mission files, flown. taken: ids in use. Raises UserError naming the file."""
     flown: list[Flown] = []
     for path in paths:
         mission = read_mission(path)
         plan = plan_mission(mission, path)
         ids = [*taken, *(one.id for one in flown)]
-        flown.append(flown_mission(mission, plan, fly(plan, engine), path.parent, ids)._replace(group=group))
+        log = fly(plan, engine)
+        measured = mission.flight_metrics(log, grading)
+        flown.append(flown_mission(mission, plan, log, path.parent, ids, measured)._replace(group=group))
     names = Counter(one.name for one in flown)
     return [
         one._replace(name=f"{one.name} ({path.stem})") if names[one.name] > 1 else one

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.errors import InterruptedRun
+from quadstep.mission.schema import Grading, ungraded
 from quadstep.rare.flights import Flights
 from quadstep.rare.kept import opened
 from quadstep.rare.pieces import fly_piece, pieces
@@ -34,11 +35,12 @@ def estimate(
     overwrite: bool = False,
     progress: Progress | None = None,
     sheet: Sheet | None = None,
+    grading: Grading = ungraded,
 ) -> Found:
     """Estimate the probability that a flight of the campaign in `path` fails, and write rare.json and a report into `folder`.
 
-    sheet: what the figures are drawn on. Raises UserError, and InterruptedRun on Ctrl-C; in both cases finished replicates are
-    kept.
+    sheet: what the figures are drawn on. grading: of the loop at rest. Raises UserError, and InterruptedRun on Ctrl-C; in both
+    cases finished replicates are kept.
     """
     campaign = read_campaign(path)
     check_space(campaign.file, path)
@@ -58,7 +60,7 @@ def estimate(
 
                 told(0)
                 kept.add(fly_piece(flights, piece, told))
-            summary = summarise(kept.pieces)
+            summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
             write_report(kept, campaign, summary, path, sheet or Sheet())
             kept.manifest.complete, kept.manifest.summary = True, as_json(summary)
             kept.save()

@@ -1,13 +1,14 @@
 """The result of the replicates: a probability with an interval from their scatter, and warnings."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, student_quantile
 from quadstep.campaign.rare import Method
+from quadstep.metrics.margins import AT_REST, WRITTEN, at_rest_sentences
 from quadstep.rare.done import Done, Nearest
 from quadstep.rare.pieces import Kind
 from quadstep.rare.points import Floats
@@ -61,6 +62,7 @@ class Summary(NamedTuple):
     nearest: Nearest | None
     again: float | None
     warnings: tuple[str, ...]
+    rest: Mapping[str, str] = {}
 
 
 def summarise(done: Sequence[Done]) -> Summary:
@@ -159,6 +161,7 @@ def as_json(found: Summary) -> dict[str, object]:
         "nearest_failure": found.nearest.model_dump() if found.nearest else None,
         "fail_again_with_other_noise": found.again,
         "warnings": list(found.warnings),
+        AT_REST: dict(found.rest),
     }
 
 
@@ -184,4 +187,4 @@ def sentences(found: Summary, method: Method) -> list[str]:
     lines.append(f"Plain Monte Carlo flights: {found.crude.said}.")
     if found.again is not None:
         lines.append(f"{100 * found.again:.3g} % of the failures fail again with different noise.")
-    return lines
+    return [*lines, *at_rest_sentences(found.rest, WRITTEN)]
