@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quadstep import cli
+from quadstep.terminal.progress import Progress
 from tests.patience import PATIENCE
 
 LINE = '[path]\ntype = "minimum-jerk"\nend = [1.0, 0.5, 0.5]\nduration = 1.0\n'
@@ -98,6 +99,16 @@ def write(folder, text, name="mission.toml"):
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
+
+
+class Listener(Progress):
+    """Collects how far a run is, as pairs of done and total."""
+
+    def __init__(self):
+        self.heard = []
+
+    def to(self, done, total=None, note=""):
+        self.heard.append((done, total))
 
 
 def heeding_interrupts():

@@ -20,6 +20,7 @@ from quadstep.campaign.schema import read_campaign
 from quadstep.campaign.store import Chunk, parquet
 from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
+from quadstep.terminal.progress import Progress
 from tests.campaigns import (
     SHORT,
     ended,
@@ -154,18 +155,19 @@ def test_a_node_and_a_worker_lost_in_mid_run_change_nothing(whole, joined, tmp_p
     monkeypatch.setattr(cluster, "SMALLEST_SPAN", 100)
     counts, lost = [], []
 
-    def progress(over, _):
-        counts.append(over)
-        if over >= 500 and not lost:
-            lost.append("worker")
-            os.kill(a_worker(), signal.SIGKILL)
-        if over >= 1200 and len(lost) == 1:
-            lost.append("node")
-            joined.remove_node(min(joined.worker_nodes, key=str), allow_graceful=False)
-            joined.add_node(num_cpus=1, object_store_memory=STORE)
+    class Killing(Progress):
+        def to(self, done, total=None, note=""):
+            counts.append(done)
+            if done >= 500 and not lost:
+                lost.append("worker")
+                os.kill(a_worker(), signal.SIGKILL)
+            if done >= 1200 and len(lost) == 1:
+                lost.append("node")
+                joined.remove_node(min(joined.worker_nodes, key=str), allow_graceful=False)
+                joined.add_node(num_cpus=1, object_store_memory=STORE)
 
     with no_report():
-        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=progress)
+        fly_campaign(path, tmp_path / "out", engine=Engine.RAY, progress=Killing())
     assert lost == ["worker", "node"]
     assert counts == sorted(counts)
     assert counts[-1] == 3600

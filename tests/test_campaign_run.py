@@ -21,7 +21,7 @@ from quadstep.flight.engines import fly as fly_plan
 from quadstep.flight.sweep import Sweep
 from quadstep.mission.fly import planned
 from tests.campaigns import MASS, NOISY, SHORT, campaign, flights, fly, manifest, no_report, number, refused, rows, written
-from tests.commands import quadstep
+from tests.commands import Listener, quadstep
 from tests.flights import METRICS
 
 MANY = (
@@ -115,16 +115,16 @@ def test_a_run_that_was_interrupted_anywhere_goes_on_to_the_same_files(tmp_path,
 
 
 def test_progress_tells_flights_over_and_in_all(tmp_path):
-    path, told = written(tmp_path, MANY, head="chunk = 16\nflights = 40"), []
-    fly_campaign(path, tmp_path / "out", progress=lambda *both: told.append(both))
-    overs = [over for over, _ in told]
-    assert {total for _, total in told} == {40}
+    path, told = written(tmp_path, MANY, head="chunk = 16\nflights = 40"), Listener()
+    fly_campaign(path, tmp_path / "out", progress=told)
+    overs = [over for over, _ in told.heard]
+    assert {total for _, total in told.heard} == {40}
     assert (overs[0], overs[-1]) == (0, 40)
     assert overs == sorted(overs)
     (tmp_path / "out/flights/00001.parquet").unlink()
-    again = []
-    fly_campaign(path, tmp_path / "out", resume=True, progress=lambda *both: again.append(both))
-    assert (again[0], again[-1]) == ((24, 40), (40, 40))
+    again = Listener()
+    fly_campaign(path, tmp_path / "out", resume=True, progress=again)
+    assert (again.heard[0], again.heard[-1]) == ((24, 40), (40, 40))
 
 
 # Each flight is what it is by itself

@@ -10,10 +10,12 @@ from quadstep.campaign.flown import Flyer
 from quadstep.campaign.schema import CampaignFile, campaign_of
 from quadstep.mission.check import check
 from quadstep.mission.read import plan_mission
+from quadstep.terminal.progress import SILENT
 from quadstep.tuning import run, search
 from quadstep.tuning.ground import UNSEEN, Ground, asked
 from quadstep.tuning.judge import Judge
 from quadstep.tuning.search import Search, least_budget, population
+from tests.commands import Listener
 from tests.tuning import LAMBDA, PAPER, SOFT, WINDY, ground, history, metrics, tuned, written
 
 FREE = "theorem = false\nobjective = { position_rmse = 1.0, variation_torque_2 = 2e-4 }\n"
@@ -43,7 +45,7 @@ def test_one_gain_ends_up_where_a_fine_grid_has_its_optimum(tmp_path):
     there = ground(tmp_path, PAPER + LAMBDA.replace("[tune]\n", f"[tune]\n{FREE}"))
     least, point, judge = best_of_grid(there, 401)
     assert 0.05 < point[0] < 0.95
-    found = Search(there, 1200, 1, run.silent).run()
+    found = Search(there, 1200, 1, SILENT).run()
     assert found.best.point == pytest.approx(point, abs=0.01)
     assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
 
@@ -51,7 +53,7 @@ def test_one_gain_ends_up_where_a_fine_grid_has_its_optimum(tmp_path):
 def test_two_gains_are_better_than_the_best_of_a_grid(tmp_path):
     there = ground(tmp_path, PAPER + TWO)
     least, point, judge = best_of_grid(there, 41)
-    found = Search(there, 2500, 2, run.silent).run()
+    found = Search(there, 2500, 2, SILENT).run()
     assert judge.judge(there.fly([found.best.values], 0, 1)[0]).cost <= least + 1e-6
     assert math.dist(found.best.point, point) < 0.1
     runs = {one.run for one in found.history}
@@ -68,7 +70,7 @@ def test_the_search_is_told_the_cost_and_more_where_a_candidate_was_moved(tmp_pa
         return strategy
 
     monkeypatch.setattr(search, "started", watched)
-    found = Search(ground(tmp_path, PAPER + TWO.replace("theorem = false", "")), 100, 1, run.silent).run()
+    found = Search(ground(tmp_path, PAPER + TWO.replace("theorem = false", "")), 100, 1, SILENT).run()
     assert found.present.judged.cost == 0.5, "costs are in units of the present objective"
     assert told == [one.judged.cost * (1.0 + 10.0 * one.moved**2) for one in found.history[1:]]
     assert max(one.moved for one in found.history) > 0.01
@@ -76,7 +78,7 @@ def test_the_search_is_told_the_cost_and_more_where_a_candidate_was_moved(tmp_pa
 
 def test_restarts_double_the_population_while_ten_generations_fit(tmp_path):
     there = ground(tmp_path, PAPER + TWO)
-    found = Search(there, 2500, 2, run.silent).run()
+    found = Search(there, 2500, 2, SILENT).run()
     sizes = {}
     for one in found.history[1:]:
         sizes.setdefault(one.run, set()).add(sum(1 for other in found.history if other[:2] == one[:2]))
@@ -102,8 +104,9 @@ def test_the_budget_is_never_exceeded_and_no_generation_is_left(tmp_path, monkey
             run.tune(path, budget, tmp_path / "out")
         assert not flown
         return
-    told = []
-    done = run.tune(path, budget, tmp_path / "out", told=lambda flights, best: told.append(flights))
+    listener = Listener()
+    done = run.tune(path, budget, tmp_path / "out", progress=listener)
+    told = [flights for flights, _ in listener.heard]
     assert sum(flown) <= budget
     assert budget - sum(flown) < population(2, 1)
     assert told == sorted(told)

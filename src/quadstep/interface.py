@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.flight import engines
-from quadstep.flight.closed_loop import Outcome
-from quadstep.flight.eager import Progress
+from quadstep.flight.closed_loop import Advance, Outcome
 from quadstep.flight.engine import FLIGHTS, Engine, engine_for
 from quadstep.flight.engines import FlightPlan
 from quadstep.flight.log import FlightLog
@@ -159,7 +158,7 @@ class Flight(FlightLog):
         return flight_jobs(self, self.name, self.plan.loop.plant.efforts)
 
 
-def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Progress | None = None) -> Flight:
+def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Advance | None = None) -> Flight:
     """Fly a mission, or a plan made from one.
 
     engine: "lanes", compiled, or "python", the same laws without a compiler, a thousand times slower; the flights are the same
@@ -175,9 +174,7 @@ def fly(mission: Flyable, engine: Engine | str = Engine.LANES, progress: Progres
     return fly_all([mission], engine, progress)[0]
 
 
-def fly_all(
-    missions: Iterable[Flyable], engine: Engine | str = Engine.LANES, progress: Progress | None = None
-) -> list[Flight]:
+def fly_all(missions: Iterable[Flyable], engine: Engine | str = Engine.LANES, progress: Advance | None = None) -> list[Flight]:
     """Fly many missions or plans; returns the flights in order. Flights of equal structure and clock are flown together.
 
     engine, progress, errors: as for `fly`.

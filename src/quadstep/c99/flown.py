@@ -22,7 +22,7 @@ from quadstep.c99.source import parameters, source
 from quadstep.c99.structs import fields_of
 from quadstep.c99.subject import Planned, exported, refuse_opaque
 from quadstep.control.controller import Controller
-from quadstep.flight.eager import Progress
+from quadstep.flight.closed_loop import Advance
 from quadstep.flight.engines import FlightPlan, Flown, on_lanes
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop
@@ -206,7 +206,7 @@ def on_c(plans: Sequence[FlightPlan]) -> Flown:
     return lambda progress: [fly_c(plan, progress) for plan in plans]
 
 
-def fly_c(plan: FlightPlan, progress: Progress | None = None, precise: bool = True) -> FlightLog:
+def fly_c(plan: FlightPlan, progress: Advance | None = None, precise: bool = True) -> FlightLog:
     """A flight whose controller is compiled from C. precise: in f64; else in f32, the rest of the loop in f64.
 
     Raises UserError for a controller that cannot be written in C, and if there is no C compiler.

@@ -19,10 +19,11 @@ import pyarrow as pa
 from numpy.typing import ArrayLike
 
 from quadstep.campaign.cluster_connection import connected, cores, first_line
-from quadstep.campaign.flown import Fly, Flyer, Progress, S
+from quadstep.campaign.flown import Fly, Flyer, S
 from quadstep.campaign.flown import Span as Whole
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Advance
 from quadstep.flight.sweep import Sweep, Swept
 from quadstep.results.code import code_digest
 from quadstep.version import __version__
@@ -49,7 +50,7 @@ FLYERS: dict[object, Flyer] = {}
 class OneThread(Sweep):
     """A sweep on one core: the cluster has a task for each."""
 
-    def fly(self, values: ArrayLike, threads: int | None = 1, progress: Progress | None = None) -> Swept:
+    def fly(self, values: ArrayLike, threads: int | None = 1, progress: Advance | None = None) -> Swept:
         """Fly a flight for each row of values."""
         return super().fly(values, threads, progress)
 
@@ -125,7 +126,7 @@ def on_cluster(campaign: Campaign) -> Fly[Whole]:
     return partial(flown_on_cluster, campaign)
 
 
-def flown_on_cluster(campaign: Campaign, chunks: Sequence[S], progress: Progress) -> Iterator[tuple[S, pa.Table]]:
+def flown_on_cluster(campaign: Campaign, chunks: Sequence[S], progress: Advance) -> Iterator[tuple[S, pa.Table]]:
     """The flights of each chunk, as they arrive. Raises UserError for a cluster that is absent or cannot fly."""
     with connected() as ray:
         size = span_size(sum(chunk.past - chunk.first for chunk in chunks), cores(ray))

@@ -7,9 +7,10 @@ import numpy as np
 import pyarrow as pa
 
 from quadstep.campaign.draws import continuous, draw, shares
-from quadstep.campaign.flown import Fly, Flyer, Progress, Span, table
+from quadstep.campaign.flown import Fly, Flyer, Span, table
 from quadstep.campaign.planner import TYPICAL, Batch, Planner
 from quadstep.campaign.schema import Campaign
+from quadstep.flight.closed_loop import Advance
 from quadstep.flight.cuda import Device
 from quadstep.flight.gpu_sweep import GpuSweep
 from quadstep.flight.sweep_trace import Generate
@@ -70,7 +71,7 @@ class DeviceFlyer(Flyer):
             batch.loop, batch.ticks, batch.start, batch.parameters, batch.places, campaign.double, generate=law
         )
 
-    def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
+    def fly(self, first: int, past: int, progress: Advance | None = None) -> pa.Table:
         """The flights from `first` up to `past`. The drawn values are written as they are drawn here, in f64.
 
         Raises UserError for values that cannot be flown.

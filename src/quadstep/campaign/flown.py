@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quadstep.campaign.draws import Drawn, draw
 from quadstep.campaign.planner import TYPICAL, Batch, planner
 from quadstep.campaign.schema import Campaign
-from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.closed_loop import Advance, Outcome
 from quadstep.flight.engines import announce
 from quadstep.flight.sweep import Sweep, Swept, joined
 from quadstep.numbers import Table, flatten
@@ -21,8 +21,6 @@ MOST_SWEEPS = 256
 
 FLIGHT, OUTCOME, TIME, SUCCESS = "flight", "outcome", "time_of_failure[s]", "success"
 OUTCOMES = tuple(outcome.name.lower().replace("_", "-") for outcome in Outcome)
-
-Progress = Callable[[int], None]
 
 log = logging.getLogger(__name__)
 
@@ -42,14 +40,14 @@ class Span(Protocol):
 
 
 S = TypeVar("S", bound=Span)
-Fly: TypeAlias = Callable[[Sequence[S], Progress], Iterator[tuple[S, pa.Table]]]
+Fly: TypeAlias = Callable[[Sequence[S], Advance], Iterator[tuple[S, pa.Table]]]
 """Flies spans of a campaign, in any order, and yields each with its table as it finishes."""
 
 
 class Sweeper(Protocol):
     """What flies a batch: `Sweep` or a class with its methods."""
 
-    def fly(self, values: NDArray[np.float64], *, progress: Progress | None = None) -> Swept:
+    def fly(self, values: NDArray[np.float64], *, progress: Advance | None = None) -> Swept:
         """Fly a flight for each row of values."""
         ...
 
@@ -62,16 +60,16 @@ class Flyer:
         self.planner = planner(campaign)
         self.sweeps: dict[object, Sweeper] = {}
 
-    def fly(self, first: int, past: int, progress: Progress | None = None) -> pa.Table:
+    def fly(self, first: int, past: int, progress: Advance | None = None) -> pa.Table:
         """The flights from `first` up to `past`. Raises UserError for values that cannot be flown."""
         flights = np.arange(first, past)
         return self.fly_drawn(flights, draw(self.campaign.file, flights), progress)
 
-    def fly_spans(self, spans: Sequence[S], progress: Progress) -> Iterator[tuple[S, pa.Table]]:
+    def fly_spans(self, spans: Sequence[S], progress: Advance) -> Iterator[tuple[S, pa.Table]]:
         """One after the other. Raises UserError for values that cannot be flown."""
         return ((span, self.fly(span.first, span.past, progress)) for span in spans)
 
-    def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Progress | None = None) -> pa.Table:
+    def fly_drawn(self, flights: NDArray[np.int64], drawn: dict[str, Drawn], progress: Advance | None = None) -> pa.Table:
         """Flights with these values and the noise of these numbers. Raises UserError for values that cannot be flown."""
         outcome, ended = np.empty(len(flights), dtype=np.int8), np.empty(len(flights))
         metrics = np.empty((len(flights), len(self.campaign.metrics)))
@@ -81,7 +79,7 @@ class Flyer:
             metrics[batch.members] = swept.metrics
         return table(self.campaign, flights, drawn, outcome, ended, metrics)
 
-    def swept(self, batch: Batch, progress: Progress | None) -> Swept:
+    def swept(self, batch: Batch, progress: Advance | None) -> Swept:
         """The flights of a batch. Raises what an opaque controller raised."""
         sweep, loop = self.sweep(batch), batch.loop.loop
         if not loop.controller.one_at_a_time:

@@ -1,7 +1,6 @@
 """`quadstep campaign`: from file to folder."""
 
-import contextlib
-from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,10 +9,11 @@ from quadstep.campaign.manifest import read_manifest
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import Summary, as_json, summarise
-from quadstep.errors import InterruptedRun
 from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
+from quadstep.results.interrupts import interruptible
+from quadstep.terminal.progress import SILENT, Count, Progress
 
 REPORT = "report.html"
 
@@ -33,12 +33,11 @@ def fly_campaign(
     engine: Engine = Engine.LANES,
     resume: bool = False,
     overwrite: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = SILENT,
     sheet: Sheet | None = None,
     grading: Grading = ungraded,
 ) -> Finished:
-    """Fly the campaign in `path` into `folder`. progress: called with flights done and flights in all. sheet: what the
-    figures are drawn on. grading: of the loop at rest.
+    """Fly the campaign in `path` into `folder`. sheet: what the figures are drawn on. grading: of the loop at rest.
 
     Raises UserError, and InterruptedRun on Ctrl-C; in both cases what was flown so far is kept.
     """
@@ -46,19 +45,11 @@ def fly_campaign(
     count = flights or campaign.flights
     campaign.check_count(count)
     fly: Fly[Chunk] = loaded(CAMPAIGNS, engine)(campaign)
-    with interruptible(folder), opened(folder, campaign, count, engine, resume, overwrite) as store:
+    with interruptible(partial(kept_in, folder)), opened(folder, campaign, count, engine, resume, overwrite) as store:
         missing = store.missing
-        over = store.flights - sum(chunk.past - chunk.first for chunk in missing)
-
-        def told(more: int) -> None:
-            nonlocal over
-            over += more
-            if progress:
-                progress(over, store.flights)
-
-        told(0)
+        counted = Count(progress, store.flights, store.flights - sum(chunk.past - chunk.first for chunk in missing))
         try:
-            for chunk, table in fly(missing, told):
+            for chunk, table in fly(missing, counted.add):
                 store.write(chunk, table)
             summary = summarise(store, campaign.varies, grading(campaign.mission))
             finish(store, campaign, summary, path, sheet or Sheet())
@@ -68,17 +59,13 @@ def fly_campaign(
     return Finished(campaign, summary, folder)
 
 
-@contextlib.contextmanager
-def interruptible(folder: Path) -> Iterator[None]:
-    """A block in which Ctrl-C says what is kept in the folder of a campaign. Raises InterruptedRun."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        found = read_manifest(folder)
-        if found is None:
-            raise
-        kept, wanted = len(found["chunks"]), -(-found["flights"] // found["chunk"])
-        raise InterruptedRun(f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume") from None
+def kept_in(folder: Path) -> str:
+    """What is kept in the folder of an interrupted campaign, in words; empty for nothing."""
+    found = read_manifest(folder)
+    if found is None:
+        return ""
+    kept, wanted = len(found["chunks"]), -(-found["flights"] // found["chunk"])
+    return f"{kept} of {wanted} files of flights are kept in {folder}; continue with --resume"
 
 
 def finish(store: Store, campaign: Campaign, summary: Summary, path: Path, sheet: Sheet) -> None:

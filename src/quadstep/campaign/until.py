@@ -6,7 +6,8 @@ the intervals of all looks together contain the probability with 95 % confidence
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +18,7 @@ from quadstep.analysis.statistics import LEVEL, Estimate, exact_share, incomplet
 from quadstep.campaign.flown import SUCCESS, Fly
 from quadstep.campaign.limits import MOST_FLIGHTS
 from quadstep.campaign.manifest import read_manifest
-from quadstep.campaign.run import Finished, finish, interruptible
+from quadstep.campaign.run import Finished, finish, kept_in
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.campaign.store import Chunk, Store, opened
 from quadstep.campaign.summary import summarise
@@ -26,6 +27,8 @@ from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.mission.distributions import Grid, Sobol
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.report.sheet import Sheet
+from quadstep.results.interrupts import interruptible
+from quadstep.terminal.progress import SILENT, Count, Progress
 from quadstep.terminal.screen import command
 
 LOOKS = 6
@@ -113,7 +116,7 @@ def fly_until(
     engine: Engine = Engine.LANES,
     resume: bool = False,
     overwrite: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = SILENT,
     sheet: Sheet | None = None,
     grading: Grading = ungraded,
 ) -> Decided:
@@ -129,7 +132,7 @@ def fly_until(
     begun = max(first.flights, known["flights"] if known else 0)
     campaign.check_count(begun)
     seen: list[Seen] = []
-    with interruptible(folder), opened(folder, campaign, begun, engine, resume, overwrite) as store:
+    with interruptible(partial(kept_in, folder)), opened(folder, campaign, begun, engine, resume, overwrite) as store:
         try:
             for place, look in enumerate(looks(target)):
                 if place and (look.flights > min(most or MOST_FLIGHTS, MOST_FLIGHTS) or (not most and place >= LOOKS)):
@@ -138,16 +141,9 @@ def fly_until(
                     campaign.check_count(look.flights)
                     store.shorten(look.flights)
                 wanted = [chunk for chunk in store.missing if chunk.first < look.flights]
-                over = look.flights - sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
-
-                def told(more: int, total: int = look.flights) -> None:
-                    nonlocal over
-                    over += more
-                    if progress:
-                        progress(min(over, total), total)
-
-                told(0)
-                for chunk, table in fly(wanted, told):
+                missing = sum(min(chunk.past, look.flights) - chunk.first for chunk in wanted)
+                counted = Count(progress, look.flights, look.flights - missing)
+                for chunk, table in fly(wanted, counted.add):
                     store.write(chunk, table)
                 seen.append(look_at(store, look))
                 if seen[-1].rate.high <= target or seen[-1].rate.low >= target:

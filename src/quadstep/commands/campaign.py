@@ -94,13 +94,11 @@ def campaign(
     with bar("flying", "flights", flights) as shown, needed_by("`quadstep campaign`"):
         decided = None
         if target is not None:
-            decided = limit.fly_until(
-                file, folder, target, flights, engine, resume, overwrite, shown.to, drawn_on, quick_grade
-            )
+            decided = limit.fly_until(file, folder, target, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
         done = (
             decided.done
             if decided
-            else fly_campaign(file, folder, flights, engine, resume, overwrite, shown.to, drawn_on, quick_grade)
+            else fly_campaign(file, folder, flights, engine, resume, overwrite, shown, drawn_on, quick_grade)
         )
     judged = verdict(done, file, engine, least, decided)
     if not as_json:
@@ -124,7 +122,7 @@ def estimate_rare(
         from quadstep.rare.verdict import verdict
 
     with bar("flying", "flights") as shown, needed_by("`quadstep campaign`"):
-        found = estimate(file, folder, resume, overwrite, lambda over, note: shown.to(over, note=note), drawn_on, quick_grade)
+        found = estimate(file, folder, resume, overwrite, shown, drawn_on, quick_grade)
     judged = verdict(found, file, least)
     if not as_json:
         show_rare(found)

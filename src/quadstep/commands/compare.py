@@ -92,7 +92,7 @@ def how_of(shown: Bar, engine: Engine, overwrite: bool, keep_going: bool, retune
     """How it is worked out. shown: the progress bar."""
     from quadstep.comparison.run import How
 
-    return How(engine, overwrite, keep_going, retune, shown.doing, shown.to, drawn_on)
+    return How(engine, overwrite, keep_going, retune, shown, drawn_on)
 
 
 def show(done: "Finished") -> None:

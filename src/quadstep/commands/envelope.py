@@ -50,7 +50,7 @@ def envelope(
         folder, drawn_on = out or Path("out") / f"{file.stem}-envelope", sheet(figures, width, style)
         asked = request(file, x, y, by, failure or (), flights)
         with bar("flying", "flights", asked.cells * asked.flights) as shown:
-            found = fly_envelope(asked, folder, engine, overwrite, shown.to, drawn_on)
+            found = fly_envelope(asked, folder, engine, overwrite, shown, drawn_on)
     say(sentence(found))
     say_whole(f"Map: {folder / f'envelope.{drawn_on.formats[0]}'}")
     say_whole(f"Report: {folder / 'report.html'}")

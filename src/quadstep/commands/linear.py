@@ -14,13 +14,13 @@ from quadstep.documents import read_toml
 from quadstep.errors import UserError
 from quadstep.extras import needed_by
 from quadstep.report.sheet import SCREEN, USUAL, sheet
-from quadstep.terminal.bars import Bar, bar
+from quadstep.terminal.bars import bar
 from quadstep.terminal.screen import command, say, say_whole
 from quadstep.terminal.tables import show_table
 
 if TYPE_CHECKING:
     from quadstep.linear.run import Done
-    from quadstep.linear.several import Several, Told
+    from quadstep.linear.several import Several
 
 INSTANTS, MOST = 20, 10_000
 
@@ -64,16 +64,15 @@ def linear(
     from quadstep.linear.several import about, instants, laws
 
     with bar("linearising", "loops") as shown:
-        told = counting(shown)
         if drawn:
             with needed_by("`quadstep linear` of a campaign"):
                 from quadstep.linear.drawn import draws
 
-                found = draws(file, samples, folder, overwrite, drawn_on, told)
+                found = draws(file, samples, folder, overwrite, drawn_on, shown)
         elif along:
-            found = instants(file, samples or INSTANTS, folder, overwrite, drawn_on, told)
+            found = instants(file, samples or INSTANTS, folder, overwrite, drawn_on, shown)
         else:
-            found = laws(file, controllers or "", folder, overwrite, drawn_on, told)
+            found = laws(file, controllers or "", folder, overwrite, drawn_on, shown)
     deliver(about(found, file), as_json, partial(show_several, found, folder, file))
 
 
@@ -87,18 +86,6 @@ def check(controllers: str | None, along: bool, samples: int | None, drawn: bool
         raise UserError("--samples: requires --along or a campaign")
     if samples is not None and not 1 <= samples <= MOST:
         raise UserError(f"--samples: should be from 1 to {MOST}, not {samples}")
-
-
-def counting(shown: Bar) -> "Told":
-    """What counts loops on a bar."""
-    done = 0
-
-    def told(more: int) -> None:
-        nonlocal done
-        done += more
-        shown.to(done)
-
-    return told
 
 
 def deliver(record: dict[str, object], as_json: bool, otherwise: Callable[[], None]) -> None:

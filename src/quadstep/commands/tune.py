@@ -42,10 +42,7 @@ def tune(
     with bar("tuning", "flights", budget) as progress, needed_by("`quadstep tune`"):
         from quadstep.tuning.run import tune as run
 
-        def told(flights: int, best: float) -> None:
-            progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
-
-        done = run(mission, budget, folder, seed, overwrite, told, drawn_on)
+        done = run(mission, budget, folder, seed, overwrite, progress, drawn_on)
     show(done, folder)
 
 

@@ -7,7 +7,7 @@ from quadstep.campaign.schema import CampaignFile, campaign_of
 from quadstep.comparison.entrants import Entrant, Problem
 from quadstep.comparison.found import Comparison, ranks, result
 from quadstep.comparison.report import write_results
-from quadstep.comparison.run import Finished, How, Run, costs, fly, interruptible, laws, linearised, reported
+from quadstep.comparison.run import Finished, How, Run, costs, fly, laws, linearised, reported
 from quadstep.comparison.schema import EFFORTS, MarginEntry
 from quadstep.comparison.study import Cell, Situation
 from quadstep.documents import read_toml
@@ -39,7 +39,7 @@ def compared(paths: Sequence[Path], folder: Path, seeds: int, run: Run) -> Finis
         except UserError as error:
             run.met(Problem(("", name), str(error)))
     identity = key([(cell.controller, cell.campaign.fingerprint) for cell in found_cells], seeds)
-    with publishing(folder, identity, run.how.overwrite) as out, interruptible(run):
+    with publishing(folder, identity, run.how.overwrite) as out:
         flights, flown = fly(run, found_cells, seeds)
         asked_of_laws = laws(flights)
         run.work("linearising", asked_of_laws)

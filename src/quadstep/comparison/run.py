@@ -2,7 +2,7 @@
 
 import contextlib
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -20,16 +20,13 @@ from quadstep.comparison.study import Cell, Situation, Study
 from quadstep.comparison.training import flown_in, read_lines
 from quadstep.comparison.workers import alone, work
 from quadstep.documents import parse_json
-from quadstep.errors import InterruptedRun, UserError
+from quadstep.errors import UserError
 from quadstep.flight.engine import Engine
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
 from quadstep.report.units import counted
 from quadstep.results.parts import COSTS, LINEAR, Parts, changed, key, parts_in
-
-Doing = Callable[[str], None]
-Done = Callable[[int, int], None]
-
+from quadstep.terminal.progress import SILENT, Progress
 
 J = TypeVar("J")
 Read = TypeVar("Read")
@@ -37,15 +34,14 @@ Read = TypeVar("Read")
 
 class How(NamedTuple):
     """engine: what flies. keep_going: whether others go on where one controller cannot. again: tune what the study has gains
-    for. doing, done: told the stage, and flights over and in all. sheet: what figures are drawn on.
+    for. sheet: what figures are drawn on.
     """
 
     engine: Engine = Engine.LANES
     overwrite: bool = False
     keep_going: bool = False
     again: bool = False
-    doing: Doing = lambda _: None
-    done: Done = lambda *_: None
+    progress: Progress = SILENT
     sheet: Sheet = Sheet()
 
 
@@ -75,15 +71,15 @@ class Run:
 
     def work(self, what: str, jobs: Sequence[Job]) -> None:
         """Do these, but for what is kept; those that want the machine to themselves one after the other, after all others."""
-        self.how.doing(what)
+        self.how.progress.doing(what)
         going = {job.key: job for job in jobs if self.kept.find(job.kind, job.key) is None or self.failed(job)}
         missing = list(going.values())
         total = sum(job.flights for job in jobs)
         over = total - sum(job.flights for job in missing)
-        self.how.done(over, total)
+        self.how.progress.to(over, total)
 
         def look() -> None:
-            self.how.done(min(total, over + sum(map(so_far, going.values()))), total)
+            self.how.progress.to(min(total, over + sum(map(so_far, going.values()))), total)
 
         single = [job for job in missing if job.by_itself]
         others = [job for job in missing if job not in single]
@@ -92,7 +88,7 @@ class Run:
             over += job.flights
             for one in (other for other in jobs if other.key == job.key) if worked.wrong else (job,):
                 self.keep(one, worked)
-            self.how.done(over, total)
+            self.how.progress.to(over, total)
 
     def failed(self, job: Job) -> bool:
         """Whether what is kept is a cost that lacks its instructions because a tool failed: by now it may work."""
@@ -139,8 +135,8 @@ def compare_study(study: Study, folder: Path, how: How) -> Finished:
     with (
         parts_in(folder) as kept,
         publishing(folder, identity, how.overwrite) as out,
-        interruptible(run := Run(kept, how)),
     ):
+        run = Run(kept, how)
         asked, problems, left_out = entrants(study, run.kept, how.again, how.engine is Engine.LANES)
         for problem in problems:
             run.met(problem)
@@ -227,7 +223,7 @@ def read_back(kept: Parts, job: Fly) -> Flown:
 
 def check_all(study: Study, run: Run, everybody: Sequence[Entrant]) -> dict[str, str]:
     """The metrics to report. Looks at every cell and margin before hours of tuning. Raises UserError."""
-    run.how.doing("checking")
+    run.how.progress.doing("checking")
     wanted = cells(study, run, everybody)
     for cell in wanted:
         if not run.out(cell.situation.vehicle, cell.controller):
@@ -284,14 +280,3 @@ def reported(source: str, wanted: Sequence[str], flown: Sequence[Cell]) -> dict[
         if name not in common:
             raise UserError(f"{source}: metrics: {name!r:.60} is not known; allowed: {', '.join(common)}")
     return {name: common[name] for name in wanted}
-
-
-@contextlib.contextmanager
-def interruptible(run: Run) -> Iterator[None]:
-    """A block whose results so far are kept on Ctrl-C, which is said."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise InterruptedRun(
-            f"finished flights are kept in {run.kept.folder.path}; run the same command to continue"
-        ) from None

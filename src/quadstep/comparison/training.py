@@ -32,6 +32,7 @@ from quadstep.mission.tune import Constraint, Range
 from quadstep.report.units import counted
 from quadstep.results.folder import opened
 from quadstep.results.parts import changed
+from quadstep.terminal.progress import SILENT
 from quadstep.tuning.gains import with_numbers
 from quadstep.tuning.ground import Ground, asked_of
 from quadstep.tuning.judge import Judge, Judged, squashed
@@ -262,7 +263,7 @@ class Training(Search):
     """A search whose candidates fly in several situations, and must leave margins of stability."""
 
     def __init__(self, grounds: Sequence[Ground], asked: Task, journal: Journal) -> None:
-        super().__init__(grounds[0], asked.budget, asked.seed, lambda *_: None)
+        super().__init__(grounds[0], asked.budget, asked.seed, SILENT)
         self.grounds, self.journal, self.stability = grounds, journal, Stability(asked)
         first = self.asked
         every = first.section.model_copy(update={"seeds": sum(one.asked.seeds for one in grounds)})

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from quadstep.analysis.statistics import Estimate, share
 from quadstep.campaign.draws import draw
-from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Fly, Progress, drawn_column
+from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Fly, drawn_column
 from quadstep.envelope.request import Request
+from quadstep.flight.closed_loop import Advance
 from quadstep.flight.scored import LARGEST, RMSE
 
 SPAN = 2**18
@@ -71,7 +72,7 @@ class Cells(NamedTuple):
         return self.share >= FLYABLE
 
 
-def fly_cells(asked: Request, fly: Fly[Span], progress: Progress = lambda _: None) -> Cells:
+def fly_cells(asked: Request, fly: Fly[Span], progress: Advance = lambda _: None) -> Cells:
     """Fly the map. fly: what flies its campaign. Raises UserError for values that cannot be flown."""
     cells, total = asked.cells, asked.cells * asked.flights
     causes = np.zeros((cells, len(CAUSES)), dtype=np.int64)

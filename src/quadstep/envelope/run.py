@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from quadstep.campaign.store import parquet
@@ -15,6 +15,7 @@ from quadstep.envelope.request import Request
 from quadstep.flight.engine import CAMPAIGNS, Engine, loaded
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
+from quadstep.terminal.progress import SILENT, Count, Progress
 from quadstep.version import __version__
 
 DATA, PICTURE, REPORT = "envelope.parquet", "envelope", "report.html"
@@ -25,24 +26,16 @@ def fly_envelope(
     folder: Path,
     engine: Engine = Engine.LANES,
     overwrite: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = SILENT,
     sheet: Sheet | None = None,
 ) -> Envelope:
     """Fly the map and write `folder`: report.html, envelope.parquet, the map, metrics.json; all of it or nothing.
 
-    progress: told flights over and flights in all. sheet: what the map is drawn on. Raises UserError.
+    sheet: what the map is drawn on. Raises UserError.
     """
-    over, total = 0, asked.cells * asked.flights
-
-    def told(more: int) -> None:
-        nonlocal over
-        over += more
-        if progress:
-            progress(over, total)
-
     with publishing(folder, identity(asked), overwrite) as out:
-        told(0)
-        cells = fly_cells(asked, loaded(CAMPAIGNS, engine)(asked.campaign), told)
+        count = Count(progress, asked.cells * asked.flights)
+        cells = fly_cells(asked, loaded(CAMPAIGNS, engine)(asked.campaign), count.add)
         found = Envelope(asked, cells, list(panels(asked, cells)))
         (out / DATA).write_bytes(parquet(table(asked, cells)))
         draw_map(out / PICTURE, asked, cells, (sheet or Sheet()).shown())

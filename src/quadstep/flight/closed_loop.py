@@ -5,7 +5,7 @@ The engines only choose the kind of number, and count the ticks.
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import Any, Generic, NamedTuple, Protocol
+from typing import Any, Generic, NamedTuple, Protocol, TypeAlias
 
 from typing_extensions import TypeVar
 
@@ -29,6 +29,13 @@ class Clock(NamedTuple):
     time: Number
     tick: Number
     period: Number
+
+
+Advance: TypeAlias = Callable[[int], None]
+"""Called by an engine with how much was done since the last call: ticks of one flight, or flights of many.
+
+It is called with 0 once the program that flies them is compiled.
+"""
 
 
 Z = TypeVar("Z", default=Any)

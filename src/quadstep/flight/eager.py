@@ -9,18 +9,15 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.closed_loop import Clock, ClosedLoop, Ticks
+from quadstep.flight.closed_loop import Advance, Clock, ClosedLoop, Ticks
 from quadstep.flight.log import FlightLog, finished
 from quadstep.numbers import Table, flatten, rebuild, where
 
 S = TypeVar("S")
 
-Progress = Callable[[int], None]
-"""Called with the number of ticks flown since the last call; 0 once the program that flies them is compiled."""
-
 
 def fly_floats(
-    loop: ClosedLoop, parameters: object, start: tuple[object, ...], ticks: Ticks, progress: Progress | None = None
+    loop: ClosedLoop, parameters: object, start: tuple[object, ...], ticks: Ticks, progress: Advance | None = None
 ) -> FlightLog:
     """One flight on Python floats."""
     rows: list[tuple[float, ...]] = []

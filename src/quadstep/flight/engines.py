@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from quadstep.control.controller import Controller
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Ticks
-from quadstep.flight.eager import Progress, fly_floats
+from quadstep.flight.closed_loop import Advance, Ticks
+from quadstep.flight.eager import fly_floats
 from quadstep.flight.engine import FLIGHTS, Engine, loaded
 from quadstep.flight.log import FlightLog
 from quadstep.flight.loop import Loop, Numbers
@@ -41,12 +41,12 @@ class FlightPlan(NamedTuple):
         return self._replace(loop=loop, parameters=parameters, warnings=())
 
 
-def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Progress | None = None) -> FlightLog:
+def fly(plan: FlightPlan, engine: Engine = Engine.LANES, progress: Advance | None = None) -> FlightLog:
     """The log of one flight."""
     return fly_all([plan], engine, progress)[0]
 
 
-def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Progress | None = None) -> list[FlightLog]:
+def fly_all(plans: Sequence[FlightPlan], engine: Engine = Engine.LANES, progress: Advance | None = None) -> list[FlightLog]:
     """The logs of many flights, in order. On lanes, flights of the same structure and clock are flown together."""
     controlled = [plan for plan in plans if isinstance(plan.loop, Loop)]  # the engines take any `ClosedLoop`
     flown: Flown = loaded(FLIGHTS, engine)(plans)
@@ -66,7 +66,7 @@ def announce(loop: Loop, parameters: Numbers, start: tuple[object, ...]) -> None
         loop.controller.before_flight(loop.told(loop.start(start, parameters), parameters), parameters.gains)
 
 
-Flown: TypeAlias = Callable[[Progress | None], list[FlightLog]]
+Flown: TypeAlias = Callable[[Advance | None], list[FlightLog]]
 """What flies plans; it does not raise their controllers' exceptions."""
 
 
@@ -85,7 +85,7 @@ def on_lanes(plans: Sequence[FlightPlan]) -> Flown:
         common = tuple(leaf for leaf, entry in pairs if entry or isinstance(leaf, Table))
         groups[plan.loop, plan.ticks, tuple(leaf_names(plan.parameters)), common].append(i)
 
-    def fly(progress: Progress | None) -> list[FlightLog]:
+    def fly(progress: Advance | None) -> list[FlightLog]:
         logs: dict[int, FlightLog] = {}
         for members in groups.values():
             first = plans[members[0]]

@@ -1,14 +1,13 @@
 """Very many flights on a graphics processor, one thread a flight."""
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.closed_loop import Advance, Ticks
 from quadstep.flight.cuda import Device, Memory, Module, OutOfDeviceMemoryError
 from quadstep.flight.gpu_portions import Portions
 from quadstep.flight.loop import Numbers
@@ -27,8 +26,6 @@ in local memory; with 200 registers, and two blocks, none.
 
 MOST_FLIGHTS = 2**32
 """Number of possible flight numbers."""
-
-Progress: TypeAlias = Callable[[int], None]
 
 
 class GpuSweep(Batch):
@@ -64,7 +61,7 @@ class GpuSweep(Batch):
     def fly(
         self,
         values: ArrayLike,
-        progress: Progress | None = None,
+        progress: Advance | None = None,
         threads: int = THREADS,
         portion: int | None = None,
     ) -> Swept:
@@ -81,7 +78,7 @@ class GpuSweep(Batch):
         self,
         first: int,
         past: int,
-        progress: Progress | None = None,
+        progress: Advance | None = None,
         threads: int = THREADS,
         portion: int | None = None,
     ) -> tuple[Swept, NDArray[np.float64]]:
@@ -99,7 +96,7 @@ class GpuSweep(Batch):
         first: int,
         flights: int,
         rows: NDArray[np.float64] | None,
-        progress: Progress | None,
+        progress: Advance | None,
         threads: int,
         portion: int | None,
     ) -> NDArray[np.floating]:

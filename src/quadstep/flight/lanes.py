@@ -7,8 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from quadstep.flight.closed_loop import ClosedLoop, Ticks
-from quadstep.flight.eager import Progress
+from quadstep.flight.closed_loop import Advance, ClosedLoop, Ticks
 from quadstep.flight.kernel import Kernel, compile_module, host_width
 from quadstep.flight.kernels import Kernels
 from quadstep.flight.log import FlightLog, finished
@@ -26,7 +25,7 @@ def fly_lanes(
     parameters: Sequence[object],
     starts: Sequence[tuple[object, ...]],
     ticks: Ticks,
-    progress: Progress | None = None,
+    progress: Advance | None = None,
     double: bool = True,
 ) -> list[FlightLog]:
     """A batch of flights of one structure. A flight's result depends neither on the others nor on the number of cores.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from quadstep.flight.closed_loop import Ticks
+from quadstep.flight.closed_loop import Advance, Ticks
 from quadstep.flight.kernel import Kernel, compile_sweep, host_width
 from quadstep.flight.kernels import Kernels
 from quadstep.flight.loop import Numbers
@@ -131,7 +131,7 @@ class Sweep(Batch):
         self.width = host_width(double)
         self.kernel = prepare(loop, start, parameters, frozenset(self.varying), double, self.width)
 
-    def fly(self, values: ArrayLike, threads: int | None = None, progress: Callable[[int], None] | None = None) -> Swept:
+    def fly(self, values: ArrayLike, threads: int | None = None, progress: Advance | None = None) -> Swept:
         """Fly a flight for each row of values, shape (flights, len(varying)).
 
         threads: as many as there are cores if not given. progress: told the number of newly finished flights.

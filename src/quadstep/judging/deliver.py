@@ -9,7 +9,7 @@ import typer
 
 from quadstep.errors import UserError
 from quadstep.judging.verdict import Verdict
-from quadstep.report.interrupts import signals_ignored
+from quadstep.results.interrupts import signals_ignored
 from quadstep.terminal.screen import complain
 
 START = 4096

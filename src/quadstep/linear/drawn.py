@@ -7,20 +7,21 @@ from quadstep.campaign.replay import replay
 from quadstep.campaign.schema import Campaign, read_campaign
 from quadstep.errors import UserError
 from quadstep.linear.analysis import Analysis, studied
-from quadstep.linear.several import Several, Told, collected, write
+from quadstep.linear.several import Several, collected, write
 from quadstep.report.publish import publishing
 from quadstep.report.sheet import Sheet
+from quadstep.terminal.progress import Progress
 
 USUAL = 100
 """Default number of draws."""
 
 
-def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
+def draws(path: Path, count: int | None, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Several:
     """The loops of a campaign's first draws. Raises UserError."""
     campaign = read_campaign(path)
     count = min(campaign.flights, USUAL) if count is None else count
     with publishing(folder, f"linear-draws-{count}-{campaign.fingerprint}", overwrite) as out:
-        found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), told)
+        found = collected(((f"flight {flight}", one) for flight, one in of_draws(campaign, count)), progress)
         done = Several(campaign.file.name, "draws", found, [float(flight) for flight in range(count)])
         write(out, done, path, sheet)
     return done

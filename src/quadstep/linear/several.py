@@ -1,6 +1,6 @@
 """`quadstep linear` for several loops, from file to folder: a mission under other laws, or at instants of its flight."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from quadstep.report import page
 from quadstep.report.publish import MANIFEST, fingerprint, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
+from quadstep.terminal.progress import Progress
 from quadstep.version import __version__
 
 REPORT = "report.html"
@@ -37,28 +38,24 @@ class Several(NamedTuple):
         return worst.refused(self.found)
 
 
-Told = Callable[[int], None]
-"""Called with the number of further loops done."""
-
-
-def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
+def laws(path: Path, text: str, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Several:
     """The mission's loop under each controller that `text` names. Raises UserError."""
     mission = read_mission(path)
     names = named(mission, text, path.parent)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-{'-'.join(names)}-" + fingerprint([plan]), overwrite) as out:
-        done = Several(mission.name, "laws", collected(under_each(path, names), told), [])
+        done = Several(mission.name, "laws", collected(under_each(path, names), progress), [])
         write(out, done, path, sheet)
     return done
 
 
-def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet, told: Told) -> Several:
+def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet, progress: Progress) -> Several:
     """The mission's loop at `count` instants of its flight. Raises UserError."""
     mission = read_mission(path)
     plan = plan_mission(mission, path)
     with publishing(folder, f"linear-along-{count}-" + fingerprint([plan]), overwrite) as out:
         try:
-            found = collected(((f"t = {t:g} s", one) for t, one in along(mission, count)), told)
+            found = collected(((f"t = {t:g} s", one) for t, one in along(mission, count)), progress)
         except UserError as error:
             raise UserError(f"{path}: {error}") from None
         done = Several(mission.name, "instants", found, [float(name.split()[2]) for name, _ in found])
@@ -66,12 +63,12 @@ def instants(path: Path, count: int, folder: Path, overwrite: bool, sheet: Sheet
     return done
 
 
-def collected(made: Iterable[tuple[str, Analysis | str]], told: Told) -> list[tuple[str, Analysis | str]]:
+def collected(made: Iterable[tuple[str, Analysis | str]], progress: Progress) -> list[tuple[str, Analysis | str]]:
     """All loops. Raises UserError if none can be linearised."""
     found = []
     for one in made:
         found.append(one)
-        told(1)
+        progress.to(len(found))
     if not any(isinstance(one, Analysis) for _, one in found):
         raise UserError(worst.refused(found)[0])
     return found

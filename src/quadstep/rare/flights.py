@@ -1,6 +1,6 @@
 """Flies points: which of them failed, and how close to failure the others came, by a score from the campaign's metrics."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from quadstep.campaign.flown import OUTCOME, OUTCOMES, SUCCESS, Flyer
 from quadstep.campaign.planner import TYPICAL
 from quadstep.campaign.schema import Campaign
 from quadstep.errors import UserError
+from quadstep.flight.closed_loop import Advance
 from quadstep.rare.points import Evaluate, Floats, Points
 from quadstep.rare.space import values
 
@@ -81,12 +82,12 @@ class Flights:
         """Scales of these metrics over typical flights: zero at the median, one at the 90 % quantile."""
         return {name: scale(self.typical[self.campaign.thresholds[name]].to_numpy()) for name in names}
 
-    def evaluate(self, events: Sequence[Event], told: Callable[[int], None]) -> Evaluate:
+    def evaluate(self, events: Sequence[Event], progress: Advance) -> Evaluate:
         """A function that flies points and scores how close each came to each event, infinite where it occurred."""
 
         def fly(points: Points) -> Floats:
             table = self.fly(points)
-            told(table.num_rows)
+            progress(table.num_rows)
             return np.array([self.scored(table, event) for event in events])
 
         return fly

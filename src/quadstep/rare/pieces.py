@@ -1,6 +1,6 @@
 """The pieces of a run: independent replicates, and second opinions that do not count but must agree."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 from quadstep.campaign.flown import SUCCESS
 from quadstep.campaign.rare import Method
 from quadstep.campaign.schema import Campaign
+from quadstep.flight.closed_loop import Advance
 from quadstep.rare.cross_entropy import cross_entropy
 from quadstep.rare.done import Again, Done, DoneEvent, Nearest
 from quadstep.rare.flights import Event, Failure, Flights
@@ -48,8 +49,8 @@ def pieces(campaign: Campaign) -> Iterator[Piece]:
     yield from (Piece(kind, place) for place, kind in enumerate(kinds))
 
 
-def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Done:
-    """A piece's results. told: new flights. Raises UserError for values that cannot be flown."""
+def fly_piece(flights: Flights, piece: Piece, progress: Advance) -> Done:
+    """A piece's results. progress: called with further flights. Raises UserError for values that cannot be flown."""
     file = flights.campaign.file
     name = file.rare.method if piece.kind is Kind.REPLICATE else file.rare.method.other
     events = other_events(flights) if piece.kind is Kind.SCORE else flights.events()
@@ -58,7 +59,7 @@ def fly_piece(flights: Flights, piece: Piece, told: Callable[[int], None]) -> Do
     def counted(more: int) -> None:
         nonlocal flown
         flown += more
-        told(more)
+        progress(more)
 
     random = Random(file.seed, EVENTS * piece.place, len(file.keys))
     found: list[Replicate] = METHODS[name](flights.evaluate(events, counted), len(events), random, file.rare.flights)
@@ -106,10 +107,10 @@ def nearest(flights: Flights, failures: Points) -> Nearest:
     )
 
 
-def again(flights: Flights, failures: Points, told: Callable[[int], None]) -> Again:
+def again(flights: Flights, failures: Points, progress: Advance) -> Again:
     """How many of some failures fail again with different noise."""
     count = len(failures.noise)
     some = failures.at(np.unique(np.linspace(0, count - 1, min(count, AGAIN)).astype(np.int64)))
     failed = ~flights.fly(some._replace(noise=some.noise + A_REPLICATE // 2))[SUCCESS].to_numpy()
-    told(len(failed))
+    progress(len(failed))
     return Again(flights=len(failed), failures=int(failed.sum()))

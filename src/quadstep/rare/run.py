@@ -1,11 +1,9 @@
 """`quadstep campaign --rare`: from file to folder."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from quadstep.campaign.schema import Campaign, read_campaign
-from quadstep.errors import InterruptedRun
 from quadstep.mission.schema import Grading, ungraded
 from quadstep.rare.flights import Flights
 from quadstep.rare.kept import opened
@@ -14,6 +12,8 @@ from quadstep.rare.report import write_report
 from quadstep.rare.space import check_space
 from quadstep.rare.summary import Summary, as_json, summarise
 from quadstep.report.sheet import Sheet
+from quadstep.results.interrupts import interruptible
+from quadstep.terminal.progress import SILENT, Count, Progress
 
 
 class Found(NamedTuple):
@@ -24,16 +24,12 @@ class Found(NamedTuple):
     folder: Path
 
 
-Progress = Callable[[int, str], None]
-"""Called with the number of flights done and a note on what is being flown."""
-
-
 def estimate(
     path: Path,
     folder: Path,
     resume: bool = False,
     overwrite: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = SILENT,
     sheet: Sheet | None = None,
     grading: Grading = ungraded,
 ) -> Found:
@@ -47,25 +43,15 @@ def estimate(
     flights = Flights(campaign)
     with opened(folder, campaign, resume, overwrite) as kept:
         all_of = list(pieces(campaign))
-        over = sum(one.flights for one in kept.pieces)
-        try:
+        with interruptible(
+            lambda: f"{len(kept.pieces)} of {len(all_of)} replicates are kept in {folder}; continue with --resume"
+        ):
             for piece in all_of[len(kept.pieces) :]:
-                note = f"{piece.place + 1} of {len(all_of)}"
-
-                def told(more: int, note: str = note) -> None:
-                    nonlocal over
-                    over += more
-                    if progress:
-                        progress(over, note)
-
-                told(0)
-                kept.add(fly_piece(flights, piece, told))
+                over = sum(one.flights for one in kept.pieces)
+                count = Count(progress, done=over, note=f"{piece.place + 1} of {len(all_of)}")
+                kept.add(fly_piece(flights, piece, count.add))
             summary = summarise(kept.pieces)._replace(rest=grading(campaign.mission))
             write_report(kept, campaign, summary, path, sheet or Sheet())
             kept.manifest.complete, kept.manifest.summary = True, as_json(summary)
             kept.save()
-        except KeyboardInterrupt:
-            raise InterruptedRun(
-                f"{len(kept.pieces)} of {len(all_of)} replicates are kept in {folder}; continue with --resume"
-            ) from None
     return Found(campaign, summary, folder)

@@ -17,8 +17,8 @@ from types import ModuleType
 from typing import ParamSpec, TypeVar
 
 from quadstep.errors import UserError
-from quadstep.report.interrupts import interrupts_held
 from quadstep.report.writable import provide_writable
+from quadstep.results.interrupts import interrupts_held
 
 PRELOADED = "quadstep.report.preloaded"
 MOST_WORKERS = 4

@@ -12,8 +12,8 @@ from quadstep.errors import UserError
 from quadstep.files import JSON, PAGE
 from quadstep.flight.engines import FlightPlan
 from quadstep.numbers import Table, flatten
-from quadstep.report.interrupts import signals_ignored
 from quadstep.results.folder import Folder, names_in, opened
+from quadstep.results.interrupts import signals_ignored
 
 MANIFEST = "metrics.json"
 """The file that is moved last and identifies the results in a folder."""

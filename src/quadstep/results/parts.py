@@ -15,6 +15,7 @@ from quadstep.errors import UserError
 from quadstep.files import FLIGHTS as ANY_PART
 from quadstep.results.code import code_digest
 from quadstep.results.folder import RUNNING, Folder, opened
+from quadstep.results.interrupts import interruptible
 from quadstep.results.sealed import sealed
 from quadstep.version import __version__
 
@@ -97,7 +98,8 @@ def changed(path: Path) -> UserError:
 def parts_in(path: Path) -> Iterator[Parts]:
     """The parts in a folder, which is made if absent, and locked while the block runs.
 
-    When the block ends well, they have been published; else they are kept for the next run. Raises UserError.
+    When the block ends well, they have been published; else they are kept for the next run. Raises UserError, and
+    InterruptedRun on Ctrl-C.
     """
     with contextlib.ExitStack() as stack:
         try:
@@ -109,7 +111,8 @@ def parts_in(path: Path) -> Iterator[Parts]:
             raise UserError(f"{path}: another run is writing into this folder; choose another --out") from None
         except OSError as error:
             raise UserError(f"{path}: cannot be written: {error.strerror or error}") from None
-        yield Parts(folder)
+        with interruptible(lambda: f"finished flights are kept in {path}; run the same command to continue"):
+            yield Parts(folder)
         folder.remove_tree(RUNNING)
 
 

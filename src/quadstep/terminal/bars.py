@@ -6,9 +6,11 @@ import sys
 import time
 from collections.abc import Iterator
 
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Drawn
 from rich.text import Text
 
+from quadstep.terminal.progress import Progress
 from quadstep.terminal.screen import complain, console
 
 WIDE, ROOM = 60, 50
@@ -35,10 +37,10 @@ class Rate(ProgressColumn):
         return Text(f"{speed:,.0f}/s" if speed >= 1.0 else "", no_wrap=True)
 
 
-class Bar:
+class Bar(Progress):
     """A bar that is being shown, or lines where standard error is no terminal that can draw one."""
 
-    def __init__(self, progress: Progress, doing: str, unit: str, total: float | None) -> None:
+    def __init__(self, progress: Drawn, doing: str, unit: str, total: float | None) -> None:
         self.progress, self.lines = progress, Lines(doing, unit) if progress.disable else None
         self.task = progress.add_task(doing, total=total, unit=unit, note="")
 
@@ -92,5 +94,5 @@ def bar(doing: str, unit: str = "", total: float | None = None) -> Iterator[Bar]
     if not narrow:
         columns += [Rate(), TimeRemainingColumn()]
     shown = screen.is_terminal and not screen.is_dumb_terminal
-    with Progress(*columns, console=screen, transient=True, disable=not shown) as progress:
+    with Drawn(*columns, console=screen, transient=True, disable=not shown) as progress:
         yield Bar(progress, doing, unit, total)

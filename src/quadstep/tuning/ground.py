@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from quadstep import files
 from quadstep.campaign.draws import Drawn, draw
-from quadstep.campaign.flown import Flyer, Progress, Sweeper
+from quadstep.campaign.flown import Flyer, Sweeper
 from quadstep.campaign.schema import Campaign, CampaignFile, campaign_of
 from quadstep.documents import read_toml
 from quadstep.errors import UserError
-from quadstep.flight.closed_loop import Outcome
+from quadstep.flight.closed_loop import Advance, Outcome
 from quadstep.flight.scored import bare
 from quadstep.flight.sweep import Sweep
 from quadstep.linear.metrics import margin_metrics
@@ -150,7 +150,7 @@ class Ground:
         """The draws of the flights from this number on."""
         return Draws(np.arange(first, first + count), draw(self.drawing, np.arange(first, first + count)))
 
-    def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None = None) -> list[Flown]:
+    def fly(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None = None) -> list[Flown]:
         """Each candidate over the draws of `count` flights from `first` on; one that cannot be flown loses them all.
 
         Raises UserError where none can be flown.
@@ -165,14 +165,14 @@ class Ground:
         lost = Flown(np.full(count, Outcome.NOT_FINITE), np.zeros(count), np.full((count, len(names)), np.nan), names)
         return [lost if isinstance(one, UserError) else one for one in found]
 
-    def flown_or_lost(self, candidate: Numbers, first: int, count: int, progress: Progress | None) -> Flown | UserError:
+    def flown_or_lost(self, candidate: Numbers, first: int, count: int, progress: Advance | None) -> Flown | UserError:
         """One candidate, or why it cannot be flown."""
         try:
             return self.flown([candidate], first, count, progress)[0]
         except UserError as error:
             return error
 
-    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Progress | None) -> list[Flown]:
+    def flown(self, candidates: Sequence[Numbers], first: int, count: int, progress: Advance | None) -> list[Flown]:
         """Candidates all of which can be flown. Raises UserError."""
         draws = self.draws(first, count)
         every = len(candidates)
@@ -224,7 +224,3 @@ class Draws(NamedTuple):
     def at(self, place: int) -> dict[str, object]:
         """Of one of them."""
         return {key: one.at(place) for key, one in self.drawn.items()}
-
-
-Told = Callable[[int, float], None]
-"""Told flights flown so far and the best objective so far, NaN if none."""

@@ -18,10 +18,11 @@ from quadstep.mission.read import check_mission
 from quadstep.report.publish import MANIFEST, publishing, write_json
 from quadstep.report.sheet import Sheet
 from quadstep.report.tables import write_csv
-from quadstep.tuning.ground import UNSEEN, Asked, Ground, Told, asked
+from quadstep.terminal.progress import SILENT, Progress
+from quadstep.tuning.ground import UNSEEN, Asked, Ground, asked
 from quadstep.tuning.picture import draw_search
 from quadstep.tuning.report import write_report, write_table
-from quadstep.tuning.search import Candidate, Found, Search, check_budget
+from quadstep.tuning.search import Candidate, Found, Search, check_budget, shown_flights
 from quadstep.tuning.toml import edited
 from quadstep.tuning.unseen import Compared, Row, compare
 from quadstep.user_code.places import place, sources
@@ -52,7 +53,7 @@ def tune(
     folder: Path,
     seed: int = 1,
     overwrite: bool = False,
-    told: Told | None = None,
+    progress: Progress = SILENT,
     sheet: Sheet | None = None,
 ) -> Tuned:
     """Tune the mission in `path` within a budget of flights, including the comparison, and write `folder`.
@@ -62,9 +63,9 @@ def tune(
     wanted = asked(path)
     check_budget(wanted, budget)
     with publishing(folder, identity(wanted, budget, seed), overwrite) as out:
-        ground, say = Ground(wanted, seed), told or silent
-        found = Search(ground, budget - 2 * wanted.unseen, seed, say).run()
-        compared = on_unseen(ground, found, say)
+        ground = Ground(wanted, seed)
+        found = Search(ground, budget - 2 * wanted.unseen, seed, progress).run()
+        compared = on_unseen(ground, found, progress)
         elsewhere = write_mission(out, wanted, found.best.values)
         write_history(out / HISTORY, wanted, found.history)
         draw_search(out / PICTURE, wanted.mission.name, wanted, found, (sheet or Sheet()).shown())
@@ -72,10 +73,6 @@ def tune(
         write_table(out / TABLE, wanted, found, compared)
         write_json(out / MANIFEST, as_json(wanted, found, compared, budget, seed))
     return Tuned(wanted, found, compared, elsewhere)
-
-
-def silent(_flights: int, _best: float) -> None:
-    """Default progress callback; does nothing."""
 
 
 def identity(wanted: Asked, budget: int, seed: int) -> str:
@@ -86,17 +83,17 @@ def identity(wanted: Asked, budget: int, seed: int) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def on_unseen(ground: Ground, found: Found, told: Told) -> Compared:
+def on_unseen(ground: Ground, found: Found, progress: Progress) -> Compared:
     """Compare the present and the tuned gains on flights that the search has not seen."""
     flights = found.history[-1].flights
 
-    def progress(more: int) -> None:
+    def advance(more: int) -> None:
         nonlocal flights
         flights += more
-        told(flights, found.best.judged.objective)
+        shown_flights(progress, flights, found.best.judged.objective)
 
     both = [found.present.values, found.best.values]
-    present, tuned = ground.fly(both, UNSEEN, ground.asked.unseen, progress)
+    present, tuned = ground.fly(both, UNSEEN, ground.asked.unseen, advance)
     return compare(found.judge, present, tuned, changed=both[0] != both[1])
 
 

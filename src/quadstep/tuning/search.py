@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from quadstep.campaign.limits import MOST_FLIGHTS
 from quadstep.errors import UserError, cut
-from quadstep.tuning.ground import Asked, Ground, Told
+from quadstep.terminal.progress import Progress
+from quadstep.tuning.ground import Asked, Ground
 from quadstep.tuning.judge import Judge, Judged
 from quadstep.tuning.theorem import Conditions, distance
 
@@ -62,6 +63,11 @@ class Found(NamedTuple):
         return self.history[0]
 
 
+def shown_flights(progress: Progress, flights: int, best: float) -> None:
+    """Show flights flown so far and the best objective so far, NaN if none."""
+    progress.to(flights, note=f"best {best:.4g}" if math.isfinite(best) else "")
+
+
 def population(gains: int, seeds: int) -> int:
     """Candidates of a generation: cma's default, and more until their flights fill whole blocks."""
     count = 4 + math.floor(3 * math.log(max(2, gains)))
@@ -88,10 +94,10 @@ def check_budget(wanted: Asked, budget: int) -> None:
 
 
 class Search:
-    """One search. budget: flights it may use. told: how far it is."""
+    """One search. budget: flights it may use."""
 
-    def __init__(self, ground: Ground, budget: int, seed: int, told: Told) -> None:
-        self.ground, self.budget, self.seed, self.told = ground, budget, seed, told
+    def __init__(self, ground: Ground, budget: int, seed: int, progress: Progress) -> None:
+        self.ground, self.budget, self.seed, self.progress = ground, budget, seed, progress
         self.asked = ground.asked
         self.conditions: Conditions | None = ground.conditions()
         self.judge = Judge(self.asked.section, ground.duration)
@@ -148,16 +154,20 @@ class Search:
         for one in found:
             if math.isfinite(one.moved) and (self.best is None or one.judged.cost < self.best.judged.cost):
                 self.best = one
-        self.told(self.flights, math.nan if self.best is None else self.best.judged.objective)
+        self.show()
         return found
+
+    def show(self) -> None:
+        """Show how far it is."""
+        shown_flights(self.progress, self.flights, math.nan if self.best is None else self.best.judged.objective)
 
     def judged(self, values: list[dict[str, float]]) -> list[Judged]:
         """Candidates flown and judged; the first of all is what the others are measured in."""
-        before, best = self.flights, math.nan if self.best is None else self.best.judged.objective
+        before = self.flights
 
         def progress(more: int) -> None:
             self.flights += more
-            self.told(self.flights, best)
+            self.show()
 
         flown = self.ground.fly(values, 0, self.asked.seeds, progress)
         if not self.history:

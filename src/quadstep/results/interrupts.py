@@ -1,9 +1,11 @@
-"""Holding back Ctrl-C where a half-done step would leave something behind."""
+"""Ctrl-C: what it leaves is said, and it is held back where a half-done step would leave something behind."""
 
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+
+from quadstep.errors import InterruptedRun
 
 
 @contextlib.contextmanager
@@ -40,3 +42,18 @@ def signals_ignored() -> Iterator[None]:
         with contextlib.suppress(ValueError):
             for number, handler in handlers.items():
                 signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def interruptible(kept: Callable[[], str]) -> Iterator[None]:
+    """A block in which Ctrl-C ends the run with a sentence. kept: says what is kept and how to go on; empty for nothing.
+
+    Raises InterruptedRun.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        sentence = kept()
+        if not sentence:
+            raise
+        raise InterruptedRun(sentence) from None
