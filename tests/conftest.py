@@ -12,6 +12,9 @@ from tests.browsers import browsers, open_page, playwright  # noqa: F401 (fixtur
 from tests.commands import without_figures
 from tests.needs import NEEDS, POLICY, Need, needs
 
+PROOFS = tuple(f"test_{room}" for room in ("certify", "completion", "proofs", "prove", "region", "theory", "verify"))
+"""Files on rooms that prove things or judge the paper: nothing else depends on them, so `make test-proofs` runs them."""
+
 bars.EVERY = math.inf  # on a busy machine a stage may take a minute, and would say so
 
 
@@ -25,6 +28,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--complete", action="store_true", help="fail if a test was skipped, unless for want of what no one can install"
     )
     parser.addoption("--thorough", action="store_true", help="run the cases of products that an ordinary run leaves out")
+    parser.addoption(
+        "--proofs-apart", action="store_true", help="leave out what `make test-proofs` runs, unless files are named"
+    )
     parser.addoption("--record-durations", action="store_true", help="measure what tests cost (tests/durations.py)")
 
 
@@ -33,10 +39,22 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(durations.Recorder())
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Files of the group that does not run are not even read, unless they are named."""
+    if config.args_source is not config.ArgsSource.TESTPATHS or not collection_path.name.startswith("test_"):
+        return None
+    mine = collection_path.name.startswith(PROOFS)
+    ignored = config.getoption("proofs_apart") if mine else config.option.markexpr == "proofs"
+    return True if ignored else None
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests recorded as slow are marked. The dearest files come first, so that no worker is alone with one at the end. Cases
     of the learned policy need its weights, also in tests of all controllers.
     """
+    for item in items:
+        if item.path.name.startswith(PROOFS):
+            item.add_marker(pytest.mark.proofs)
     if not config.getoption("thorough"):
         left_out = [item for item in items if item.get_closest_marker("thorough")]
         config.hook.pytest_deselected(items=left_out)
