@@ -107,8 +107,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         need = need_of(reason)
         tests = f"{count} test{'s' if count > 1 else ''}"
         terminalreporter.line(f"{tests:>10}  {reason}" + (f". To run: {need.cure}" if need else ""))
-    refused = unexcused(config) if config.getoption("complete") else []
-    if refused:
-        terminalreporter.line(
-            f"--complete: {sum(counts[reason] for reason in refused)} skipped tests count as a failure", red=True
-        )
+    refused = sum(counts[reason] for reason in unexcused(config))
+    if refused and config.getoption("complete"):
+        terminalreporter.line(f"--complete: {refused} skipped tests count as a failure", red=True)
+    elif refused:
+        terminalreporter.line(f"To run {refused} of them on Debian or Ubuntu: .ci/run, which installs what they need")

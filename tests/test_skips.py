@@ -33,6 +33,7 @@ def test_what_was_skipped_is_counted_and_says_how_to_have_it_run(tmp_path):
     assert f"   3 tests  {CHROMIUM.reason}. To run: {CHROMIUM.cure}" in lines
     assert f"    1 test  {GRAPHICS.reason}. To run: {GRAPHICS.cure}" in lines
     assert any(line.startswith("    1 test  could not import 'no_such_package'") for line in lines)
+    assert "To run 4 of them on Debian or Ubuntu: .ci/run, which installs what they need" in lines
     assert lines[-1].startswith("1 passed, 5 skipped in ")
 
 
